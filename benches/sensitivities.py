@@ -1,4 +1,4 @@
-"""Second benchmark: what slopes of a run by keys of its machine cost, and how exact they are.
+"""Second benchmark: cost and accuracy of the sensitivities of a run to keys of its machine.
 
 Run with ``make bench``. Prints two tables and writes ``sensitivities.json`` beside this file; README.md says what is
 measured. ``docs/reference/sensitivities.py`` takes the tables of the documentation from there.
@@ -79,7 +79,7 @@ def milliseconds(call: Callable[[], object]) -> float:
 
 
 def measure_cost(scenario: str) -> dict[str, Any]:
-    """A run alone, runs with slopes, and of these what it takes to come to the first step."""
+    """Times of a run alone and of runs with sensitivities, and of these the time before the first step."""
     about = RUNS[scenario]
     fields = {name: about[name] for name in ("duration", "record_interval")} | COST_SOLVER
     plan = hc.load_scenario(scenario).changed(**fields)
@@ -105,15 +105,15 @@ def errors(found: np.ndarray, exact: np.ndarray) -> tuple[float, float]:
 
 
 def measure_errors() -> dict[str, Any]:
-    """Errors against a tight run for all methods, with and without the slopes in the choice of steps."""
+    """Errors against a tight run for all methods, with and without the sensitivities in the step size control."""
 
     def run(method: str, rtol: float, resolve: bool) -> tuple[np.ndarray, int]:
-        made = Experiment(RIG, EXACT_KEYS, signals=SIGNALS, resolve_slopes=resolve, method=method, rtol=rtol)
+        made = Experiment(RIG, EXACT_KEYS, signals=SIGNALS, resolve_sensitivities=resolve, method=method, rtol=rtol)
         raw = made.run()
         found = made.select(raw)
         if not found.outcome.completed:
             raise RuntimeError(f"the run ended early: {found.outcome}")
-        return found.slopes, int(raw["stats"]["steps"])
+        return found.sensitivities, int(raw["stats"]["steps"])
 
     other, exact = (run(method, REFERENCE, True)[0] for method in EXACT)
     rows = []
@@ -135,7 +135,7 @@ def print_tables(costs: dict[str, Any], exactness: dict[str, Any]) -> None:
         print(f"{scenario:30} {cost['alone_ms']:6.2f}{cells}")
         cells = "".join(f"{cost['keys'][str(count)]['before_the_first_step_ms']:13.2f}" for count in COUNTS)
         print(f"{'  before the first step':37}{cells}")
-    print(f"\n{'method':10}{'rtol':>8}   by the states: steps, error   by the slopes: steps, error")
+    print(f"\n{'method':10}{'rtol':>8}   step control by states: steps, error   by sensitivities: steps, error")
     for row in exactness["rows"]:
         cells = "".join(f"{row[n]['steps']:17} {row[n]['largest_error']:11.1e}" for n in ("states", "slopes"))
         print(f"{row['method']:10}{row['rtol']:8.0e}{cells}")

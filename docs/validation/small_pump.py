@@ -26,7 +26,7 @@ MOTIONS = {
 }
 
 
-def run(motion: str, displacement: str, believed: dict[str, str] | None) -> hc.Run:
+def run(motion: str, displacement: str, model: dict[str, str] | None) -> hc.Run:
     sticks, payload = MOTIONS[motion]
     x, z = np.transpose([[0, 0], *sticks, [0, 0]]).tolist()
     stick = hc.Joystick([0.0, 0.5, 2.5, 4.5], {"x": x, "z": z}, full_speed=SPEED)
@@ -37,13 +37,13 @@ def run(motion: str, displacement: str, believed: dict[str, str] | None) -> hc.R
         payload=payload,
         duration=6.0,
         overrides={"pump.main.displacement": displacement},
-        believed=believed,
+        controller_model=model,
     )
     return hc.simulate(scenario)
 
 
 def row(motion: str, displacement: str) -> str:
-    knowing, ignorant = (run(motion, displacement, believed) for believed in (None, LARGE))
+    knowing, ignorant = (run(motion, displacement, model) for model in (None, LARGE))
     way = np.hypot(*(np.diff(knowing.data[f"tip.{axis}"].values) for axis in "xz")).sum()
     kinds = {warning.kind for warning in knowing.warnings}
     cells = [motion, f"{MOTIONS[motion][1]:.0f}", displacement.removesuffix(" ml"), f"{way / 4.0:.2f}"]

@@ -142,7 +142,8 @@ def choice(seeds: int) -> list[str]:
             true = np.array(law.pairs["coulomb"])
             held = np.mean((ends[..., 0] <= true) & (true <= ends[..., 1]))
             row += f"| {100 * held:.1f} % | {np.median(ends[..., 1] - ends[..., 0]):.1f} "
-            warned.append(f"{100 * np.mean([bool(fit.misfit and fit.misfit.warnings) for fit in fits]):.0f} %")
+            analyses = [fit.residual_analysis for fit in fits]
+            warned.append(f"{100 * np.mean([bool(found and found.warnings) for found in analyses]):.0f} %")
             if exponents == "chosen":
                 right = 100 * float(np.mean([fit.form.stribeck == (stribeck, stribeck) for fit in fits]))
                 out = [fit.held_out for fit in fits if fit.held_out]

@@ -40,7 +40,7 @@ def most_off(machine: hc.Machine, sensors: str, share: float, seed: int) -> floa
             joints=dict(zip(machine.joint_names, pose, strict=True)),
             joystick=hc.Joystick(times, levers, mode="height"),
             payload=float(rng.uniform(0, 150)),
-            believed={"payload.mass": 0.0},
+            controller_model={"payload.mass": 0.0},
             sensors=sensors,
             seed=seed,
             duration=10.0,

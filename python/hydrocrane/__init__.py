@@ -1,4 +1,4 @@
-"""Model, simulate and look at hydraulically driven cranes.
+"""Model, simulate and plot hydraulically driven cranes.
 
 Three lines give a run, its charts and its animation::
 
@@ -7,7 +7,7 @@ Three lines give a run, its charts and its animation::
     run.plot(), run.animate("lift.gif")
 
 Everything is SI and radians inside; pictures show degrees, millimetres and bar.
-Names are looked up on first use, so that ``import hydrocrane`` itself costs next to nothing.
+Modules are imported on first use of a name, so ``import hydrocrane`` itself is fast.
 """
 
 from __future__ import annotations

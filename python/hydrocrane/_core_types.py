@@ -1,4 +1,4 @@
-"""What the compiled core takes and gives, for type checkers: the stub of the core and its callers use these."""
+"""Types of the arguments and results of the compiled core, for its stub and its callers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FaultEntry: TypeAlias = tuple[str, str, float, float, float]
 
 
 class Samples(TypedDict):
-    """What a controller saw and did in one phase, a row per sample."""
+    """Inputs and outputs of a controller in one phase, a row per sample."""
 
     t: Array
     measured: Array
@@ -68,7 +68,7 @@ class SensitivityRecord(TypedDict):
 
     t: Array
     values: Array
-    slopes: Array
+    sensitivities: Array
     commands: Array
     signals: list[SignalEntry]
     parameters: list[tuple[str, float, str]]
@@ -79,7 +79,7 @@ class SensitivityRecord(TypedDict):
 
 
 class LoopController(Protocol):
-    """A controller of one's own as the core's loop calls it."""
+    """Your own controller, as the core's loop calls it."""
 
     def reset(self, t: float, q: list[float], p: list[list[float]], /) -> None: ...
     def step(self, t: float, q: list[float], p: list[list[float]], axes: list[float], /) -> list[float]: ...
@@ -88,7 +88,7 @@ class LoopController(Protocol):
 
 
 class SolverEntry(TypedDict):
-    """How a run is integrated."""
+    """Settings of the integration."""
 
     method: str
     rtol: float
@@ -98,15 +98,15 @@ class SolverEntry(TypedDict):
 
 
 class ControllerEntry(TypedDict):
-    """A controller by name, or by the number of one of somebody's own."""
+    """A controller by name, or your own one by its number."""
 
     name: str
     own: int | None
     period: float | None
     delay: float
     sensors: str
-    believed: Pairs
-    believed_machine: tuple[str, Pairs] | None
+    controller_model: Pairs
+    other_model: tuple[str, Pairs] | None
     monitor: bool | None
 
 
@@ -124,7 +124,7 @@ class JoystickEntry(TypedDict):
 
 
 class PhaseEntry(TypedDict):
-    """What a phase states."""
+    """Fields of a phase."""
 
     time: float
     overrides: Pairs
@@ -134,14 +134,14 @@ class PhaseEntry(TypedDict):
 
 # Time, place, speed and end of a goal.
 GoalEntry: TypeAlias = tuple[float, tuple[float, float], float | None, float | None]
-# Cylinder, times, spool positions, and whether to join them.
+# Cylinder, times, spool positions, and whether they are interpolated linearly.
 CommandEntry: TypeAlias = tuple[str, Array, Array, bool]
-# Times, pressures, and whether to join them.
+# Times, pressures, and whether they are interpolated linearly.
 SupplyEntry: TypeAlias = tuple[Array, Array, bool]
 
 
 class ScenarioEntry(TypedDict):
-    """A scenario but for its names and its machine."""
+    """A scenario without its names and its machine."""
 
     overrides: Pairs
     payload: float | None
@@ -161,7 +161,7 @@ class ScenarioEntry(TypedDict):
     seed: int
 
 
-# `from` is a word of the language, hence this form.
+# `from` is a keyword of Python, hence this form.
 StageTable = TypedDict(
     "StageTable",
     {
@@ -173,13 +173,13 @@ StageTable = TypedDict(
         "sensors": str,
         "stick_times": int,
         "machine": NotRequired["_core.Machine"],
-        "believed": NotRequired["_core.Machine"],
+        "controller_model": NotRequired["_core.Machine"],
     },
 )
 
 
 class DriveRecord(TypedDict):
-    """What was done on a drive until its last sample."""
+    """The inputs of a drive until its last sample."""
 
     end: float
     linear: bool
@@ -212,7 +212,7 @@ class ControllerTable(TypedDict):
     name: str
     period: float | None
     delay: float
-    believed: Pairs
+    controller_model: Pairs
     monitor: bool | None
     sensors: str
 
@@ -251,7 +251,7 @@ class PhaseTable(TypedDict):
 
 
 class SolverTable(TypedDict):
-    """The solver of a scenario file; what it does not state is `None`."""
+    """The solver of a scenario file; missing settings are `None`."""
 
     method: str | None
     rtol: float | None

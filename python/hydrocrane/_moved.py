@@ -1,4 +1,4 @@
-"""Names of modules and keywords from before: they still work, with a warning that names the new one."""
+"""Former names. Modules and keywords still work, with a warning. Attributes are refused."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import wraps
 from importlib.machinery import ModuleSpec
 from types import ModuleType
-from typing import ParamSpec, TypeVar
+from typing import Never, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -47,7 +47,7 @@ class OldNames:
 
     @staticmethod
     def create_module(spec: ModuleSpec) -> None:
-        """Python's own kind of module will do."""
+        """The default module type is used."""
 
     @staticmethod
     def exec_module(module: ModuleType) -> None:
@@ -66,14 +66,14 @@ class OldNames:
 
 
 def renamed_keyword(old: str, new: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """A decorator: the function also takes its argument `new` by its name from before, `old`."""
+    """A decorator: the function also accepts its argument `new` by its former name `old`."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
             if old in kwargs:
                 if new in kwargs:
-                    raise TypeError(f"{function.__name__} got `{new}` twice: once as `{old}`, its name from before")
+                    raise TypeError(f"{function.__name__} got `{new}` twice: once as `{old}`, its former name")
                 warnings.warn(f"the argument `{old}` is called `{new}` now", DeprecationWarning, stacklevel=2)
                 kwargs[new] = kwargs.pop(old)
             return function(*args, **kwargs)
@@ -81,3 +81,12 @@ def renamed_keyword(old: str, new: str) -> Callable[[Callable[P, R]], Callable[P
         return call
 
     return decorate
+
+
+def former_attribute(old: str, new: str) -> property:
+    """An attribute by its former name: reading it raises an error that states the present one."""
+
+    def read(self: object) -> Never:
+        raise AttributeError(f"`{old}` is called `{new}` now")
+
+    return property(read)

@@ -1,7 +1,7 @@
-"""Checked conversion between what people pass and what the core takes.
+"""Checked conversion of arguments to the arrays of the core.
 
-The core takes C-contiguous float64 tables with one row per case. Here the last axis is the vector and any leading
-axes are the batch; several arguments broadcast against each other over the leading axes.
+The core needs C-contiguous float64 tables with one row per case. In arguments the last axis is the vector and all
+leading axes are the batch; several arguments broadcast over the leading axes.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ def real_array(value: ArrayLike, name: str) -> Array:
 
 
 def check_positive(name: str, value: float) -> None:
-    """An :class:`InputError` where `value` is not one number greater than zero."""
+    """Raises an :class:`InputError` if `value` is not one number greater than zero."""
     number = real_array(value, name)
     if number.ndim or number <= 0:
         raise InputError(f"{name} must be one number greater than zero, got {value!r}")
 
 
 def scenario_quantity(key: str, name: str, value: ArrayLike) -> float:
-    """`value` as one number, SI, that a scenario file may have at `key`; `name` is what the argument is called."""
+    """`value` as one number, SI, that a scenario file may have at `key`; `name` is the name of the argument."""
     number = real_array(value, name)
     if number.ndim:
         raise InputError(f"{name} must be one number, got {value!r}")

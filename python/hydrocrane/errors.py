@@ -10,11 +10,11 @@ import difflib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-# Letters that tell which name was meant, as in the core.
+# Number of letters used to find the nearest name, as in the core.
 LEAST_BEGINNING = 4
 
 
-# Letters of a message; files can hold values of any length, and messages quote them.
+# Most letters of a message, because messages quote values of any length.
 LONGEST_MESSAGE = 2000
 
 
@@ -94,7 +94,7 @@ class MachineFileError(HydrocraneError):
     slug : str
         Stable short name of the kind of mistake, for example ``unknown-key``.
     file, key : str or None
-        Where it is; ``file`` is ``None`` for an override.
+        Place of the mistake; ``file`` is ``None`` for an override.
     line, column : int or None
         Place in the file, counted from 1.
 
@@ -150,7 +150,7 @@ def shortened(message: str) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Say which of the `known` names was probably meant: ``; did you mean `x`?`` or the list of choices."""
+    """The nearest of the `known` names as text, ``; did you mean `x`?``, or the list of choices."""
     known = list(known)
     begun = [choice for choice in known if len(name) >= LEAST_BEGINNING and choice.startswith(name)]
     close = begun or difflib.get_close_matches(name, known, n=1, cutoff=0.5)

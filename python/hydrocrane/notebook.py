@@ -1,4 +1,4 @@
-"""What notebooks show: cards of HTML made of the same lines as the text form, and progress bars."""
+"""HTML views for notebooks, made of the lines of the text form, and progress bars."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-# A card takes at most so many bytes; its last lines make way.
+# Most bytes of a card; its last lines are left out.
 LONGEST = 20_000
-# A bar is drawn anew after this time, s.
+# Interval for updates of a bar, s.
 PAUSE = 0.2
 DOUBT = re.compile(r"^\s*warning\b", re.IGNORECASE)
-# A label at the left, in the text form set apart by two spaces or more.
+# A label at the left, separated by two or more spaces in the text form.
 LABELLED = re.compile(r"^ {0,4}(?P<label>\S+(?: \S+)*) {2,}(?P<rest>\S.*)$")
 
 
 def card(title: str, lines: Sequence[str], whole: str = "") -> str:
-    """A heading with a row per line: label and value where a line has both. Everything is escaped.
+    """A heading with a row per line: label and value if a line has both. All text is escaped.
 
-    Lines beyond 20 kB are left out, with a last row that counts them and says how to print them all: `whole`.
+    Lines beyond 20 kB are left out, with a last row that states their number and how to print them all: `whole`.
     """
     head = f'<div class="hydrocrane"><strong>{html.escape(title)}</strong><table>'
     foot = "</table></div>"
@@ -36,7 +36,7 @@ def card(title: str, lines: Sequence[str], whole: str = "") -> str:
 
 
 def of_text(text: str, whole: str) -> str:
-    """A card of a text whose first line is its heading."""
+    """A card of a text; its first line is the heading."""
     first, *lines = text.splitlines() or [""]
     return card(first, lines, whole)
 
@@ -51,16 +51,16 @@ def _row(line: str) -> str:
 
 
 def in_notebook() -> bool:
-    """Whether this is a notebook, whose output is a page."""
+    """Whether this program runs in a notebook."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     return type(shell).__name__ == "ZMQInteractiveShell"
 
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar below the cell, of plain HTML: the bars of rich and tqdm would need the package ipywidgets here.
+    """A bar below the cell, of plain HTML: those of rich and tqdm would need the package ipywidgets.
 
-    Gives a function to be called with (done, in all); the bar goes away at the end.
+    Returns a function of (done, total); the bar disappears at the end.
     """
     from IPython.display import HTML, display
 

@@ -1,4 +1,4 @@
-"""What makes a result doubtful, with its cause and its cure."""
+"""Warnings of results, with cause and cure."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import asdict, dataclass
 
 
 class DoubtfulResult(UserWarning):
-    """The category of Python warnings about results that carry no ``warnings`` of their own."""
+    """The category of Python warnings about results without an attribute ``warnings``."""
 
 
 @dataclass(frozen=True)
 class ResultWarning:
-    """Why a result may be wrong.
+    """A warning that a result may be wrong.
 
     Attributes
     ----------
     kind : str
         Short stable name, one of those in ``docs/reference/warnings.md``.
     text : str
-        What was found, with its numbers and units.
+        The finding, with numbers and units.
     cure : str
-        What helps.
+        The cure.
     time : float
-        When it began, s; 0 where the result has no time.
+        Begin, s; 0 for a result without a time.
     """
 
     kind: str

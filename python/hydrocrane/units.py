@@ -1,4 +1,4 @@
-"""Quantities as people write them: a number with its unit."""
+"""Quantities as text: a number with its unit."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hydrocrane.errors import InputError
 
 
 def converted(what: str, text: str, unit: str) -> float:
-    """A text with its unit in SI; `unit` is the SI unit that it must have the dimension of."""
+    """A text with its unit in SI; its dimension must be that of the SI unit `unit`."""
     try:
         number, dimension = _core.quantity(text)
     except ValueError as error:

@@ -27,7 +27,7 @@ impl Core for Native {
         let last: u32 = plan.moves.iter().map(|m| m.ticks).sum();
         let mut tick = 0;
         for m in &plan.moves {
-            cockpit.steer(&m.deflections);
+            cockpit.set_sticks(&m.deflections);
             for _ in 0..m.ticks {
                 let began = thread_time();
                 let goes_on = cockpit.advance(1);

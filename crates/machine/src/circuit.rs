@@ -1,6 +1,6 @@
-//! The part of the [model](crate::model) that stands in a circuit beside cylinders, valves and pump.
+//! Parts of the [model](crate::model) in the hydraulic circuit besides cylinders, valves and pump.
 
-/// What holds the load of a chamber, between it and its port of the spool valve.
+/// A load-holding valve between a chamber and its port of the spool valve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadHolding<T = f64> {
     /// Flow when fully open, m^3/s, at a pressure drop, Pa.
@@ -19,7 +19,7 @@ pub enum HoldingKind<T = f64> {
 /// Counterbalance valve, vented.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counterbalance<T = f64> {
-    /// Dotted path of its setting, and where it was written.
+    /// Dotted path of its setting, and its place in the file.
     pub key: String,
     pub place: String,
     /// Pressure of the chamber that opens it without a pilot, Pa.
@@ -33,7 +33,7 @@ pub struct Counterbalance<T = f64> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PilotCheck<T = f64> {
     pub pilot_ratio: T,
-    /// Force of its spring over its seat, Pa, and the rise beyond it that opens it fully.
+    /// Spring force over seat area, Pa, and the pressure rise beyond it that opens the valve fully.
     pub spring_pressure: T,
     pub opening_pressure: T,
 }
@@ -43,7 +43,7 @@ pub struct PilotCheck<T = f64> {
 pub struct HoseBurst<T = f64> {
     /// Flow at which it begins to close, m^3/s.
     pub closing_flow: T,
-    /// Share of the opening that it leaves.
+    /// Remaining share of the opening.
     pub bleed: T,
 }
 
@@ -55,7 +55,7 @@ pub struct Line<T = f64> {
     pub compliance: T,
 }
 
-/// What stands between a side of a cylinder and the tank.
+/// Valves between a side of a cylinder and the tank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PortValves<T = f64> {
     pub relief: Option<PortRelief<T>>,

@@ -1,7 +1,8 @@
 //! Logs as text: numbers in columns under a line of names.
 //!
-//! Columns are parted by comma, semicolon, tab or spaces; where it is no comma, a comma may be the decimal point. Units stand
-//! behind the names, as in `x [mm]`, or in a line of their own below them. Lines that begin with `#`, `%` or `//` are comments.
+//! Columns are separated by comma, semicolon, tab or spaces; unless it is a comma, a comma may be the decimal mark.
+//! Units follow the names, as in `x [mm]`, or are in a separate line below them. Lines that begin with `#`, `%` or `//`
+//! are comments.
 
 use crate::errors::ErrorKind;
 use crate::field::MOST_ROWS;
@@ -9,25 +10,25 @@ use crate::nearest::suggestion;
 use crate::units::{parse_unit, Quantity};
 use csv_core::{ReadFieldResult, ReaderBuilder};
 
-/// What is wrong with a log: kind, message and cure.
+/// An error of a log: kind, message and cure.
 pub type Problem = (ErrorKind, String, String);
 
 /// A log's columns by name.
 pub struct Columns {
     pub names: Vec<String>,
-    /// As the log states them; empty where it states none.
+    /// As stated in the log; empty if not stated.
     units: Vec<String>,
     rows: Vec<Vec<f64>>,
 }
 
-/// Columns of a log, at most.
+/// Most columns of a log.
 const MOST_COLUMNS: usize = 2000;
 
 impl Columns {
     /// Reads the text of a log.
     ///
     /// # Errors
-    /// The first line that is none of a log.
+    /// The first line that does not belong in a log.
     pub fn read(text: &str) -> Result<Self, Problem> {
         let lines: Vec<(usize, &str)> = text.trim_start_matches('\u{feff}').lines().enumerate().collect();
         let mut lines = lines.into_iter().filter(|(_, line)| !is_comment(line)).peekable();
@@ -73,12 +74,12 @@ impl Columns {
         Ok(Columns { names, units, rows })
     }
 
-    /// Which column has one of these names.
+    /// The column with one of these names.
     pub fn find(&self, wanted: &[&str]) -> Option<usize> {
         wanted.iter().find_map(|name| self.names.iter().position(|own| own.eq_ignore_ascii_case(name)))
     }
 
-    /// As [`Self::find`], where one must be there; `what` says what for.
+    /// As [`Self::find`] for a required column; `what` states its purpose.
     pub fn index(&self, wanted: &[&str], what: &str) -> Result<usize, Problem> {
         self.find(wanted).ok_or_else(|| {
             let message = format!("the log has no column `{}` for {what}", wanted[0]);
@@ -87,7 +88,7 @@ impl Columns {
         })
     }
 
-    /// A column in SI: in the `unit` that is given, else in the log's, else in SI.
+    /// A column converted to SI; its unit is the given `unit`, else that of the log, else SI.
     pub fn column(&self, index: usize, unit: Option<&str>, quantity: &Quantity) -> Result<Vec<f64>, Problem> {
         let name = &self.names[index];
         let unit = unit.unwrap_or(&self.units[index]);

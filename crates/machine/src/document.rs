@@ -1,4 +1,4 @@
-//! A parsed file as a tree whose every key and value knows its place and its provenance.
+//! A parsed file as a tree; every key and value has its place and its provenance.
 //!
 //! Provenance is resolved within each file before files are merged: `class` and `source` apply to the values of their
 //! table and below it, never to the values of another file.
@@ -18,14 +18,14 @@ pub struct SourceFile {
     pub text: String,
 }
 
-/// Where a key or value was written.
+/// Place of a key or value.
 #[derive(Debug, Clone)]
 pub enum Place {
     File { file: Arc<SourceFile>, span: Range<usize> },
     Override(Arc<str>),
 }
 
-/// Provenance of a value: each text with its own place, so that a wrong one can be reported.
+/// Provenance of a value; each text has its place, for error messages.
 #[derive(Debug, Clone, Default)]
 pub struct Origin {
     pub class: Option<(String, Place)>,
@@ -50,7 +50,7 @@ pub enum Scalar {
     Number(f64),
     Bool(bool),
     List(Vec<(Scalar, Place)>),
-    /// A TOML date or time: no key takes one.
+    /// A TOML date or time; no key accepts one.
     Date,
 }
 
@@ -102,7 +102,7 @@ impl Scalar {
     }
 }
 
-/// Characters that errors quote behind the place, at most.
+/// Most characters after the place that errors quote.
 const LONGEST_EXCERPT: usize = 160;
 
 /// Line and column of a span, counted from one in characters, with the text of the line.
@@ -129,7 +129,7 @@ fn position(file: &SourceFile, span: &Range<usize>) -> FilePosition {
     }
 }
 
-/// A line as errors quote it, up to some way behind `column`; nothing of one that is too long to be read.
+/// A line as quoted in errors, cut after `column`; empty if the line is too long.
 fn excerpt(line: &str, column: usize) -> String {
     if column > LONGEST_EXCERPT {
         return String::new();
@@ -147,10 +147,10 @@ pub const LONGEST_TEXT: usize = 16 << 20;
 /// Most keys of one table.
 const MOST_KEYS: usize = 2000;
 
-/// Largest [`weight`] of a text: some half a gigabyte while it is read.
+/// Largest [`weight`] of a text, about half a gigabyte of memory while it is read.
 const MOST_WEIGHT: usize = 2_000_000;
 
-/// What a text costs to read, in values of a list: a list costs as much as four, a key as much as eight.
+/// Cost of reading a text, in units of a list value: a list costs four, a key eight.
 fn weight(text: &str) -> usize {
     let cost = |byte: u8| match byte {
         b',' => 1,
@@ -185,7 +185,7 @@ pub fn parse(file: &Arc<SourceFile>) -> Result<Node, MachineError> {
     }
     let builder = Builder { file };
     let root = document.as_table();
-    // The top default of every value sits in [machine].
+    // The topmost default of every value is in [machine].
     let machine = root.get("machine").and_then(Item::as_table_like);
     let origin = match machine {
         Some(table) => builder.origin(table, &Arc::default(), "machine")?,
@@ -319,7 +319,7 @@ impl Builder<'_> {
             Value::Boolean(flag) => Scalar::Bool(*flag.value()),
             Value::Datetime(_) => Scalar::Date,
             Value::Array(array) => Scalar::List(array.iter().map(|item| self.list_item(item)).collect()),
-            // Only reached inside a list: no key takes a list of tables.
+            // Only reached inside a list; no key accepts a list of tables.
             Value::InlineTable(_) => Scalar::List(Vec::new()),
         }
     }
@@ -334,7 +334,7 @@ pub fn join(path: &str, key: &str) -> String {
     if path.is_empty() {
         key.to_string()
     } else {
-        // Every key of a file is joined: `format!` takes several times as long.
+        // Called for every key of a file; `format!` takes several times as long.
         [path, ".", key].concat()
     }
 }

@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// Letters of a passage in backticks, of a key or of a name, and of a whole message or cure: files and overrides can hold
-/// values of any length, and errors quote them.
+/// Most letters of a passage in backticks, of a key or of a name, and of a whole message or cure, because errors quote
+/// values of any length.
 const LONGEST_QUOTE: usize = 200;
 const LONGEST_TEXT: usize = 1500;
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $name:ident = $slug:literal,)*) => {
-        /// What went wrong. The slug is stable: programs may match on it.
+        /// Kind of an error. The slug is stable, so programs may match on it.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum ErrorKind { $($(#[$doc])* $name,)* }
 
@@ -30,11 +30,11 @@ kinds! {
     UnreadableFile = "unreadable-file",
     /// Neither a bundled name nor a path.
     UnknownSource = "unknown-source",
-    /// A machine in place of a scenario, or the other way round.
+    /// A machine in place of a scenario, or vice versa.
     WrongKindOfFile = "wrong-kind-of-file",
     /// The bytes are not UTF-8 text.
     NotText = "not-text",
-    /// The file holds no key at all.
+    /// The file has no key.
     EmptyFile = "empty-file",
     /// Not valid TOML.
     Syntax = "syntax",
@@ -49,7 +49,7 @@ kinds! {
     WrongType = "wrong-type",
     /// A word outside the list of choices.
     InvalidChoice = "invalid-choice",
-    /// A value whose provenance class is stated nowhere.
+    /// A value without a provenance class.
     MissingClass = "missing-class",
     /// Text that is not a number with a unit, or not a point.
     BadQuantity = "bad-quantity",
@@ -57,7 +57,7 @@ kinds! {
     UnknownUnit = "unknown-unit",
     WrongDimension = "wrong-dimension",
     NotFinite = "not-finite",
-    /// Negative, zero or beyond a bound that another value sets.
+    /// Negative, zero or beyond a bound by another value.
     OutOfRange = "out-of-range",
     CrossedLimits = "crossed-limits",
     /// A link, point, joint or cylinder that does not exist.
@@ -66,17 +66,17 @@ kinds! {
     NotAChain = "not-a-chain",
     /// A joint without exactly one cylinder, a cylinder without exactly one valve or friction table.
     NotOneToOne = "not-one-to-one",
-    /// Cylinder pins that do not sit on the two links of the cylinder's joint.
+    /// Cylinder pins that are not on the two links of the cylinder's joint.
     MisplacedPin = "misplaced-pin",
-    /// A linkage that closes in no position of its joint.
+    /// A linkage that cannot close in any position of its joint.
     CannotClose = "cannot-close",
-    /// More text, tables, values or steps on the way than are read.
+    /// More text, tables, values or nested files than allowed.
     TooLarge = "too-large",
-    /// Command series whose lengths differ or whose times do not grow.
+    /// Command series with different lengths or with times that do not increase.
     BadSeries = "bad-series",
 }
 
-/// Where in a file: name, line and column counted from one, the text of the line, and how many columns to underline.
+/// Place in a file: name, line and column counted from one, the text of the line, and how many columns to underline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilePosition {
     pub file: String,
@@ -134,7 +134,7 @@ impl MachineError {
         self.0.kind.slug()
     }
 
-    /// What is wrong, without place and cure.
+    /// The message without place and cure.
     pub fn message(&self) -> &str {
         &self.0.message
     }
@@ -211,9 +211,9 @@ impl fmt::Display for Location {
 
 impl std::error::Error for MachineError {}
 
-/// A message without the middle of what it quotes, and without its own middle, where they are too long.
+/// A message with long quotations, and itself, cut in the middle.
 pub fn shortened(text: &str) -> String {
-    // Every other passage stands between backticks.
+    // Every other passage is between backticks.
     let passages = text.split('`').enumerate();
     let cut_quotes = passages.map(|(i, passage)| if i % 2 == 1 { cut(passage, LONGEST_QUOTE) } else { passage.into() });
     cut(&cut_quotes.collect::<Vec<_>>().join("`"), LONGEST_TEXT).into_owned()

@@ -7,7 +7,7 @@ use crate::log::Log;
 use crate::model::{Form, Recorded, Unusual};
 use crate::nearest::{choose, suggestion};
 use crate::number::Number;
-use crate::plausible::{self, Verdict};
+use crate::plausible::{self, Plausibility};
 use crate::quantities;
 use crate::quantities::Kind;
 use crate::units::{self, Quantity, Unit, UnitError};
@@ -16,10 +16,10 @@ type Result<T> = std::result::Result<T, MachineError>;
 
 pub const POINT_EXAMPLE: &str = "a point, for example \"(0.2, -0.1) m\"";
 
-/// Values of one list: sticks for an hour, a hundred times a second.
+/// Most values of one list: sticks for an hour at 100 Hz.
 pub const MOST_ROWS: usize = 400_000;
 
-/// A value, with what is needed to report it.
+/// A value with the data for messages about it.
 #[derive(Clone)]
 pub struct Field<'a> {
     pub path: String,
@@ -27,7 +27,7 @@ pub struct Field<'a> {
     pub value: &'a Scalar,
     pub origin: &'a Origin,
     pub log: &'a Log,
-    /// As it is declared.
+    /// Its declaration.
     pub key: &'static Key,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Which of the declared choices it names; `values` are what they stand for, in their order.
+    /// The declared choice that it names; `values` are the meanings of the choices, in their order.
     pub fn choice<T: Copy>(&self, values: &[T]) -> Result<T> {
         let names = self.key.choices();
         debug_assert_eq!(names.len(), values.len(), "`{}` is declared with other choices", self.path);
@@ -63,7 +63,7 @@ impl<'a> Field<'a> {
         self.choice_of(&choices)
     }
 
-    /// As [`Self::choice`], where other values of the file decide which of the declared choices there are.
+    /// As [`Self::choice`] with choices that depend on other values of the file.
     pub fn choice_of<T: Copy>(&self, choices: &[(&str, T)]) -> Result<T> {
         debug_assert!(choices.iter().all(|(name, _)| self.key.choices().contains(name)), "`{}`", self.path);
         let text = self.present_name(self.text()?);
@@ -72,18 +72,18 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// Notes that the value is allowed and unusual: what it is, and the cure.
+    /// Adds a warning on an allowed but unusual value, with its cure.
     pub fn warn(&self, text: String, cure: String) {
         let (key, place) = self.origin();
         self.log.warn(Unusual { key, place, text, cure });
     }
 
-    /// Dotted path of the value, and where it was written.
+    /// Dotted path of the value, and its place.
     pub fn origin(&self) -> (String, String) {
         (self.path.clone(), self.place.locate().to_string())
     }
 
-    /// A choice by its present name; a former name is noted.
+    /// A choice by its present name; a former name gives a warning.
     fn present_name(&self, text: &'a str) -> &'a str {
         let Some((_, present)) = self.key.formerly.iter().find(|(former, _)| *former == text) else { return text };
         self.warn(format!("`{text}` is the former name of `{present}`"), format!("write `{present}`"));
@@ -91,7 +91,7 @@ impl<'a> Field<'a> {
         present
     }
 
-    /// A quantity of which other values of the file decide what it is.
+    /// A quantity that depends on other values of the file.
     pub fn quantity_of<T: Number>(&self, quantity: &Quantity) -> Result<T> {
         let value = self.plain_quantity_of(quantity)?;
         Ok(self.log.number(&self.path, None, value))
@@ -120,7 +120,7 @@ impl<'a> Field<'a> {
         self.key.kind().unwrap_or_else(|| panic!("`{}` is declared as no quantity", self.path))
     }
 
-    /// A value that applies to both entries, or a list of two; `quantities` gives what each entry must be.
+    /// A value that applies to both entries, or a list of two; `quantities` has the quantity of each entry.
     pub fn pair_of<T: Number>(&self, quantities: [&Quantity; 2]) -> Result<[T; 2]> {
         Ok(self.numbers(self.plain_pair_of(quantities)?))
     }
@@ -156,7 +156,7 @@ impl<'a> Field<'a> {
         let items = self.list()?;
         let numbers = items.iter().map(|(value, place)| Ok(self.signed(value, place, quantity)?.1));
         let series = numbers.collect::<Result<Vec<f64>>>()?;
-        // The largest stands for all: series are long.
+        // Only the largest value is checked, because series are long.
         let largest = (0..series.len()).max_by(|a, b| series[*a].abs().total_cmp(&series[*b].abs()));
         if let Some((value, place)) = largest.map(|index| &items[index]) {
             self.scalar(value, place, quantity)?;
@@ -240,7 +240,7 @@ impl<'a> Field<'a> {
     /// A number as it was given and in SI, of the right sign.
     fn signed(&self, value: &Scalar, place: &Place, quantity: &Quantity) -> Result<(f64, f64)> {
         let (number, unit) = match value {
-            // Callers' numbers are SI; a file states the unit.
+            // Numbers of callers are SI; a file states the unit.
             Scalar::Number(number) if quantity.is_number() || matches!(place, Place::Override(_)) => {
                 (*number, si(quantity))
             }
@@ -269,20 +269,20 @@ impl<'a> Field<'a> {
         Err(place.error(ErrorKind::OutOfRange, &self.path, format!("must be {needed}, found {number}")).help(help))
     }
 
-    /// Refuses a value that is far from usual, and notes one that is unusual. `number` is what was given in some unit,
-    /// as `written`; without a text it is in SI.
+    /// Refuses a value far from the usual range, and adds a warning on an unusual one. `number` is the given number in
+    /// the unit of the text `written`; without a text it is in SI.
     fn judge(&self, number: f64, written: Option<&str>, si: f64, place: &Place, quantity: &Quantity) -> Result<()> {
-        let verdict = plausible::judge(self.key, quantity, number, si);
+        let found = plausible::judge(self.key, quantity, number, si);
         let in_si = || format!("{} {}", plausible::short(si), quantity.unit).trim_end().to_string();
         let shown = || written.map_or_else(in_si, str::to_string);
-        match verdict {
-            Verdict::Usual => Ok(()),
-            Verdict::Unusual(usual, cure) => {
+        match found {
+            Plausibility::Usual => Ok(()),
+            Plausibility::Unusual(usual, cure) => {
                 let place = place.locate().to_string();
                 self.log.warn(Unusual { key: self.path.clone(), place, text: format!("{}; {usual}", shown()), cure });
                 Ok(())
             }
-            Verdict::Refused(usual, cure) => {
+            Plausibility::Refused(usual, cure) => {
                 let message = format!("{} is beyond any use; {usual}", shown());
                 Err(place.error(ErrorKind::OutOfRange, &self.path, message).help(cure))
             }

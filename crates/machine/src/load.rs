@@ -1,4 +1,4 @@
-//! From a bundled name or a path to a checked machine.
+//! Loads a checked machine from a bundled name or a path.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -39,7 +39,7 @@ pub fn load_with(source: &str, overrides: &[Override]) -> Result<Machine> {
     }
 }
 
-/// Overrides by a caller.
+/// Overrides of a caller.
 pub fn placed(overrides: &[(String, OverrideValue)]) -> Vec<Override> {
     overrides.iter().map(Override::from_caller).collect()
 }
@@ -70,7 +70,7 @@ fn named_tree(source: &str) -> Result<Cow<'static, Node>> {
     }
 }
 
-/// A bundled machine, read and checked once, since what is compiled in cannot change as a file can.
+/// A bundled machine, read and checked once, because it cannot change.
 #[derive(Debug)]
 struct Bundled {
     tree: Node,
@@ -105,7 +105,7 @@ fn bundled_tree(name: &str) -> Option<Result<&'static Node>> {
     Some(bundled(name)?.map(|read| &read.tree))
 }
 
-/// The tree of a machine file with all that it extends and includes.
+/// The tree of a machine file with all extended and included files.
 fn machine_tree(source: &Source) -> Result<Node> {
     let tree = extended(source, &mut Vec::new())?;
     match tree.entries().unwrap_or_default().iter().find(|entry| entry.key == "scenario") {
@@ -127,7 +127,7 @@ fn overridden<'a>(mut tree: Cow<'a, Node>, overrides: &[Override]) -> Result<Cow
 /// A machine file that is read once and built many times, with other values each time.
 pub struct Template {
     tree: Cow<'static, Node>,
-    /// Where it is a bundled file as it stands.
+    /// Whether it is an unchanged bundled file.
     bundled: Option<&'static Bundled>,
 }
 
@@ -151,8 +151,7 @@ impl Template {
         Ok(Self { tree: Cow::Owned(machine_tree(&Source { file, folder: None })?), bundled: None })
     }
 
-    /// The machine with `changes` on top, as the text of one file that needs no other: everything that it extends and includes
-    /// is in it.
+    /// The machine with `changes` as the text of a single file, with the content of all extended and included files.
     ///
     /// # Errors
     /// As [`load`].
@@ -162,7 +161,7 @@ impl Template {
         Ok(whole::text(&tree, &machine.provenance))
     }
 
-    /// The machine with `changes` on top.
+    /// The machine with `changes`.
     ///
     /// # Errors
     /// As [`load`].
@@ -189,8 +188,8 @@ impl Template {
     }
 }
 
-/// The tree of a file merged onto what it extends, and what it includes merged onto both. `opened` holds the files on the
-/// way, to find a cycle.
+/// The tree of a file merged onto the file it extends, with the included files merged onto both. `opened` has the files
+/// of this chain, to detect a cycle.
 fn extended(source: &Source, opened: &mut Vec<String>) -> Result<Node> {
     let tree = document::parse(&source.file)?;
     let parts = included(source, &tree)?;
@@ -211,7 +210,7 @@ fn extended_base(source: &Source, node: &Node, opened: &mut Vec<String>) -> Resu
         let found = format!("expected the name of a machine, found {}", node.kind_name());
         return Err(place.error(ErrorKind::WrongType, "extends", found).help("put the name in quotes"));
     };
-    // A bundled machine extends no other file than bundled ones.
+    // A bundled machine extends only bundled files.
     if let Some(tree) = bundled_tree(name) {
         return tree.cloned();
     }
@@ -255,7 +254,7 @@ fn included(source: &Source, tree: &Node) -> Result<Vec<Node>> {
     names.iter().map(part).collect()
 }
 
-/// The tree of one included file: tables of a machine, which is not whole by itself.
+/// The tree of one included file: tables of an incomplete machine.
 fn part_of(source: &Source, name: &str, place: &Place) -> Result<Node> {
     let folder = source.folder.clone().unwrap_or_default();
     let file = read(&folder.join(name)).map_err(|error| relocate(&error, place, "include"))?;
@@ -291,7 +290,7 @@ pub fn relocate(error: &MachineError, place: &Place, key: &str) -> MachineError 
     }
 }
 
-/// What tells one file from another, however its path was written.
+/// Identity of a file, independent of the notation of its path.
 fn identity(source: &Source) -> String {
     let name = &source.file.name;
     match (&source.folder, Path::new(name).canonicalize()) {
@@ -309,15 +308,15 @@ fn listed(names: &[&str]) -> String {
     format!("{} and {rest} more, which `hydrocrane machines` lists", names[..MOST_LISTED].join(", "))
 }
 
-/// What can be done with a machine where a scenario is wanted, and the other way round.
+/// Cure for a machine in place of a scenario, and vice versa.
 pub const FOR_A_MACHINE: &str =
     "give a scenario that names it: `hydrocrane new` writes one; `hydrocrane live` drives the machine as it is";
 const FOR_A_SCENARIO: &str = "give the machine that it names, or `hydrocrane simulate` the scenario";
-/// Files from one that extends to the one that stands alone.
+/// Most files in a chain of extensions.
 const MOST_EXTENDED: usize = 16;
-/// Files that one file includes.
+/// Most files that one file includes.
 const MOST_INCLUDED: usize = 64;
-/// Names in one message.
+/// Most names in one message.
 const MOST_LISTED: usize = 8;
 
 /// A name with a separator or a suffix is a path; a plain word is a bundled name.
@@ -356,7 +355,7 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
 fn read(path: &Path) -> Result<Source> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
-    // One byte more than is allowed tells that there is too much.
+    // One byte more than allowed shows that the file is too long.
     let read = std::fs::File::open(path).and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes));
     read.map_err(|error| {
         MachineError::new(ErrorKind::UnreadableFile, Location::Source(name.clone()), format!("cannot be read: {error}"))

@@ -1,4 +1,4 @@
-//! Keeps the provenance of the values that were read, and knows which of them are independent variables.
+//! Record of the values that were read: their provenance, and which of them are independent variables.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -17,19 +17,19 @@ pub const CLASSES: [(&str, ProvenanceClass); 5] = [
     ("setting", ProvenanceClass::Setting),
 ];
 
-/// Provenance of the values read so far. A log that demands none serves scenario files.
+/// Provenance of the values read so far. A log without required provenance is for scenario files.
 pub struct Log {
     demands_class: bool,
     seen: RefCell<HashMap<String, Provenance>>,
     unusual: RefCell<Vec<Unusual>>,
     words: RefCell<Vec<(String, String)>>,
-    /// What numbers are differentiated by, in the order of their derivatives.
+    /// The independent variables, in the order of the derivatives.
     variables: Vec<Variable>,
 }
 
 impl Log {
     pub fn new(demands_class: bool) -> Self {
-        // A large machine has some three hundred values.
+        // A large machine has about three hundred values.
         let seen = RefCell::new(HashMap::with_capacity(if demands_class { 512 } else { 0 }));
         Self { demands_class, seen, unusual: RefCell::default(), words: RefCell::default(), variables: Vec::new() }
     }
@@ -46,7 +46,7 @@ impl Log {
         T::read(value, || self.variables.iter().position(here))
     }
 
-    /// What was read, in the order of the tree.
+    /// The values in the order of the tree.
     pub fn in_order_of(self, root: &Node) -> Vec<Provenance> {
         let mut seen = self.seen.into_inner();
         let mut ordered = Vec::with_capacity(seen.len());
@@ -54,7 +54,7 @@ impl Log {
         ordered
     }
 
-    /// Notes where the value at `key` comes from; demanding logs refuse a value without a class.
+    /// Records the provenance of the value at `key`; if it is required, a value without a class is refused.
     pub fn record(&self, key: &str, place: &Place, origin: &Origin) -> Result<(), MachineError> {
         if !self.demands_class {
             return Ok(());
@@ -73,7 +73,7 @@ impl Log {
         Ok(())
     }
 
-    /// Notes a value outside its usual range; one for each key.
+    /// Records a value outside its usual range, one per key.
     pub fn warn(&self, unusual: Unusual) {
         let mut noted = self.unusual.borrow_mut();
         if !noted.iter().any(|known| known.key == unusual.key) {
@@ -86,7 +86,7 @@ impl Log {
         self.unusual.borrow().clone()
     }
 
-    /// Notes the name or choice that was read at `key`; the last one counts.
+    /// Records the name or choice at `key`; the last one counts.
     pub fn word(&self, key: &str, word: &str) {
         if !self.demands_class {
             return;
@@ -103,7 +103,7 @@ impl Log {
         self.words.borrow().clone()
     }
 
-    /// Keeps what was read at `key`.
+    /// Records the value at `key`.
     pub fn keep(&self, key: &str, value: Recorded) {
         if let Some(entry) = self.seen.borrow_mut().get_mut(key) {
             entry.value = value;

@@ -6,7 +6,7 @@ use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
 use crate::nearest::suggestion;
 
-/// A value given by a caller in place of the one in a file. Numbers are SI, texts carry units.
+/// A caller's value that replaces that of a file. Numbers are SI, texts carry units.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OverrideValue {
     Number(f64),
@@ -15,7 +15,7 @@ pub enum OverrideValue {
     List(Vec<OverrideValue>),
 }
 
-/// Tables are merged key by key; anything else in `over` replaces what stood in `base`.
+/// Tables are merged key by key; anything else in `over` replaces the value in `base`.
 pub fn merge(base: Node, over: Node) -> Node {
     match (base.kind, over.kind) {
         (NodeKind::Table(mut entries), NodeKind::Table(additions)) => {
@@ -34,7 +34,7 @@ pub fn merge(base: Node, over: Node) -> Node {
     }
 }
 
-/// A value for a dotted key, with the place where it was given.
+/// A value for a dotted key, with its place.
 #[derive(Debug, Clone)]
 pub struct Override {
     pub key: String,
@@ -49,7 +49,7 @@ impl Override {
     }
 }
 
-/// Tables of named parts. An override changes a part that is there; a new name is a slip of the pen.
+/// Tables of named parts. An override changes an existing part; a new name is an error.
 const COLLECTIONS: [&str; 7] = ["link", "joint", "cylinder", "valve", "friction", "sensor", "keep-out"];
 
 /// A value of a file as one that a caller could give; `None` for a date.
@@ -65,8 +65,7 @@ pub fn override_value(value: &Scalar) -> Option<OverrideValue> {
     })
 }
 
-/// Puts the override's value at its key; missing tables on the way are made, so that a slip is found by the check for
-/// unknown keys.
+/// Puts the override's value at its key; missing tables are made, so that the check for unknown keys finds a mistake.
 pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineError> {
     let Override { key, value, place } = change;
     let mut node = root;

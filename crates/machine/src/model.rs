@@ -1,9 +1,8 @@
-//! The machine as the rest of the program sees it: typed, checked, SI units, names resolved to indices.
+//! The machine for the other crates: typed, checked, SI units, names resolved to indices.
 //!
-//! Nothing here knows physics. `hydrocrane-plant` turns a [`Machine`] into the parameter structs of the laws. Numbers that enter
-//! the equations of motion are of type `T`, so that a machine can be read with derivatives ([`crate::Number`]); all others are
-//! plain.
-//! Pairs of a friction parameter are (extending, retracting).
+//! Nothing here knows physics. `hydrocrane-plant` turns a [`Machine`] into the parameter structs of the laws. Numbers
+//! in the equations of motion have the type `T`, so that a machine can be read with derivatives ([`crate::Number`]);
+//! all others are plain. Pairs of a friction parameter are (extending, retracting).
 
 pub use crate::circuit::*;
 use crate::number::Number;
@@ -32,14 +31,14 @@ pub struct Machine<T = f64> {
     pub sensors: Vec<Sensor>,
     /// Polygons in the inertial frame that controllers keep the tip out of: name and corners (x, z), m.
     pub keep_out: Vec<(String, Vec<[f64; 2]>)>,
-    /// What carries the tip and its load from below; `None`: nothing does.
+    /// The ground under the tip and its load; `None` without ground.
     pub ground: Option<Ground<T>>,
     pub control: Control,
     /// One entry per value of the file, in file order.
     pub provenance: Vec<Provenance>,
     /// Names and choices of the file with the dotted paths of their keys, in the order in which they are read.
     pub words: Vec<(String, String)>,
-    /// Values that are allowed and unusual, in the order in which they are read; those that geometry and weights show come last.
+    /// Allowed but unusual values, in the order in which they are read; those found from geometry and weights are last.
     pub warnings: Vec<Unusual>,
 }
 
@@ -48,11 +47,11 @@ pub struct Machine<T = f64> {
 pub struct Unusual {
     /// Dotted path of the value.
     pub key: String,
-    /// Where it was written: `crane.toml:12:8`, or the override.
+    /// Its place: `crane.toml:12:8`, or the override.
     pub place: String,
-    /// What was found and what is usual.
+    /// The value and the usual range.
     pub text: String,
-    /// What was probably meant.
+    /// The likely intention.
     pub cure: String,
 }
 
@@ -93,7 +92,7 @@ pub enum InertiaAbout {
 pub struct Joint<T = f64> {
     pub name: String,
     pub kind: JointKind<T>,
-    /// Position on the parent link where the child frame's origin sits (prismatic: at coordinate `zero`), m.
+    /// Position of the child frame's origin on the parent link (prismatic: at coordinate `zero`), m.
     pub at: [T; 2],
     /// Coordinate (rad or m) at which the joint is in its neutral position.
     pub zero: T,
@@ -137,7 +136,7 @@ pub struct Cylinder<T = f64> {
     pub stroke: T,
     /// Distance of the pins with the piston at mid-stroke, m.
     pub mid_length: T,
-    /// Lowest piston position before the rod face meets the barrel, m; `None` where the file gives no rod length.
+    /// Lowest piston position before the rod face meets the barrel, m; `None` if the file gives no rod length.
     pub rod_contact: Option<T>,
     /// Dead volumes at the piston side and the rod side, m^3, and their values as the thesis printed them.
     pub dead_volume: [T; 2],
@@ -146,7 +145,7 @@ pub struct Cylinder<T = f64> {
     pub port_diameter: Option<T>,
     pub leakage: Leakage<T>,
     pub end_stop: EndStop<T>,
-    /// Pressure that its chambers are rated for, Pa; `None` where the file does not say.
+    /// Pressure that its chambers are rated for, Pa; `None` if not stated.
     pub pressure_rating: Option<f64>,
     pub valve: Valve<T>,
     /// Of the piston side and of the rod side.
@@ -214,7 +213,7 @@ pub struct Valve<T = f64> {
     pub overlap: T,
     /// Curves of the edges supply to A, A to tank, supply to B and B to tank; `None`: in proportion to the spool beyond the overlap.
     pub metering: [Option<EdgeCurve<T>>; 4],
-    /// Of the edges from port A and from port B to the tank: spools of their own that keep a return pressure.
+    /// Of the edges from port A and from port B to the tank: separate spools that hold a return pressure.
     pub meter_out: [Option<MeterOut<T>>; 2],
     /// Laminar leakage conductance per closed edge, m^3/(s Pa).
     pub leakage: T,
@@ -227,7 +226,7 @@ pub struct Valve<T = f64> {
     pub acceleration_limit: Option<T>,
     /// s
     pub delay: f64,
-    /// What becomes of a controller's command on its way to the spool.
+    /// Signal chain from a controller's command to the spool.
     pub command: SignalChain,
 }
 
@@ -264,7 +263,7 @@ impl<T: Number> Valve<T> {
     }
 }
 
-/// An edge to the tank that keeps the pressure of its port.
+/// An edge to the tank that holds the pressure of its port.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeterOut<T = f64> {
     /// Pa
@@ -277,9 +276,9 @@ pub struct MeterOut<T = f64> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Compensator<T = f64> {
     None,
-    /// Before the spool, with the drop over the metering edge that it keeps, Pa.
+    /// Before the spool, with the pressure drop that it holds over the metering edge, Pa.
     Before(T),
-    /// Behind the spool: all sections have the drop that the pump leaves.
+    /// Behind the spool: all sections have the drop that remains from the pump.
     Behind,
 }
 
@@ -296,7 +295,7 @@ pub struct SignalChain {
     /// m of spool stroke
     pub offset: f64,
     pub gain: f64,
-    /// Commands up to this size do nothing; larger ones count from here, m.
+    /// Dead band: smaller commands have no effect, larger ones count from here, m.
     pub dead_band: f64,
     /// Limits of the spool command, m.
     pub low: f64,
@@ -371,7 +370,7 @@ pub enum Cavitation<T = f64> {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Supply<T = f64> {
-    /// Constant, what the pump is set to, or what a prescribed pressure is about, Pa.
+    /// Constant pressure, set pressure of the pump, or typical value of a prescribed pressure, Pa.
     pub pressure: T,
     pub tank_pressure: T,
     /// The pressure is a measured one, which a run prescribes.
@@ -380,7 +379,7 @@ pub struct Supply<T = f64> {
     pub mains: Option<Mains<T>>,
 }
 
-/// Mains whose pressure follows from what flows in and out.
+/// The mains (pressure line between pump and valves), whose pressure follows from its flows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mains<T = f64> {
     /// Volume of the lines between pump and valves without pressure, m^3, and its growth with pressure, m^3/Pa.
@@ -395,10 +394,10 @@ pub struct Mains<T = f64> {
     pub accumulator: Option<Accumulator<T>>,
 }
 
-/// A line from the valves that tells the pump the highest load pressure.
+/// The load-sensing line, which transmits the highest load pressure to the pump.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadSensing<T = f64> {
-    /// What the pump keeps beyond that pressure, Pa.
+    /// Margin of the pump above that pressure, Pa.
     pub margin: T,
     /// Of the line, s.
     pub time_constant: T,
@@ -429,7 +428,7 @@ pub struct Engine<T = f64> {
     pub rated_torque: T,
 }
 
-/// A pump that keeps the supply pressure by its displacement.
+/// A pump that controls the supply pressure by its displacement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureControl<T = f64> {
     /// Fall of pressure that brings full displacement, Pa.
@@ -501,13 +500,13 @@ pub struct Control {
     /// Per controller its gains by key, SI.
     pub gains: Vec<(String, Vec<(String, f64)>)>,
     pub thesis: ThesisSteps,
-    /// Tip control reads no chamber pressure but estimates all of them.
+    /// Tip control estimates all chamber pressures and reads none.
     pub estimates_pressures: bool,
     /// Joint that holds the tip's height in the stick mode `height`; `None`: the telescope, else the last one.
     pub height_joint: Option<usize>,
 }
 
-/// The steps of the thesis's controller that its program leaves out (Table 6): whether they are taken.
+/// The steps of the thesis's controller that its program leaves out (Table 6): whether they are executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ThesisSteps {
     /// Step 6: the set-point stays in the working area.
@@ -523,7 +522,7 @@ impl Default for ThesisSteps {
 }
 
 impl Control {
-    /// A gain of a controller, where the file gives it.
+    /// A gain of a controller, if the file states it.
     pub fn gain(&self, controller: &str, key: &str) -> Option<f64> {
         let (_, gains) = self.gains.iter().find(|(name, _)| name == controller)?;
         gains.iter().find(|(name, _)| name == key).map(|(_, value)| *value)
@@ -564,7 +563,7 @@ pub struct Provenance {
     pub value: Recorded,
 }
 
-/// A value of the file as it was read.
+/// A value of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recorded {
     /// SI; points of a list one after the other.

@@ -1,4 +1,4 @@
-//! The nearest valid name to one that was misspelt.
+//! The valid name nearest to a misspelt one.
 
 /// Help text for an unknown `name`: the nearest candidate, or the list of all of them.
 pub fn suggestion<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
@@ -18,7 +18,7 @@ pub fn choose<T: Copy>(text: &str, choices: &[(&str, T)]) -> Result<T, String> {
 
 /// The candidate that `name` begins, or the one at the smallest edit distance, when it is close enough to be meant.
 fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
-    // Long machine-made names carry no meaning and would make the quadratic distance slow.
+    // For long generated names the quadratic distance would be slow.
     if name.chars().count() > 64 {
         return None;
     }

@@ -1,4 +1,4 @@
-//! The number type that a machine is read with: plain, or with its derivatives by some values of the file.
+//! The number type of a machine: plain, or with derivatives by some values of the file.
 
 use hydrocrane_num::{Dual, Field, Real};
 
@@ -11,7 +11,7 @@ pub struct Variable {
     pub element: Option<usize>,
 }
 
-/// What a number of a machine file can do beside arithmetic.
+/// Operations of a number of a machine file besides arithmetic.
 ///
 /// Checks of a file and choices between formulas look at [`Number::plain`] values; all that enters the equations of motion is
 /// computed in the type itself.
@@ -21,7 +21,7 @@ pub trait Number: Real {
     fn read(value: f64, variable: impl FnOnce() -> Option<usize>) -> Self;
     /// The value without derivatives.
     fn plain(self) -> f64;
-    /// Whether it is `value` and stays so, whatever the independent variables are.
+    /// Whether it equals `value` for all values of the independent variables.
     fn always(self, value: f64) -> bool;
 }
 

@@ -1,9 +1,9 @@
-//! Whether a value is usual: outside the range that its key declares it draws a warning, far outside an error.
+//! Check of a value against the usual range of its key: a warning outside, an error far outside.
 
 use crate::keys::{Key, Sign, Usual};
 use crate::units::{self, Dimension, Quantity};
 
-/// Usual values of keys that declare none, by dimension.
+/// Usual ranges of keys that declare none, by dimension.
 const OF_DIMENSION: &[Usual] = &[
     ("0 m", "100 m", 10.0),
     ("0 deg", "720 deg", 100.0),
@@ -12,11 +12,11 @@ const OF_DIMENSION: &[Usual] = &[
     ("0 kg", "50 t", 1e3),
 ];
 
-/// Magnitudes that no key may have, where no range says more, SI.
+/// Bounds of magnitudes for keys without a range, SI.
 const LEAST: f64 = 1e-18;
 const MOST: f64 = 1e15;
 
-/// Units that people write beside those with a symbol of their own, to guess which one was meant.
+/// Further units for the guess of the intended one.
 const WRITTEN_UNITS: [&str; 8] = ["l/min", "mm/s", "N/mm", "kN/mm", "kN s/m", "kg/l", "g/l", "kg mm^2"];
 
 /// A usual range in SI.
@@ -40,9 +40,9 @@ impl Range {
     }
 }
 
-/// How a value lies to its range.
+/// How a value compares with its usual range.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Verdict {
+pub enum Plausibility {
     Usual,
     /// A warning: what is usual, and the cure.
     Unusual(String, String),
@@ -51,30 +51,34 @@ pub enum Verdict {
 }
 
 /// Judges the value `si` of `key`, written as `number` in some unit. A positive one may be too small for any use.
-pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Verdict {
+pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Plausibility {
     let positive = key.sign() == Sign::Positive;
     let magnitude = si.abs();
     if magnitude == 0.0 {
-        return Verdict::Usual;
+        return Plausibility::Usual;
     }
     let Some(range) = range_of(key, quantity.dimension) else {
         let allowed = magnitude <= MOST && !(positive && magnitude < LEAST);
         let unit = if quantity.is_number() { String::new() } else { format!(" {}", quantity.unit) };
         let limits = format!("must lie between {LEAST:e} and {MOST:e}{unit}");
-        return if allowed { Verdict::Usual } else { Verdict::Refused(limits, "check the value and its unit".into()) };
+        return if allowed {
+            Plausibility::Usual
+        } else {
+            Plausibility::Refused(limits, "check the value and its unit".into())
+        };
     };
-    // A rounding error is no reason to warn.
+    // No warning because of rounding.
     let outside = |margin: f64| (range.low / magnitude).max(magnitude / range.high) > margin * (1.0 + 1e-9);
     let too_large = magnitude > range.high;
     if !outside(1.0) {
-        return Verdict::Usual;
+        return Plausibility::Usual;
     }
     let usual = format!("usual is {} to {}", range.texts[0], range.texts[1]);
     let cure = likely(&range, quantity.dimension, number).unwrap_or_else(|| "check the value and its unit".into());
     if (too_large || positive) && outside(range.margin) {
-        return Verdict::Refused(usual, cure);
+        return Plausibility::Refused(usual, cure);
     }
-    Verdict::Unusual(usual, cure)
+    Plausibility::Unusual(usual, cure)
 }
 
 fn range_of(key: &Key, dimension: Dimension) -> Option<Range> {
@@ -83,7 +87,7 @@ fn range_of(key: &Key, dimension: Dimension) -> Option<Range> {
     ranges.find(|range| range.dimension.is_none_or(|of_range| of_range == dimension))
 }
 
-/// The number with the unit that was probably meant: the one that brings it nearest to the middle of the range.
+/// The number with the probably intended unit, for which it is nearest to the middle of the range.
 fn likely(range: &Range, dimension: Dimension, number: f64) -> Option<String> {
     let distance = |si: f64| libm::log(si * si / (range.low.max(1e-3 * range.high) * range.high)).abs();
     let meant = units::symbols().chain(WRITTEN_UNITS).filter_map(|symbol| {
@@ -96,7 +100,7 @@ fn likely(range: &Range, dimension: Dimension, number: f64) -> Option<String> {
     Some(format!("did you mean \"{} {symbol}\"?", short(number)))
 }
 
-/// A number as people write it.
+/// A number in usual notation.
 pub fn short(number: f64) -> String {
     let magnitude = number.abs();
     if magnitude != 0.0 && !(1e-4..1e7).contains(&magnitude) {
@@ -131,22 +135,25 @@ mod tests {
     fn a_wrong_unit_is_guessed() {
         let bore =
             |number: f64, si: f64| judge(declared("cylinder.lift.bore"), &quantities::LENGTH.quantity(), number, si);
-        assert_eq!(bore(63.0, 0.063), Verdict::Usual);
+        assert_eq!(bore(63.0, 0.063), Plausibility::Usual);
         for number in [63.0, 100.0] {
             let meant = format!("did you mean \"{number} mm\"?");
-            assert_eq!(bore(number, number), Verdict::Unusual("usual is 10 mm to 600 mm".into(), meant));
+            assert_eq!(bore(number, number), Plausibility::Unusual("usual is 10 mm to 600 mm".into(), meant));
         }
-        assert!(matches!(bore(1e5, 1e5), Verdict::Refused(..)));
-        assert!(matches!(bore(1e-9, 1e-9), Verdict::Refused(..)));
+        assert!(matches!(bore(1e5, 1e5), Plausibility::Refused(..)));
+        assert!(matches!(bore(1e-9, 1e-9), Plausibility::Refused(..)));
         let pressure = judge(declared("supply.pressure"), &quantities::PRESSURE.quantity(), 100.0, 100.0);
-        assert_eq!(pressure, Verdict::Unusual("usual is 5 bar to 500 bar".into(), "did you mean \"100 bar\"?".into()));
+        assert_eq!(
+            pressure,
+            Plausibility::Unusual("usual is 5 bar to 500 bar".into(), "did you mean \"100 bar\"?".into())
+        );
     }
 
     #[test]
     fn keys_without_a_range_are_bounded_too() {
         for (number, refused) in [(1e-300, true), (0.5, false), (1e300, true)] {
-            let verdict = judge(declared("sensor.lift.noise"), &Quantity::number(), number, number);
-            assert_eq!(matches!(verdict, Verdict::Refused(..)), refused, "{number}");
+            let found = judge(declared("sensor.lift.noise"), &Quantity::number(), number, number);
+            assert_eq!(matches!(found, Plausibility::Refused(..)), refused, "{number}");
         }
     }
 }

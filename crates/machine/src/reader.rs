@@ -1,7 +1,6 @@
-//! Reads a table: its keys are checked against the declared ones, its values come out typed.
+//! Reader of a table: keys are checked against the declared ones, values are typed.
 //!
-//! Values are asked for by name and read as [`crate::keys`] declares them. Asking for a key that is not declared is an
-//! error of this program and panics.
+//! Values are read by name, as declared in [`crate::keys`]. A request for an undeclared key is a bug and panics.
 
 use crate::document::{join, Entry, Node, NodeKind, Place};
 use crate::errors::{ErrorKind, MachineError};
@@ -26,7 +25,7 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// The whole of a file, whose top has these `keys`.
+    /// A whole file with these `keys` at its top.
     pub fn root(tree: &'a Node, keys: &'static [Key], log: &'a Log) -> Result<Self> {
         Self::open(tree, String::new(), keys, log)
     }
@@ -55,11 +54,14 @@ impl<'a> Reader<'a> {
             return Ok(());
         };
         let help = match entry.key.as_str() {
-            // TOML counts a key to the table above it, wherever its author wanted it.
+            // In TOML a key belongs to the table above it, whatever the author intended.
             key @ ("extends" | "include") => {
                 format!("`{key}` belongs above the first table of a machine file, above this [{}]", self.path)
             }
-            key => suggestion(key, known.iter().copied()),
+            key => match self.keys.iter().find(|declared| declared.former_name == key) {
+                Some(declared) => format!("`{key}` is called `{}` now", declared.name),
+                None => suggestion(key, known.iter().copied()),
+            },
         };
         Err(entry.place.error(ErrorKind::UnknownKey, &join(&self.path, &entry.key), "unknown key").help(help))
     }
@@ -87,13 +89,13 @@ impl<'a> Reader<'a> {
         self.place.error(ErrorKind::MissingKey, &join(&self.path, key), "missing key").help(help)
     }
 
-    /// An error about `key` (or, where it is absent, about the table).
+    /// An error about `key`, or about the table if the key is absent.
     pub fn error(&self, kind: ErrorKind, key: &str, message: impl Into<String>) -> MachineError {
         let place = self.entry(key).map_or(self.place, |entry| &entry.node.place);
         place.error(kind, &join(&self.path, key), message)
     }
 
-    /// As [`Self::error`], at the key itself rather than at its value.
+    /// As [`Self::error`], at the key itself and not at its value.
     pub fn key_error(&self, kind: ErrorKind, key: &str, message: impl Into<String>) -> MachineError {
         let place = self.entry(key).map_or(self.place, |entry| &entry.place);
         place.error(kind, &join(&self.path, key), message)
@@ -106,7 +108,7 @@ impl<'a> Reader<'a> {
         Reader::open(&entry.node, join(&self.path, key), keys, self.log).map(Some)
     }
 
-    /// A sub-table; where the file has none, one without keys.
+    /// A sub-table; an empty one if the file has none.
     pub fn table_or_empty(&self, key: &str) -> Result<Reader<'a>> {
         let empty = || Reader { entries: &[], path: join(&self.path, key), keys: self.keys_below(key), ..self.clone() };
         Ok(self.table(key)?.unwrap_or_else(empty))
@@ -186,7 +188,7 @@ impl<'a> Reader<'a> {
         self.required_as(key, || help.into())
     }
 
-    /// As [`Self::required`], where the help is written only if it is needed.
+    /// As [`Self::required`], with a help text that is made only if needed.
     fn required_as(&self, key: &str, help: impl FnOnce() -> String) -> Result<Field<'a>> {
         self.optional(key)?.ok_or_else(|| self.missing(key, format!("give {}", help())))
     }
@@ -201,7 +203,7 @@ impl<'a> Reader<'a> {
         self.quantity_of(key, &self.quantity_at(key))
     }
 
-    /// As [`Self::quantity`], where other values decide which of the declared quantities it is.
+    /// As [`Self::quantity`] with a quantity that depends on other values.
     pub fn quantity_of<T: Number>(&self, key: &str, quantity: &Quantity) -> Result<T> {
         self.required_as(key, || quantity.example())?.quantity_of(quantity)
     }
@@ -244,7 +246,7 @@ impl<'a> Reader<'a> {
         self.optional(key)?.map_or(Ok(default), |field| field.text())
     }
 
-    /// Which of the declared choices the key names; `values` are what they stand for, in their order.
+    /// The declared choice that the key names; `values` are the meanings of the choices, in their order.
     pub fn choice<T: Copy>(&self, key: &str, values: &[T]) -> Result<T> {
         let help = || format!("one of {}", self.choices(key).join(", "));
         self.required_as(key, help)?.choice(values)
@@ -261,7 +263,7 @@ impl<'a> Reader<'a> {
         Ok(self.optional_choice(key, values)?.unwrap_or(values[default]))
     }
 
-    /// Which of two groups of keys the table uses: 0 or 1. Keys of both are a conflict; `None` where there are none.
+    /// Which of two groups of keys the table uses: 0 or 1. Keys of both are a conflict; `None` without any.
     pub fn either(&self, groups: [&[&'static str]; 2]) -> Result<Option<usize>> {
         let first = |group: &[&'static str]| group.iter().copied().find(|key| self.has(key));
         match (first(groups[0]), first(groups[1])) {

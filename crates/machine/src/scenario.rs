@@ -1,4 +1,4 @@
-//! Scenario files: which machine does what, from where, for how long.
+//! Scenario files: machine, start, inputs and duration of a run.
 
 mod closed_loop;
 mod command;
@@ -50,7 +50,7 @@ pub struct Scenario {
     pub overrides: Vec<(String, OverrideValue)>,
     /// Point mass at the tip, kg; `None`: the machine's.
     pub payload: Option<f64>,
-    /// Payload from a time (s) on, kg: loads taken up and let go.
+    /// Payload from a time (s) on, kg: loads picked up and released.
     pub payload_changes: Vec<(f64, f64)>,
     pub duration: f64,
     pub record_interval: f64,
@@ -62,16 +62,16 @@ pub struct Scenario {
     pub cylinders: Vec<String>,
     pub controller: Option<ControllerChoice>,
     pub joystick: Option<Joystick>,
-    /// Where the tip is told to go, in order of time.
+    /// Goals of the tip, in order of time.
     pub goals: Vec<Goal>,
-    /// What changes on the way, in order of time; phases beyond the duration do not happen.
+    /// Changes during the run, in order of time; phases after the duration have no effect.
     pub phases: Vec<Phase>,
     pub sensor_faults: Vec<SensorFault>,
     pub solver: Solver,
     pub seed: u64,
-    /// Version of hydrocrane that recorded it, where it is a drive of the cockpit.
+    /// Version of hydrocrane that recorded it, if it is a drive of the cockpit.
     pub recorded_by: Option<String>,
-    /// Values of the file that are allowed and unusual, in the order in which they are read.
+    /// Allowed but unusual values of the file, in the order in which they are read.
     pub warnings: Vec<Unusual>,
 }
 
@@ -90,17 +90,17 @@ pub struct Solver {
     /// Absolute tolerance relative to each state's scale; `None`: chosen from `rtol`.
     pub atol: Option<f64>,
     pub max_step: f64,
-    /// Longest of fixed steps, s; `None`: steps are chosen by the tolerances.
+    /// Longest fixed step, s; `None`: steps follow from the tolerances.
     pub step: Option<f64>,
 }
 
-/// What the choices of `interpolation` stand for.
+/// Meanings of the choices of `interpolation`.
 const INTERPOLATIONS: [Interpolation; 2] = [Interpolation::Hold, Interpolation::Linear];
 pub use crate::keys::{FORMER_METHODS, METHODS};
 
 /// In place of a method: the fastest suitable one for the machine.
 pub const AUTO: &str = "auto";
-/// What [`AUTO`] takes for fixed steps.
+/// The method of [`AUTO`] for fixed steps.
 pub const FIXED_STEPS: &str = "hc-rosenbrock-3";
 
 /// Loads the scenario `source`, a bundled name or a path, with `overrides` by dotted key in place of its values.
@@ -120,8 +120,8 @@ pub fn parse_scenario(text: &str, origin: &str, overrides: &[(String, OverrideVa
     build(&in_memory(text, origin), overrides, None, &[])
 }
 
-/// As [`parse_scenario`], where `machine` is the text of the machine file that the scenario names, if it names one, and `logs`
-/// are the names and texts of its logs.
+/// As [`parse_scenario`], with the text `machine` of the machine file that the scenario names, if any, and the names
+/// and texts of its `logs`.
 ///
 /// # Errors
 /// The first problem met, with its place and cure.
@@ -138,11 +138,11 @@ fn in_memory(text: &str, origin: &str) -> Source {
     Source { file: std::sync::Arc::new(SourceFile { name: origin.into(), text: text.into() }), folder: None }
 }
 
-/// Where a scenario's machine is found.
+/// Source of a scenario's machine.
 struct MachineSource {
     /// Bundled name or path.
     name: String,
-    /// In place of the file of that name.
+    /// Text in place of the file of that name.
     text: Option<String>,
 }
 
@@ -173,7 +173,7 @@ fn build(
     for change in load::placed(overrides) {
         apply_override(&mut tree, &change)?;
     }
-    // A scenario describes no machine, so that its values carry no provenance.
+    // A scenario describes no machine, so its values have no provenance.
     let log = Log::new(false);
     let root = Reader::root(&tree, keys::SCENARIO, &log)?;
     let Some(head) = root.table("scenario")? else {
@@ -218,7 +218,7 @@ fn build(
     })
 }
 
-/// Checks that what tables in `root` state in the machine's place agrees with the `overrides` there.
+/// Checks that values in `root` that replace those of the machine agree with the `overrides`.
 fn agree(
     root: &Reader,
     payload: Option<f64>,
@@ -288,7 +288,7 @@ fn flatten(table: &str, key: &str, node: &Node, overrides: &mut Vec<Override>) -
     }
 }
 
-/// Loads taken up and let go: the payload from each time on.
+/// Loads picked up and released: the payload from each time on.
 fn payload_changes(root: &Reader) -> Result<Vec<(f64, f64)>> {
     let Some(table) = root.table("payload")? else { return Ok(Vec::new()) };
     let time_field = table.required("time", "a list of times, for example [\"2 s\", \"6 s\"]")?;
@@ -355,7 +355,7 @@ fn solver(root: &Reader) -> Result<Solver> {
     })
 }
 
-/// Seeds are whole numbers that a double holds exactly.
+/// Seeds are integers that a double represents exactly.
 pub const MOST_SEED: u64 = 1 << 53;
 
 fn seed(head: &Reader) -> Result<u64> {

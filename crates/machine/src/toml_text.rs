@@ -3,7 +3,7 @@
 use crate::merge::OverrideValue;
 use std::fmt::Write;
 
-/// A number with its unit; a plain one without.
+/// A number with its unit, or a plain number.
 pub fn quantity(value: f64, unit: &str) -> String {
     if unit.is_empty() {
         format!("{value:?}")

@@ -8,7 +8,7 @@
 //! and x_new = x + sum_j a_8j k_j + k_8, error k_8. A quadrature's row needs no solve:
 //!     kappa_i = h gamma (g + sum_j C_ij/h kappa_j + g_x k_i).
 //!
-//! Tangents of the state are integrated by the derivative of the step itself: W k_i' = r' + J' k_i, where r' is the
+//! Tangents of the state are integrated with the derivative of the step: W k_i' = r' + J' k_i, where r' is the
 //! right-hand side of the stage with tangents in place of states. One factorisation serves state and tangents.
 
 use crate::linear::{Factored, Linearisation};

@@ -18,9 +18,10 @@ pub struct Tolerances {
 /// How step sizes are chosen; any method can be stepped in either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StepControl {
-    /// By the error of each step relative to the tolerances.
+    /// From the error of each step relative to the tolerances.
     Adaptive,
-    /// The fewest equal steps that are not longer than the largest one, shortened only where they do not follow the equations.
+    /// The least number of equal steps not longer than the largest one; a step is divided only if its error is too
+    /// large.
     Even,
 }
 
@@ -31,7 +32,7 @@ pub enum StepFailure {
     NotAdmissible,
     /// The step size fell below rounding.
     TooSmall,
-    /// A fixed step ended with numbers that are not finite, or its smallest parts do not follow the equations.
+    /// A fixed step ended with numbers that are not finite, or the error of its smallest parts is too large.
     NotFinite,
 }
 
@@ -45,22 +46,23 @@ const SAFETY: f64 = 0.9;
 const DOUBLE: f64 = 2.0;
 /// Share of a step by which an interval may be longer than whole steps: rounding must not add one.
 const EVEN: f64 = 1e-6;
-/// Error of a fixed step beyond which it does not follow the equations and is cut.
+/// Error of a fixed step above which it is divided.
 const GROSS: f64 = 0.1;
 /// The same bound per square of a step (1/s^2) where laws are smooth, because the errors of more steps add up.
 const GROSS_PER_SQUARE: f64 = 300.0;
-/// Size of a step, s, below which the bound falls with the fifth power: steps so short are those of a fast controller, which
-/// amplifies what they leave. At least the bound of a step of 0.2 ms, so that a step that a command cuts short is not refused.
+/// Size of a step, s, below which the bound falls with the fifth power: such short steps are those of a fast
+/// controller, which amplifies their errors. It is at least the bound of a step of 0.2 ms, so that a step that a
+/// command cuts short is not refused.
 const FINE: f64 = 1e-3;
 const LEAST_GROSS: f64 = 1e-7;
 /// Before the first interval of fixed steps.
 const NOT_JUDGED: (f64, f64) = (f64::NEG_INFINITY, GROSS);
 /// Largest number of parts of a fixed step.
 const MOST_PARTS: u32 = 256;
-/// Number of attempts that must advance by a least time (s); a slower run would take hours for a second.
+/// Number of attempts that must advance by a least time (s); a slower run would need hours for a second.
 pub const CRAWL_ATTEMPTS: u64 = 1_000_000;
 const CRAWL_ADVANCE: f64 = 1e-2;
-/// Error of the smallest part, relative to the bound, beyond which the run ends.
+/// Error of the smallest part, relative to the bound, above which the run ends.
 const HOPELESS: f64 = 100.0;
 
 /// The next step of the wanted size within the remaining interval. A remainder under 1 % is merged; two short steps are made
@@ -102,9 +104,9 @@ pub struct Stepper {
     pub rejected: u64,
     /// Attempts and time (s) at which the watch for slow progress last restarted.
     mark: (u64, f64),
-    /// End of the interval of fixed steps that is under way, and the error beyond which its steps are cut.
+    /// End of the present interval of fixed steps, and the error above which its steps are divided.
     judged: (f64, f64),
-    /// Time at which the smallest parts of a fixed step first did not follow the equations, s.
+    /// Time at which the error of the smallest parts of a fixed step was first too large, s.
     pub unresolved: Option<f64>,
 }
 
@@ -145,12 +147,12 @@ impl Stepper {
         self
     }
 
-    /// Error beyond which fixed steps of size `h` (s) are cut.
+    /// Error above which fixed steps of size `h` (s) are divided.
     fn gross(&self, h: f64) -> f64 {
         if self.jumps {
             return GROSS;
         }
-        // Rounding makes no step a short one.
+        // A step that is shorter only by rounding does not count as short.
         let fine = if h < FINE * (1.0 - EVEN) { h / FINE } else { 1.0 };
         (GROSS_PER_SQUARE * h * h * fine * fine * fine).clamp(LEAST_GROSS, GROSS)
     }
@@ -198,7 +200,7 @@ impl Stepper {
                 let most = if rejected_before { 1.0 } else { GROW };
                 let next = h * self.growth(h, norm).clamp(SHRINK, most);
                 self.last = Some((h, norm));
-                // A step cut short by the limit says nothing of the next restart.
+                // A step cut short by the limit has no information for the next restart.
                 if self.restarted && h >= wanted {
                     self.first = Some(h);
                     self.restarted = false;
@@ -215,16 +217,16 @@ impl Stepper {
         }
     }
 
-    /// Takes one of the fewest equal steps to `limit` that are not longer than the largest step, or a part of one where the whole
-    /// step would not follow the equations. The number of parts is bounded, and so is the work of a step.
+    /// Takes one of the fewest equal steps to `limit` that are not longer than the largest step, or a part of one if
+    /// the error of the whole step is too large. The number of parts and the work of a step are bounded.
     fn even_step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
-        // Without a limit the largest step is taken as it is.
+        // Without a limit the step is the largest one.
         let parts_of = |span: f64, most: f64| match span.is_finite() {
             true => span / (span / most - EVEN).ceil().max(1.0),
             false => most,
         };
         let whole = parts_of(limit - self.t, self.tolerances.max_step);
-        // What is left of a step that was cut is judged as the step is.
+        // The remainder of a divided step has the bound of the whole step.
         if self.judged.0 != limit {
             self.judged = (limit, self.gross(whole));
         }
@@ -295,7 +297,7 @@ impl Stepper {
         if !self.method.attempt(system, self.t, h, &self.x, &mut self.target) {
             return Err(StepFailure::NotFinite);
         }
-        // Without a way out on the way, so that it is done several at a time.
+        // Without an early exit, so that the compiler vectorises it.
         if !self.target.x.iter().fold(true, |so_far, v| so_far & v.is_finite()) {
             return Err(StepFailure::NotFinite);
         }
@@ -305,8 +307,8 @@ impl Stepper {
         Ok(())
     }
 
-    /// Root mean square of a change relative to the tolerances, weighted by the old state only: weights from
-    /// a wild new state would let it pass. The largest norm of the state and its resolved tangents counts.
+    /// Root mean square of a change relative to the tolerances, weighted by the old state only: weights from a wrong
+    /// new state would accept it. The largest norm of the state and its resolved tangents counts.
     fn norm(&self, system: &dyn System, change: &[f64]) -> f64 {
         let Tolerances { relative, absolute, .. } = self.tolerances;
         let n = self.x.len() / (1 + system.tangents());
@@ -394,7 +396,7 @@ impl Stepper {
         (t - self.from) / (self.t - self.from)
     }
 
-    /// All that decides the steps to come of the same `system`, without integrals.
+    /// All data that determine the next steps of the same `system`, without integrals.
     pub fn archive(&mut self, system: &dyn System, archive: &mut Archive) {
         archive.numbers(&mut self.x);
         for number in
@@ -458,7 +460,7 @@ mod tests {
         assert_eq!([gross(false, 1.0), gross(true, 1e-4)], [GROSS; 2]);
     }
 
-    /// x' = 2000 (1 - x^2): a step of 1 ms does not follow it, its parts do.
+    /// x' = 2000 (1 - x^2): the error of a step of 1 ms is too large, that of its parts is not.
     struct Fast;
 
     impl System for Fast {

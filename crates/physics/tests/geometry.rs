@@ -4,7 +4,7 @@ use hydrocrane_num::{Dual, Field, Vec2};
 use hydrocrane_physics::geometry::cylinder_triangle::included_angle;
 use hydrocrane_physics::geometry::four_bar::FourBar;
 use hydrocrane_physics::geometry::frames::Joint;
-use hydrocrane_physics::geometry::stroke::{Actuation, Drive};
+use hydrocrane_physics::geometry::stroke::{Actuation, Mounting};
 use std::f64::consts::PI;
 
 const T1: [f64; 2] = [2.231, 0.109];
@@ -25,13 +25,16 @@ fn jib() -> (Joint<f64>, Actuation<f64>) {
         coupler_length: 0.194,
         side: 1.0,
     };
-    (joint(J3, -PI), Actuation { drive: Drive::FourBar { barrel: Vec2::c(C2S), linkage }, mid_length: MID_2 })
+    (joint(J3, -PI), Actuation { mounting: Mounting::FourBar { barrel: Vec2::c(C2S), linkage }, mid_length: MID_2 })
 }
 
 fn boom() -> (Joint<f64>, Actuation<f64>) {
-    let drive =
-        Drive::Pins { on_parent: Vec2::c([0.115, 0.033]), on_child: Vec2::c([0.199, -0.061]), barrel_on_child: true };
-    (joint([0.0, 0.73], -PI / 2.0), Actuation { drive, mid_length: 0.05 + 0.215 + 0.05 + 0.31 + 0.01 })
+    let mounting = Mounting::Pins {
+        on_parent: Vec2::c([0.115, 0.033]),
+        on_child: Vec2::c([0.199, -0.061]),
+        barrel_on_child: true,
+    };
+    (joint([0.0, 0.73], -PI / 2.0), Actuation { mounting, mid_length: 0.05 + 0.215 + 0.05 + 0.31 + 0.01 })
 }
 
 /// Thesis (17)-(26) and (41), (42), with the slips of the text mended (E27, E29): x2 from beta.
@@ -107,7 +110,7 @@ fn boom_has_its_dead_centre_at_26_4_degrees() {
 #[test]
 fn torn_linkage_keeps_finite_value_and_slope() {
     let (_, actuation) = jib();
-    let Drive::FourBar { linkage, .. } = actuation.drive else { panic!("the jib has a four-bar") };
+    let Mounting::FourBar { linkage, .. } = actuation.mounting else { panic!("the jib has a four-bar") };
     let far = linkage.lift::<Dual<f64, 1>>();
     let away = hydrocrane_physics::geometry::MovingPoint {
         position: Vec2::new(Dual::variable(9.0, 0), Dual::c(9.0)),

@@ -12,7 +12,7 @@ use hydrocrane_physics::dynamics::{Body, Mechanics};
 use hydrocrane_physics::friction::{lugre::LuGre, StaticParameters};
 use hydrocrane_physics::geometry::four_bar::FourBar;
 use hydrocrane_physics::geometry::frames::Joint;
-use hydrocrane_physics::geometry::stroke::{Actuation, Drive};
+use hydrocrane_physics::geometry::stroke::{Actuation, Mounting};
 use hydrocrane_physics::hydraulics::accumulator::Accumulator;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
@@ -166,12 +166,12 @@ fn body<T: Number>(m: &file::Machine<T>, link: &file::Link<T>) -> Body<T> {
 fn actuation<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Result<Actuation<T>, BuildError> {
     let parent = c.joint;
     let barrel = vector(c.barrel_pin.position);
-    let drive = match &c.rod_pin {
+    let mounting = match &c.rod_pin {
         file::RodPin::Point(rod) => {
             let rod = vector(rod.position);
             let barrel_on_child = c.barrel_pin.link != parent;
             let (on_parent, on_child) = if barrel_on_child { (rod, barrel) } else { (barrel, rod) };
-            Drive::Pins { on_parent, on_child, barrel_on_child }
+            Mounting::Pins { on_parent, on_child, barrel_on_child }
         }
         file::RodPin::FourBar(l) => {
             if c.barrel_pin.link != parent {
@@ -184,10 +184,10 @@ fn actuation<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Result<A
                 coupler_length: l.coupler_length,
                 side: T::c(l.side),
             };
-            Drive::FourBar { barrel, linkage }
+            Mounting::FourBar { barrel, linkage }
         }
     };
-    Ok(Actuation { drive, mid_length: c.mid_length })
+    Ok(Actuation { mounting, mid_length: c.mid_length })
 }
 
 fn circle<T: Real>(diameter: T) -> T {

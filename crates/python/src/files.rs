@@ -151,7 +151,7 @@ fn controller_of<'py>(py: Python<'py>, c: ControllerChoice) -> PyResult<Bound<'p
     out.set_item("name", c.name)?;
     out.set_item("period", c.period)?;
     out.set_item("delay", c.delay)?;
-    out.set_item("believed", pairs_of(py, &c.believed)?)?;
+    out.set_item("controller_model", pairs_of(py, &c.model)?)?;
     out.set_item("monitor", c.monitor)?;
     out.set_item("sensors", if c.sensors == SensorQuality::Ideal { "ideal" } else { "data-sheet" })?;
     Ok(out)

@@ -48,9 +48,9 @@ impl Surroundings for Host<'_> {
         &mut self,
         number: usize,
         stage: &Stage,
-        believed: &Arc<dyn Model>,
+        controller_model: &Arc<dyn Model>,
     ) -> Option<Box<dyn Controller>> {
-        let made = self.built.iter().find(|built| Arc::ptr_eq(&built.model, believed))?;
+        let made = self.built.iter().find(|built| Arc::ptr_eq(&built.model, controller_model))?;
         let full_speed = stage.joystick.as_ref().and_then(|stick| stick.full_speed);
         let period = stage.controller.as_ref().and_then(|choice| choice.period);
         let ask = |py: Python| {
@@ -106,7 +106,7 @@ pub fn run<'py>(
 fn stage_of<'py>(py: Python<'py>, assembled: &AssembledStage, built: &[Machine]) -> PyResult<Bound<'py, PyDict>> {
     let stage = &assembled.stage;
     let out = told(py, stage)?;
-    for (key, model) in [("machine", &assembled.model), ("believed", &assembled.believed)] {
+    for (key, model) in [("machine", &assembled.model), ("controller_model", &assembled.controller_model)] {
         out.set_item(key, built.iter().find(|built| Arc::ptr_eq(&built.model, model)).cloned())?;
     }
     Ok(out)

@@ -73,9 +73,9 @@ pub struct ControllerEntry<'py> {
     period: Option<f64>,
     delay: f64,
     sensors: String,
-    believed: Bound<'py, PyList>,
+    controller_model: Bound<'py, PyList>,
     /// Source and overrides of another machine.
-    believed_machine: Option<(String, Bound<'py, PyList>)>,
+    other_model: Option<(String, Bound<'py, PyList>)>,
     monitor: Option<bool>,
 }
 
@@ -208,8 +208,8 @@ impl ControllerEntry<'_> {
             period: self.period,
             delay: self.delay,
             sensors: sensor_mode(&self.sensors)?,
-            believed: overrides(&self.believed)?,
-            believed_machine: self.believed_machine.as_ref().map(other).transpose()?,
+            model: overrides(&self.controller_model)?,
+            other_model: self.other_model.as_ref().map(other).transpose()?,
             monitor: self.monitor,
             own: self.own,
         })

@@ -53,7 +53,7 @@ impl SensitivityExperiment {
         supply: Option<(Row<'_>, Row<'_>, bool)>,
         record_times: Row<'_>,
         solver: SolverEntry,
-        resolve_slopes: bool,
+        resolve_sensitivities: bool,
     ) -> PyResult<Self> {
         let cylinders = commands.as_array().ncols();
         let start = start.as_slice()?.to_vec();
@@ -73,7 +73,7 @@ impl SensitivityExperiment {
             record: record_times.as_slice()?.to_vec(),
             solver: solver.solver(),
             max_steps: MAX_STEPS,
-            resolve_slopes,
+            resolve_sensitivities,
         };
         Ok(SensitivityExperiment { inner, cylinders })
     }
@@ -111,7 +111,7 @@ impl SensitivityExperiment {
         let (signals, parameters) = (done.signals.len(), done.parameters.len());
         out.set_item("t", vector(py, done.times))?;
         out.set_item("values", matrix(py, done.values, signals)?)?;
-        out.set_item("slopes", tensor(py, done.sensitivities, (signals, parameters))?)?;
+        out.set_item("sensitivities", tensor(py, done.sensitivities, (signals, parameters))?)?;
         out.set_item("commands", matrix(py, done.commands, self.cylinders)?)?;
         let names: Vec<_> = done.signals.into_iter().map(|s| (s.name, s.unit, s.long_name)).collect();
         out.set_item("signals", names)?;

@@ -1,4 +1,4 @@
-//! From a machine description to the model that answers for it, by its number of joints.
+//! From a machine description to its model, by the number of joints.
 
 use crate::model::Model;
 use hydrocrane_machine::model as file;

@@ -29,17 +29,17 @@ impl CommandPath {
 
 /// Rounding allowed between a time of arrival and the time at hand, s.
 const ROUNDING: f64 = 1e-12;
-/// Commands under way to one spool that are kept with a state, at most.
+/// Most commands per spool, sent and not arrived, that are stored with a state.
 const MOST_PENDING: u64 = 1 << 20;
 
 impl CommandPaths {
-    /// With the commands `arrived` (m) at the spools, and none under way.
+    /// With the commands `arrived` (m) at the spools, and no others sent.
     pub fn new(machine: &Machine, arrived: [f64; MAX_JOINTS]) -> Self {
         let paths = machine.cylinders.iter().map(|c| CommandPath::new(&c.valve)).collect();
         CommandPaths { paths, arrived }
     }
 
-    /// Goes on with the valves of `machine`; commands on their way still arrive on time.
+    /// Continues with the valves of `machine`; commands that were sent still arrive on time.
     pub fn follow(&mut self, machine: &Machine) {
         for (path, cylinder) in self.paths.iter_mut().zip(&machine.cylinders) {
             let pending = std::mem::take(&mut path.pending);
@@ -52,8 +52,7 @@ impl CommandPaths {
         self.arrived.fill(0.0);
     }
 
-    /// Sends the commands `u` (m) off at time `now`.
-    /// They leave in the order sent, so `now` must not fall.
+    /// Sends the commands `u` (m) at time `now`, which must not decrease, because commands arrive in the order sent.
     pub fn send(&mut self, now: f64, u: &[f64]) {
         for (path, &u) in self.paths.iter_mut().zip(u) {
             let value = at_spool(&path.chain, path.stroke, u);
@@ -61,7 +60,7 @@ impl CommandPaths {
         }
     }
 
-    /// Delivers the commands that arrive until `now`; tells whether a spool command changed.
+    /// Delivers the commands that arrive until `now`; returns whether a spool command changed.
     pub fn receive(&mut self, now: f64) -> bool {
         let before = self.arrived;
         for (path, arrived) in self.paths.iter_mut().zip(&mut self.arrived) {
@@ -73,13 +72,13 @@ impl CommandPaths {
         self.arrived != before
     }
 
-    /// Commands at the spools and on their way.
+    /// Commands at the spools, and those sent and not arrived.
     pub fn archive(&mut self, archive: &mut Archive) {
         archive.numbers(&mut self.arrived);
         for path in &mut self.paths {
             let mut count = path.pending.len() as u64;
             archive.whole(&mut count);
-            // Damaged bytes shall not ask for more memory than there is.
+            // Damaged bytes must not cause a huge allocation.
             path.pending.resize(count.min(MOST_PENDING) as usize, (0.0, 0.0));
             for (time, value) in &mut path.pending {
                 archive.number(time);
@@ -103,7 +102,8 @@ pub fn longest_delay(machine: &Machine) -> f64 {
     machine.cylinders.iter().map(|c| delay(&c.valve)).fold(0.0, f64::max)
 }
 
-/// What arrives at the spools of `machine` of the commands `u`, all in m, and its derivatives by these; without the delay.
+/// Commands that arrive at the spools of `machine` for the commands `u`, all in m, and their derivatives by these;
+/// without the delay.
 pub fn at_spools(machine: &Machine, u: &[f64]) -> Vec<(f64, f64)> {
     let valves = machine.cylinders.iter().map(|c| &c.valve);
     let one = |(valve, &u): (&Valve, &f64)| {
@@ -115,12 +115,13 @@ pub fn at_spools(machine: &Machine, u: &[f64]) -> Vec<(f64, f64)> {
     valves.zip(u).map(one).collect()
 }
 
-/// What arrives at a spool of this stroke (m) of the command `u`.
+/// Command that arrives at a spool of this stroke (m) for the command `u`.
 pub fn at_spool(chain: &SignalChain, stroke: f64, u: f64) -> f64 {
     apply_signal_chain(chain, u).clamp(-stroke, stroke)
 }
 
-/// Commands at which what arrives at a spool of this stroke (m) bends: the ends of the dead band, of the signal, of the stroke.
+/// Commands at which the characteristic of a spool of this stroke (m) has kinks: the ends of dead band, signal and
+/// stroke.
 pub(crate) fn kinks(chain: &SignalChain, stroke: f64) -> Vec<f64> {
     let band = [-chain.dead_band, chain.dead_band];
     let mut kinks: Vec<f64> = if chain.dead_band > 0.0 { band.to_vec() } else { Vec::new() };
@@ -131,7 +132,7 @@ pub(crate) fn kinks(chain: &SignalChain, stroke: f64) -> Vec<f64> {
     kinks
 }
 
-/// Applies the signal chain, without its delay, to the command `u`. Inside the dead band only the offset is left.
+/// Applies the signal chain, without its delay, to the command `u`. Inside the dead band only the offset remains.
 pub fn apply_signal_chain(chain: &SignalChain, u: f64) -> f64 {
     let beyond = u - u.clamp(-chain.dead_band, chain.dead_band);
     (chain.offset + chain.gain * beyond).clamp(chain.low, chain.high)

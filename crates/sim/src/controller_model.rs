@@ -8,7 +8,7 @@ use hydrocrane_plant::hydraulic_axis::FrictionLaw;
 use hydrocrane_plant::supply::Supply;
 use hydrocrane_plant::{Crane, Hydraulics, Plant, StateSpace};
 
-/// The crane as a controller models it: exact, but without the damping of bristles and without the ground.
+/// The crane in the controller model: exact, but without bristle damping and without the ground.
 pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> {
     let Plant { mechanics, actuations, fluid, supply_pressures, .. } = *crane.plant();
     ControllerModel {
@@ -33,7 +33,8 @@ fn pump_model(supply: &Supply<f64>) -> PumpModel {
     }
 }
 
-/// As a controller sees it, which knows no load-sensing line: flow sharing leaves an edge the pump's margin, while the pump keeps it.
+/// The valve in the controller model, which has no load-sensing line: with flow sharing the drop over an edge is the
+/// pump's margin, as long as the pump holds it.
 fn modelled_compensator<const N: usize>(crane: &Crane<N>, of: &Compensator<f64>) -> Compensator<f64> {
     let sensing = crane.plant().supply.as_ref().and_then(|supply| supply.sensing.as_ref());
     match (of, sensing) {

@@ -23,11 +23,11 @@ use hydrocrane_plant::{Crane, Hydraulics, StateSpace};
 /// Names of the controllers, the default first.
 pub const CONTROLLERS: [&str; 2] = ["tip", "heinze-pid"];
 
-/// Lever control's name, and its period where the machine states none, s.
+/// Name of lever control, and its default period, s.
 pub const LEVER: &str = "lever";
 const LEVER_PERIOD: f64 = 0.01;
 
-/// The controller `name` for a crane, with the machine's period and gains where it states them.
+/// The controller `name` for a crane, with the machine's period and gains if stated.
 pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<dyn Controller>, String> {
     let machine = crane.machine();
     match name {
@@ -46,10 +46,10 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
     }
 }
 
-/// What the true tip may differ from its set-point before it touches a keep-out region, m.
+/// Distance from a keep-out region that allows for the difference of tip and set-point, m.
 const KEEP_OUT_MARGIN: f64 = 0.05;
 
-/// Gains of `tip` where the machine file gives none, SI: found on the laboratory crane.
+/// Default gains of `tip`, SI, tuned on the laboratory crane.
 pub const TIP_GAINS: [(&str, f64); 15] = [
     ("stick-bandwidth", 15.0),
     ("path-rate", 30.0),
@@ -74,7 +74,7 @@ pub fn tip_gain(machine: &Machine, key: &str) -> f64 {
     machine.control.gain("tip", key).unwrap_or(default)
 }
 
-/// SI unit of a gain of `tip`, as the file format has it; empty for a plain number.
+/// SI unit of a gain of `tip` in the file format; empty for a plain number.
 pub fn tip_gain_unit(key: &str) -> &'static str {
     let gains = hydrocrane_machine::CONTROLLERS.iter().find(|(name, _)| *name == "tip").map_or(&[][..], |(_, g)| g);
     gains.iter().find(|gain| gain.name == key).and_then(|gain| gain.kind()).map_or("", |kind| kind.unit)
@@ -87,7 +87,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
     let centring = gain("telescope-centring");
     let estimates = machine.control.estimates_pressures;
     let period = machine.control.period.unwrap_or(0.01);
-    // Faster, a single sample could lead past the border.
+    // At a higher speed a single sample could cross the border.
     let border_rate = gain("limit-rate").min(1.0 / period);
     tip::Settings {
         period,
@@ -111,7 +111,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
             pressure: gain("pressure-bandwidth"),
             reserve: gain("reserve"),
             rest_band: gain("rest-band"),
-            // A wrong valve and an unknown load look alike without pressures.
+            // Without pressures a wrong valve and an unknown load have the same effect.
             learning: if estimates { 0.0 } else { gain("learning-time") },
             pressures: match estimates {
                 true => Pressures::Estimated(machine.equilibrium.back_pressure),
@@ -135,7 +135,7 @@ fn keep_out(machine: &Machine, margin: f64, rate: f64) -> KeepOut {
     KeepOut { regions, margin, rate }
 }
 
-/// Tip speed that the fastest joint alone gives in the middle of all ranges, unloaded, m/s.
+/// Tip speed of the fastest single joint in the middle of all ranges, unloaded, m/s.
 fn fastest_joint<const N: usize>(n: &ControllerModel<N>) -> f64 {
     let posture = n.posture(&n.joint_limits.map(|[low, high]| 0.5 * (low + high)));
     let speed = |i: usize| {
@@ -145,17 +145,17 @@ fn fastest_joint<const N: usize>(n: &ControllerModel<N>) -> f64 {
     (0..N).map(speed).fold(0.0, f64::max)
 }
 
-/// Steady speed of a piston at full stroke of its spool without load, in either sense, m/s.
+/// Steady speed of a piston at full stroke of its spool without load, in either direction, m/s.
 fn unloaded_speed<const N: usize>(n: &ControllerModel<N>, cylinder: usize, sense: f64) -> f64 {
     let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
     sense * steady_speed(&n.cylinders[cylinder], &supply_pressures, 0.0, sense)
 }
 
-/// Candidates of the penalty search to each side of the telescope's place.
+/// Number of candidates of the penalty search on each side of the telescope's position.
 const EXTENSION_CANDIDATES: usize = 10;
-/// Weights of the penalty (131) per joint, with the joint's range as the unit of its coordinate: a motion over the range costs
-/// as much for each joint. A tenth of that for the way from the middle: the telescope moves when boom and jib near
-/// their ends, not whenever they move.
+/// Weights of the penalty (131) per joint, with the joint's range as the unit of its coordinate: a motion over the
+/// range has the same cost for each joint. The distance from the middle costs a tenth of that, so the telescope moves
+/// when boom and jib are near their ends, and not at each motion of them.
 const PENALTY_WEIGHTS: [(&str, f64); 2] = [("motion-weight", 1.0), ("middle-weight", 0.1)];
 
 /// Settings of `heinze-pid`: printed gains, 1 m/s at full stick, the set-point moved at every sample and kept in the

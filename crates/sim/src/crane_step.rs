@@ -1,4 +1,4 @@
-//! One step of a whole crane and how exact it is, over any number type: f64, or the lanes of a batch.
+//! One step of a whole crane with its error estimate, over any number type: f64, or the lanes of a batch.
 
 use hydrocrane_num::Real;
 use hydrocrane_ode::grk4t::{end, error, GAMMA, STAGES, TABLEAU};
@@ -11,7 +11,7 @@ use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::precision::Precision;
 use hydrocrane_plant::rhs::Evaluator;
 
-/// The laws of a crane and what drives it during a step.
+/// The laws of a crane and its inputs during a step.
 pub struct Scene<'a, T, const N: usize> {
     pub evaluator: &'a Evaluator<T, T, N>,
     pub layout: &'a Layout,
@@ -21,7 +21,7 @@ pub struct Scene<'a, T, const N: usize> {
     pub payload: T,
 }
 
-/// Room for steps by GRK4T: without allocation, and the same work for every step.
+/// Work space for steps by GRK4T: no allocation, constant work per step.
 #[derive(Debug, Clone)]
 pub struct CraneStep<T> {
     /// Increments, stage by stage.
@@ -42,8 +42,8 @@ impl<T: Real + Cell<Factor = T>> CraneStep<T> {
         }
     }
 
-    /// Tries a step of size `h` (s) from `x`; the new state is then in [`Self::reached`]. Gives the mean square of the
-    /// estimated errors relative to their tolerances, which is not finite where a number of the new state is not.
+    /// Tries a step of size `h` (s) from `x`; the new state is then in [`Self::reached`]. Returns the mean square of
+    /// the estimated errors relative to their tolerances, which is not finite if a number of the new state is not.
     #[inline(always)]
     pub fn attempt<const N: usize>(&mut self, scene: &Scene<T, N>, h: T, x: &[T], precision: &Precision) -> T {
         let Scene { evaluator, layout, spools, payload } = *scene;
@@ -72,14 +72,14 @@ impl<T: Real + Cell<Factor = T>> CraneStep<T> {
         )
     }
 
-    /// Where the last attempt led.
+    /// The state after the last attempt.
     #[inline(always)]
     pub fn reached(&self) -> &[T] {
         &self.reached
     }
 }
 
-/// The crane where a step starts.
+/// The crane at the start of a step.
 struct Here<'a, T, const N: usize> {
     scene: &'a Scene<'a, T, N>,
     jacobian: &'a BlockArrow<T>,

@@ -1,4 +1,4 @@
-//! A model under commands and loads: the system that a method steps.
+//! A model with its commands and loads: the system of the integrator.
 
 use crate::command_path::CommandPaths;
 use crate::model::Model;
@@ -8,13 +8,13 @@ use crate::supply::Prescribed;
 use hydrocrane_ode::{method, Linearisation, Stepper, System};
 use hydrocrane_plant::layout::MAX_JOINTS;
 
-/// The model under commands, as the integrator sees it.
+/// The model with its commands, as the system of the integrator.
 pub(crate) struct Driven<'a> {
     pub model: &'a dyn Model,
     pub payload: f64,
     pub loads: Loads,
     pub supply: Prescribed,
-    /// Commands at `since` and their rates of change, constant over the interval at hand.
+    /// Commands at `since` and their rates of change, constant over the present interval.
     pub base: [f64; MAX_JOINTS],
     pub slope: [f64; MAX_JOINTS],
     pub since: f64,
@@ -38,7 +38,7 @@ impl<'a> Driven<'a> {
         std::array::from_fn(|c| self.base[c] + self.slope[c] * (t - self.since))
     }
 
-    /// From time `now` (s) on the commands stay as they are.
+    /// Holds the commands from time `now` (s) on.
     pub fn hold(&mut self, now: f64) {
         (self.base, self.slope, self.since) = (self.command(now), [0.0; MAX_JOINTS], now);
     }
@@ -51,7 +51,7 @@ impl<'a> Driven<'a> {
         }
     }
 
-    /// Picks up and lets go the loads that are due at the time of `stepper`.
+    /// Picks up and releases the loads that are due at the time of `stepper`.
     pub fn change_payload(&mut self, stepper: &mut Stepper) {
         if self.loads.come_and_go(self.model, stepper.t, &mut stepper.x, &mut self.payload) {
             stepper.restart();
@@ -98,7 +98,7 @@ impl System for Driven<'_> {
     }
 }
 
-/// A stepper at time zero; `None` where there is no such method, which [`start_fault`] finds first.
+/// A stepper at time zero; `None` if there is no such method, which [`start_fault`] detects first.
 pub(crate) fn stepper(x0: &[f64], model: &dyn Model, options: &RunOptions) -> Option<Stepper> {
     let method = method(&options.method, x0.len())?;
     let stepper = Stepper::new(method, options.tolerances, 0.0, x0, options.quadratures(model));

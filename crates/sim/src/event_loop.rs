@@ -1,6 +1,6 @@
-//! The one loop of all runs: all that is due between two steps, then steps until the next of it is.
+//! The loop of all runs: the due events between two steps, then steps until the next event.
 //!
-//! Commands against time, the samples of a controller and commands held from outside differ in their [`Events`] only.
+//! Commands against time, the samples of a controller and commands held from outside differ only in their [`Events`].
 
 use crate::driven::Driven;
 use crate::model::Model;
@@ -12,7 +12,7 @@ use crate::warnings::Watch;
 use hydrocrane_num::Archive;
 use hydrocrane_ode::{Stepper, System};
 
-/// What is stepped: a crane under commands, alone or with tangents behind its states.
+/// The system that is stepped: a crane with commands, alone or with tangents appended to its states.
 pub(crate) trait Stepped<'a> {
     fn system(&self) -> &dyn System;
     fn driven(&self) -> &Driven<'a>;
@@ -31,26 +31,26 @@ impl<'a> Stepped<'a> for Driven<'a> {
     }
 }
 
-/// What happens between steps.
+/// Events between steps.
 pub(crate) trait Events {
-    /// All that is due at time `now` (s). An error is how the run ends.
+    /// Executes all events that are due at time `now` (s). An error is the outcome of the run.
     fn happen(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) -> Result<(), Outcome>;
-    /// When something is due next, s; infinite where nothing is.
+    /// Time of the next event, s; infinite if there is none.
     fn next(&self) -> f64;
-    /// A step was taken.
+    /// Called after a step.
     fn follow(&mut self, _stepper: &Stepper) {}
 }
 
-/// Keeps what is to be kept of a run.
+/// Records a run.
 pub(crate) trait Record {
     fn take(&mut self, stepper: &Stepper, driven: &Driven);
 }
 
-/// A state on its way through time, with the look at every step.
+/// A state that advances in time, with checks after every step.
 pub(crate) struct EventLoop {
     pub stepper: Stepper,
     pub watch: Watch,
-    /// When something happens next, s; all before it has happened.
+    /// Time of the next event, s; all earlier ones are done.
     limit: f64,
 }
 
@@ -83,7 +83,7 @@ impl EventLoop {
         Outcome { kind: OutcomeKind::Completed, time: self.stepper.t, message: "reached the end".to_string() }
     }
 
-    /// One step on the way to `end`, after all that happens where it begins.
+    /// One step towards `end`, after all events at its start.
     pub fn step<'a>(&mut self, crane: &mut impl Stepped<'a>, events: &mut dyn Events, end: f64) -> Result<(), Outcome> {
         while self.stepper.t >= self.limit {
             let driven = crane.driven_mut();
@@ -98,28 +98,28 @@ impl EventLoop {
         Ok(())
     }
 
-    /// The time at which something is due before the next step is taken, if anything is.
+    /// The time of an event that is due before the next step, if there is one.
     pub fn due(&self) -> Option<f64> {
         (self.stepper.t >= self.limit).then_some(self.limit)
     }
 
-    /// Goes on from here with the values of `model`, whose states are the same.
+    /// Continues with the values of `model`, whose states are the same.
     pub fn go_on<'a>(&mut self, driven: &mut Driven<'a>, model: &'a dyn Model) {
         let before = driven.model;
         driven.model = model;
         self.watch.follow(before, driven, &self.stepper);
         self.stepper.restart();
-        // Whatever was due next belonged to what drove before.
+        // The next event belonged to the previous driver.
         self.limit = self.stepper.t;
     }
 
-    /// All that decides the way from here on, without integrals and findings.
+    /// All data that determine the continuation, without integrals and warnings.
     pub fn archive(&mut self, system: &dyn System, archive: &mut Archive) {
         archive.number(&mut self.limit);
         self.stepper.archive(system, archive);
     }
 
-    /// What has made the run doubtful since the last call.
+    /// Warnings since the last call.
     pub fn warnings(&mut self, model: &dyn Model) -> Vec<Warning> {
         self.watch.news(model)
     }

@@ -1,4 +1,4 @@
-//! Why a state cannot be started from, and why a step was not possible, in words.
+//! Messages on inadmissible start states and failed steps.
 
 use crate::model::Model;
 use crate::options::RunOptions;
@@ -7,7 +7,7 @@ use crate::payload;
 use crate::supply;
 use hydrocrane_ode::{StepFailure, Stepper, METHODS};
 
-/// Why a state cannot be started from, if it cannot.
+/// The reason if a state is no admissible start.
 pub(crate) fn start_fault(model: &dyn Model, x0: &[f64], options: &RunOptions) -> Option<String> {
     if !METHODS.contains(&options.method.as_str()) {
         return Some(format!("no method `{}`; there are {}", options.method, METHODS.join(", ")));
@@ -17,7 +17,7 @@ pub(crate) fn start_fault(model: &dyn Model, x0: &[f64], options: &RunOptions) -
         .or_else(|| state_fault(model, x0))
 }
 
-/// Why no crane can be in this state, if none can.
+/// The reason if a state is physically impossible.
 pub(crate) fn state_fault(model: &dyn Model, x0: &[f64]) -> Option<String> {
     let layout = model.layout();
     if x0.len() != layout.len() {
@@ -29,7 +29,7 @@ pub(crate) fn state_fault(model: &dyn Model, x0: &[f64]) -> Option<String> {
     (!model.admissible(x0)).then(|| format!("the initial state is impossible: {}", outside(model, x0)))
 }
 
-/// Names the piston that stands nearest to an end of its stroke, or beyond it, or the linkage that is torn.
+/// Names the piston nearest to, or beyond, an end of its stroke, or the linkage that cannot close.
 fn outside(model: &dyn Model, x: &[f64]) -> String {
     let Some((c, position)) = outermost(model, x) else { return "a linkage does not close".to_string() };
     let cylinder = &model.machine().cylinders[c];
@@ -37,7 +37,7 @@ fn outside(model: &dyn Model, x: &[f64]) -> String {
     format!("the piston of `{}` is at {position:.4} m, its ends are at -{half:.4} and {half:.4} m", cylinder.name)
 }
 
-/// The cylinder whose piston is relatively farthest out, with its position; `None` where a linkage is torn.
+/// The cylinder whose piston is relatively farthest out, with its position; `None` if a linkage cannot close.
 fn outermost(model: &dyn Model, x: &[f64]) -> Option<(usize, f64)> {
     let n = model.layout().joints();
     let (mut position, mut gain) = (vec![0.0; n], vec![0.0; n]);
@@ -47,11 +47,11 @@ fn outermost(model: &dyn Model, x: &[f64]) -> Option<(usize, f64)> {
     position[c].is_finite().then(|| (c, position[c]))
 }
 
-/// How a run ends that cannot go on.
+/// Outcome of a run that cannot continue.
 pub(crate) fn failed(model: &dyn Model, stepper: &Stepper, failure: StepFailure) -> Outcome {
     let beyond = outermost(model, &stepper.x)
         .is_none_or(|(c, position)| position.abs() >= model.machine().cylinders[c].stroke / 2.0);
-    // With a piston in its dead volume any step fails, whatever the solver complains of.
+    // With a piston in its dead volume every step fails, whatever the solver reports.
     let (kind, message) = if failure == StepFailure::NotAdmissible || beyond {
         (OutcomeKind::StrokeLimit, format!("a piston left its cylinder: {}", outside(model, &stepper.x)))
     } else if failure == StepFailure::NotFinite {

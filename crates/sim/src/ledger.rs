@@ -1,16 +1,16 @@
-//! The energy ledger of a run: the terms of every cylinder, then what all share, then the loads at the tip.
+//! The energy ledger of a run: the terms of every cylinder, then the common ones, then the loads at the tip.
 
 use crate::payload::PAYLOAD_TERMS;
 use hydrocrane_machine::Machine;
 use hydrocrane_plant::ledger::{shared_terms, Term, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 
-/// Every term in the order of a run's columns, each with the part of the machine that it belongs to.
+/// Every term in the order of a run's columns, each with its part of the machine.
 pub fn ledger_terms(machine: &Machine) -> Vec<(&str, &'static Term)> {
     let of_cylinders = machine.cylinders.iter().flat_map(|c| LEDGER_TERMS.iter().map(|term| (c.name.as_str(), term)));
     of_cylinders.chain(shared_terms(machine)).chain(PAYLOAD_TERMS.iter().map(|term| ("payload", term))).collect()
 }
 
-/// The terms with those of all cylinders taken together, in the order of [`ledger_totals`].
+/// The terms, summed over all cylinders, in the order of [`ledger_totals`].
 pub fn total_terms(machine: &Machine) -> impl Iterator<Item = &'static Term> {
     let shared = shared_terms(machine).into_iter().map(|(_, term)| term);
     LEDGER_TERMS.iter().chain(shared).chain(&PAYLOAD_TERMS)

@@ -1,6 +1,6 @@
-//! A crane driven live: the loop of a sampled run, taken step by step while somebody moves the sticks.
+//! A crane driven live: the loop of a sampled run, step by step, with sticks that an operator moves.
 //!
-//! What the operator does takes effect at the controller's next sample and is written down there, so that
+//! The operator's input takes effect at the controller's next sample and is recorded there, so that
 //! [`simulate_phases`](crate::simulate_phases) with the same options repeats the drive to the last bit.
 
 use crate::driven::{stepper, Driven};
@@ -21,7 +21,7 @@ use hydrocrane_control::controller::{Controller, Goal};
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::sync::Arc;
 
-/// Rounding allowed between the time asked for and the end of a step, s.
+/// Rounding tolerance between the requested time and the end of a step, s.
 const ROUNDING: f64 = 1e-9;
 
 pub struct Live {
@@ -34,20 +34,20 @@ pub struct Live {
     options: RunOptions,
     loads: Loads,
     commands: CommandsAtHand,
-    /// At the tip, kg: at hand, and from the next sample on.
+    /// At the tip, kg: now, and from the next sample on.
     payload: f64,
     wanted_payload: f64,
     deflections: Vec<f64>,
-    /// Share of the full speed that counts.
+    /// Share of the full speed in force.
     precision: f64,
-    /// A goal to be given at the next sample, and whether the one at hand is to be dropped there.
+    /// A goal for the next sample, and whether the present one is cancelled there.
     goal: Option<Goal>,
     dropping: bool,
     set_point: Option<[f64; 2]>,
     sampled_until: f64,
-    /// Time at which another phase is to begin, s.
+    /// Time at which the next phase begins, s.
     phase_end: f64,
-    /// Sticks and loads are those of the plan; nobody drives.
+    /// Whether sticks and loads are those of the plan (a replay).
     replaying: bool,
     ended: Option<Outcome>,
 }
@@ -68,8 +68,8 @@ impl CommandsAtHand {
 }
 
 impl Live {
-    /// Begins at rest at time zero in state `x0`; the error says why that is impossible. The sticks of `plan` tell their
-    /// kind, dead zone and ramp. If they move there, the drive is a replay, with the loads of `options`, until somebody
+    /// Begins at rest at time zero in state `x0`; the error states why that is impossible. The sticks of `plan` define
+    /// kind, dead zone and ramp. If they move, the drive is a replay with the loads of `options`, until an operator
     /// [takes over](Self::take_over).
     pub fn new(
         model: Arc<dyn Model>,
@@ -109,7 +109,7 @@ impl Live {
         })
     }
 
-    /// At the start: spool commands against time in place of the controller, until somebody takes over.
+    /// At the start: spool commands against time in place of the controller, until an operator takes over.
     pub fn with_commands(mut self, commands: &Commands) -> Self {
         let mut driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
         let mut schedule = Schedule::new(commands, self.model.as_ref());
@@ -119,8 +119,7 @@ impl Live {
         self
     }
 
-    /// From the next sample on the operator holds the sticks so. What is no number counts as centred, what is left out
-    /// too, and a stick ends at -1 and 1.
+    /// Sets the sticks from the next sample on. Missing and NaN deflections count as centred; a stick ends at -1 and 1.
     pub fn set_sticks(&mut self, deflections: &[f64]) {
         for (axis, held) in self.deflections.iter_mut().enumerate() {
             let wanted = deflections.get(axis).copied().unwrap_or(0.0);
@@ -128,14 +127,13 @@ impl Live {
         }
     }
 
-    /// From the next sample on this `share` of the full speed counts: a slower stick for precise work. What is no number counts
-    /// as all of it.
+    /// Sets the `share` of the full speed from the next sample on, for precise work. NaN counts as full speed.
     pub fn set_precision(&mut self, share: f64) {
         self.precision = if share.is_nan() { 1.0 } else { share.clamp(0.0, 1.0) };
     }
 
-    /// From the next sample on the tip goes to `place` (x, z), m, at `speed` (m/s), that of full stick where none is given, until
-    /// somebody moves a stick. The error says why it cannot.
+    /// Moves the tip to `place` (x, z), m, from the next sample on, at `speed` (m/s, default that of full stick), until
+    /// a stick is moved. The error states why it cannot.
     pub fn go_to(&mut self, place: [f64; 2], speed: Option<f64>) -> Result<(), String> {
         if let Some(speed) = speed.filter(|speed| !(speed.is_finite() && *speed > 0.0)) {
             return Err(format!("the speed to a goal is {speed} m/s; it must be greater than zero"));
@@ -151,19 +149,19 @@ impl Live {
         Ok(())
     }
 
-    /// From the next sample on the tip goes to no goal: it comes to rest smoothly where it is.
+    /// Cancels the goal from the next sample on: the tip comes to rest smoothly.
     pub fn drop_goal(&mut self) {
         (self.goal, self.dropping) = (None, true);
     }
 
-    /// Where the tip is going, or will from the next sample on (x, z), m.
+    /// The present goal of the tip, or that of the next sample (x, z), m.
     pub fn goal(&self) -> Option<[f64; 2]> {
         let going = self.goal.or_else(|| self.sampled.hand.goal().filter(|_| !self.dropping));
         going.map(|goal| goal.place)
     }
 
-    /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`]. Spool commands against time go on
-    /// until another phase [begins](Self::go_on).
+    /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`]. Spool commands against time
+    /// continue until another phase [begins](Self::go_on).
     pub fn take_over(&mut self) {
         if self.replaying && self.schedule.is_none() {
             self.replaying = false;
@@ -182,18 +180,18 @@ impl Live {
         self.replaying
     }
 
-    /// From the next sample on the tip carries `mass` (kg); a mass that none can be changes nothing.
+    /// Sets the payload to `mass` (kg) from the next sample on; an invalid mass is ignored.
     pub fn carry(&mut self, mass: f64) {
         if mass.is_finite() && mass >= 0.0 {
             self.wanted_payload = mass;
         }
     }
 
-    /// Another phase begins here: `model` under `controller`, with the sticks of `plan`, which go on where they are if they
-    /// are the same ones. Tells what was done with the sticks until here. After an error everything stays as it was.
+    /// Begins another phase: `model` with `controller` and the sticks of `plan`, which keep their deflections if they
+    /// are the same. Returns the record of the sticks so far. After an error nothing is changed.
     ///
-    /// A phase that somebody begins by hand begins [at a sample](Self::finish_sample); it ends a repeat of spool commands, and
-    /// the loads that come with it.
+    /// A phase that an operator begins starts [at a sample](Self::finish_sample); it ends a repeat of spool commands
+    /// and of their loads.
     pub fn go_on(
         &mut self,
         model: Arc<dyn Model>,
@@ -227,8 +225,8 @@ impl Live {
         Ok(sticks)
     }
 
-    /// Goes on to the next sample after time `after` (s), where another phase can begin; under spool commands against time it
-    /// can at any time. An error is how the drive ended.
+    /// Advances to the next sample after time `after` (s), where another phase can begin; with spool commands against
+    /// time it can at any time. An error is the outcome of the drive.
     pub fn finish_sample(&mut self, after: f64) -> Result<f64, Outcome> {
         loop {
             match self.sample_due() {
@@ -239,13 +237,13 @@ impl Live {
         }
     }
 
-    /// When the next sample is taken, if that is before the next step.
+    /// Time of the next sample, if that is before the next step.
     fn sample_due(&self) -> Option<f64> {
         let sampled = self.schedule.is_none();
         self.going.due().filter(|now| sampled && *now >= self.sampled.next_sample(self.controller.period()))
     }
 
-    /// The crane as it is driven at this time.
+    /// The crane with its present inputs.
     fn driven<'a>(&self, model: &'a dyn Model) -> Driven<'a> {
         let CommandsAtHand { base, slope, since, supply } = self.commands;
         let mut driven = Driven::new(model, &self.options, since);
@@ -253,12 +251,12 @@ impl Live {
         Driven { payload: self.payload, base, slope, since, ..driven }
     }
 
-    /// The phase at hand ends at `time` (s): steps end there.
+    /// Ends the present phase at `time` (s), at which a step then ends.
     pub fn end_phase_at(&mut self, time: f64) {
         self.phase_end = time;
     }
 
-    /// Goes on until time `until` (s), by whole steps. An error is how the drive ended; it stays so.
+    /// Advances to time `until` (s) in whole steps. An error is the outcome of the drive, and is final.
     pub fn advance(&mut self, until: f64) -> Result<(), Outcome> {
         if let Some(outcome) = &self.ended {
             return Err(outcome.clone());
@@ -288,7 +286,7 @@ impl Live {
         going
     }
 
-    /// Notes at a sample what the operator does from there on.
+    /// Records the operator's input at a sample.
     fn write_down(&mut self, driven: &mut Driven) {
         let Some(now) = self.sample_due() else { return };
         self.sampled_until = now;
@@ -302,7 +300,7 @@ impl Live {
         if let Some(goal) = self.goal.take() {
             self.sampled.hand.go_to(Goal { given: now, ..goal });
         }
-        // The payload at the start is that of the pressures at the start, so that a change waits for the second sample.
+        // The payload at the start is that of the start pressures, so a change takes effect at the second sample.
         if self.wanted_payload != driven.payload && now > 0.0 {
             driven.loads.add(PayloadChange { time: now, mass: self.wanted_payload });
         }
@@ -313,7 +311,7 @@ impl Live {
         self.controller.period()
     }
 
-    /// Time of the last sample, s: until then the drive is written down.
+    /// Time of the last sample, s, until which the drive is recorded.
     pub fn sampled_until(&self) -> f64 {
         self.sampled_until
     }
@@ -344,7 +342,7 @@ impl Live {
         self.driven(self.model.as_ref()).command(self.time())[..self.model.layout().joints()].to_vec()
     }
 
-    /// Where the controller wants the tip (x, z), m, where it has such a place.
+    /// Set-point of the tip (x, z), m, if the controller has one.
     pub fn set_point(&self) -> Option<[f64; 2]> {
         self.set_point
     }
@@ -358,27 +356,27 @@ impl Live {
         &self.sampled.sensors
     }
 
-    /// What has happened since the last call.
+    /// Events since the last call.
     pub fn events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.sampled.events)
     }
 
-    /// What has made the drive doubtful since the last call.
+    /// Warnings since the last call.
     pub fn warnings(&mut self) -> Vec<Warning> {
         self.going.warnings(self.model.as_ref())
     }
 
-    /// How the drive ended, if it has.
+    /// Outcome of the drive, if it has ended.
     pub fn outcome(&self) -> Option<&Outcome> {
         self.ended.as_ref()
     }
 
-    /// What the operator has done with the sticks.
+    /// Record of the sticks.
     pub fn sticks(&self) -> &Sticks {
         self.sampled.hand.sticks()
     }
 
-    /// Payload at the start, kg, and the loads taken up and let go since.
+    /// Payload at the start, kg, and the loads picked up and released since.
     pub fn loads(&self) -> (f64, &[PayloadEvent]) {
         (self.options.payload, &self.loads.events)
     }

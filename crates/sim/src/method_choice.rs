@@ -1,11 +1,11 @@
-//! The method that a run takes where none is stated.   theory: docs/theory/integration.md
+//! The default method of a run.   theory: docs/theory/integration.md
 
 use hydrocrane_machine::model::FrictionModel;
 use hydrocrane_machine::scenario::{Solver, AUTO, FIXED_STEPS};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::StepControl;
 
-/// What is integrated.
+/// Kind of the integrated system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Task {
     States,
@@ -13,7 +13,7 @@ pub enum Task {
     Sensitivities,
 }
 
-/// The method that `solver` states, or the fastest suitable one for the `task`: that keeps its tolerance there.
+/// The method that `solver` states, or the fastest suitable one for the `task`, which meets its tolerance.
 pub fn method_for<'a>(solver: &'a Solver, machine: &Machine, task: Task) -> &'a str {
     if solver.method != AUTO {
         &solver.method
@@ -26,7 +26,7 @@ pub fn method_for<'a>(solver: &'a Solver, machine: &Machine, task: Task) -> &'a 
     }
 }
 
-/// How `solver` chooses steps.
+/// Step size control of `solver`.
 pub(crate) fn step_control(solver: &Solver) -> StepControl {
     match solver.step {
         Some(_) => StepControl::Even,
@@ -34,7 +34,7 @@ pub(crate) fn step_control(solver: &Solver) -> StepControl {
     }
 }
 
-/// Whether the laws of a machine are nearly linear over a step: all friction grows over the stretch of bristles, and no law jumps.
+/// Whether the laws of a machine are nearly linear over a step: all friction has bristles, and no law jumps.
 fn is_smooth(machine: &Machine) -> bool {
     let errata = &machine.errata;
     let bristles = machine.cylinders.iter().all(|cylinder| cylinder.friction.model == FrictionModel::LuGre);

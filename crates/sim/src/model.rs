@@ -1,7 +1,7 @@
-//! The model as seen from outside: every question one can ask of a machine, over slices, without its size in the
-//! type. A binding or an exporter needs nothing else.
+//! The interface of a model: all functions of a machine, over slices, without its size in the type. A binding or an
+//! exporter needs nothing else.
 //!
-//! Slices of joints, cylinders and states have the lengths that [`StateSpace::layout`] tells; SI units throughout.
+//! Slices of joints, cylinders and states have the lengths in [`StateSpace::layout`]; SI units throughout.
 
 #[cfg(feature = "batch")]
 use crate::batch::kernel::{self, Kernel};
@@ -15,11 +15,11 @@ use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, StateSpace};
 
-/// A crane with what may be asked of it beyond its equations: controllers that believe it, and copies of it in lanes.
+/// A crane with functions beyond its equations: controllers with it as their model, and copies of it in lanes.
 pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
     /// `held`: coordinate given to every prismatic joint.
     fn inverse_kinematics(&self, tip: [f64; 2], held: f64) -> Result<Vec<Vec<f64>>, TooFewRevolute>;
-    /// Distance of a place (x, z) from the nearest keep-out region, m, negative inside; infinite without regions.
+    /// Distance of a point (x, z) from the nearest keep-out region, m, negative inside; infinite without regions.
     fn clearance(&self, place: [f64; 2]) -> f64 {
         let regions = self.machine().keep_out.iter().map(|(_, corners)| Region::new(corners.clone()));
         regions.map(|region| region.clearance(place).distance).fold(f64::INFINITY, f64::min)
@@ -33,7 +33,7 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel>;
     /// The controller `name` with this machine as its controller model; the error lists the names.
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String>;
-    /// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
+    /// `controller` with a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
     fn with_sensor_monitor(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller>;
 }
 

@@ -1,4 +1,4 @@
-//! What a run is asked for, and what it computed.
+//! Options and results of a run.
 
 use crate::model::Model;
 use crate::outcome::Outcome;
@@ -16,7 +16,7 @@ pub struct Commands {
     pub times: Vec<f64>,
     /// Row-major, `times.len() x cylinders`.
     pub values: Vec<f64>,
-    /// Straight between the rows instead of held.
+    /// Whether commands are interpolated linearly instead of held.
     pub linear: bool,
 }
 
@@ -28,18 +28,18 @@ pub struct RunOptions {
     pub control: StepControl,
     /// kg at the tip
     pub payload: f64,
-    /// Loads taken up and let go on the way, in order of time.
+    /// Loads picked up and released, in order of time.
     pub payload_changes: Vec<PayloadChange>,
-    /// A measured pressure of the supply, for a machine that takes one.
+    /// A measured supply pressure, for a machine that needs one.
     pub supply: Option<Arc<SupplyPressure>>,
-    /// Integrate the energy ledger along.
+    /// Whether the energy ledger is integrated.
     pub ledger: bool,
-    /// Accepted steps after which a run is given up.
+    /// Number of accepted steps after which a run ends.
     pub max_steps: u64,
 }
 
 impl RunOptions {
-    /// Number of energies integrated along.
+    /// Number of integrated energies.
     pub(crate) fn quadratures(&self, model: &dyn Model) -> usize {
         if self.ledger {
             LEDGER_PER_CYLINDER * model.layout().joints() + shared_terms(model.machine()).len()
@@ -49,24 +49,24 @@ impl RunOptions {
     }
 }
 
-/// What a run computed, up to wherever it got.
+/// Results of a run, up to its end.
 #[derive(Debug, Clone)]
 pub struct Run {
     pub times: Vec<f64>,
     /// Row-major, one row per time.
     pub states: Vec<f64>,
-    /// Energies (J) since the start, one row per time: the cylinders' terms, that of the ground where there is one,
-    /// those of the payload; empty without ledger.
+    /// Energies (J) since the start, one row per time: the terms of the cylinders, of the ground if there is one, and
+    /// of the payload; empty without ledger.
     pub ledger: Vec<f64>,
     /// kg at the tip, one per time. A row at the instant of a change has the state before it.
     pub payloads: Vec<f64>,
     /// Spool commands after delay and limits, m, one row per time.
     pub commands: Vec<f64>,
     pub payload_events: Vec<PayloadEvent>,
-    /// What makes the run doubtful, in order of time.
+    /// Warnings in order of time.
     pub warnings: Vec<Warning>,
     pub outcome: Outcome,
-    /// The method that was taken.
+    /// The method that was used.
     pub method: String,
     pub accepted: u64,
     pub rejected: u64,

@@ -1,4 +1,4 @@
-//! How a run ended.
+//! Outcome of a run.
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutcomeKind {
@@ -7,13 +7,13 @@ pub enum OutcomeKind {
     StrokeLimit,
     SolverFailed,
     ControllerFailed,
-    /// The initial state is not one the equations can start from.
+    /// The initial state is not admissible.
     BadState,
     Interrupted,
 }
 
 impl OutcomeKind {
-    /// The name people see.
+    /// The name in messages and files.
     pub fn name(self) -> &'static str {
         match self {
             OutcomeKind::Completed => "completed",
@@ -26,7 +26,7 @@ impl OutcomeKind {
     }
 }
 
-/// How, when and why a run ended. What it computed until then is in its record.
+/// Kind, time and reason of the end of a run. The results until then are in its record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     pub kind: OutcomeKind,

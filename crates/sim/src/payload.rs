@@ -1,18 +1,19 @@
-//! Loads that come and go: the payload against time, and what each change does to the state and to the energy account.
+//! Changes of the payload: the payload against time, and the effect of each change on the state and on the energy
+//! account.
 //!
-//! Taking up a load that lies still is an impact (`hydrocrane_physics::dynamics::attachment`); letting one go leaves the
-//! state as it is. theory: docs/theory/simulation.md
+//! Picking up a load at rest is an impact (`hydrocrane_physics::dynamics::attachment`); releasing one does not change
+//! the state. theory: docs/theory/simulation.md
 
 use crate::model::Model;
 
-/// From `time` (s) on the tip carries `mass` (kg).
+/// The payload is `mass` (kg) from `time` (s) on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PayloadChange {
     pub time: f64,
     pub mass: f64,
 }
 
-/// What a change of the payload did.
+/// Effect of a change of the payload.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PayloadEvent {
     /// s
@@ -23,7 +24,7 @@ pub struct PayloadEvent {
     pub tip_velocity: [[f64; 2]; 2],
     /// Kinetic energy that became heat, J.
     pub loss: f64,
-    /// Mechanical energy that the load brought, negative where it took some away, J.
+    /// Mechanical energy of the load, J; negative for a release.
     pub brought: f64,
 }
 
@@ -36,7 +37,7 @@ pub const PAYLOAD_TERMS: [(&str, &str, f64); 2] = [
 /// The loads of one run.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Loads {
-    /// Ascending; those before `next` are done.
+    /// Ascending; entries before `next` are done.
     changes: Vec<PayloadChange>,
     next: usize,
     pub events: Vec<PayloadEvent>,
@@ -44,7 +45,7 @@ pub(crate) struct Loads {
     pub account: [f64; 2],
 }
 
-/// Rounding allowed between the time of a change and the time at hand, s.
+/// Rounding tolerance between the time of a change and the present time, s.
 const ROUNDING: f64 = 1e-12;
 
 impl Loads {
@@ -57,17 +58,18 @@ impl Loads {
         self.changes.push(change);
     }
 
-    /// Forgets the changes to come.
+    /// Removes all future changes.
     pub fn forget(&mut self) {
         self.changes.truncate(self.next);
     }
 
-    /// When the payload changes next.
+    /// Time of the next change.
     pub fn next_time(&self) -> Option<f64> {
         self.changes.get(self.next).map(|change| change.time)
     }
 
-    /// Carries out the changes that are due at `now` on state `x` and the `payload` at hand; whether there were any.
+    /// Executes the changes that are due at `now` on state `x` and the present `payload`; returns whether there were
+    /// any.
     pub fn come_and_go(&mut self, model: &dyn Model, now: f64, x: &mut [f64], payload: &mut f64) -> bool {
         let first = self.next;
         while let Some(change) = self.changes.get(self.next).filter(|change| change.time <= now + ROUNDING) {
@@ -95,15 +97,15 @@ pub fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: [f64; 2
         loss = model.attach(q, qd, mass[0], load, &mut rates);
         qd.copy_from_slice(&rates);
     }
-    // What hangs at the tip decides how deep the ground is pressed.
+    // The depth in the ground depends on the load at the tip.
     let potential = |payload: f64| model.energies(q, &vec![0.0; n], payload).1 + model.ground_energy(q, payload);
-    // A load that is taken up lies still; one that is let go leaves with the tip's velocity.
+    // A load that is picked up is at rest; a released one has the tip's velocity.
     let carried_off = 0.5 * (-load).max(0.0) * (before[0] * before[0] + before[1] * before[1]);
     let brought = potential(mass[1]) - potential(mass[0]) - carried_off;
     PayloadEvent { time, mass, tip_velocity: [before, model.tip_velocity(q, qd)], loss, brought }
 }
 
-/// Why a payload cannot change like this, if it cannot.
+/// The reason if a payload cannot change like this.
 pub(crate) fn fault(changes: &[PayloadChange]) -> Option<String> {
     if let Some(change) = changes.iter().find(|c| !(c.mass.is_finite() && c.mass >= 0.0)) {
         return Some(format!("a payload of {} kg at {} s; it must be zero or greater", change.mass, change.time));

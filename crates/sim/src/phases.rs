@@ -1,7 +1,7 @@
-//! Runs in phases: from a time on another controller, other sticks, other values of the machine.
+//! Runs in phases: each has another controller, other sticks, or other values of the machine.
 //!
-//! A phase goes on from the state, the load, the energies, the sticks and the commands under way of the one before, with
-//! its controller and its sensors as at the start of a run. theory: docs/theory/simulation.md
+//! A phase continues with the state, the load, the energies, the sticks and the sent commands of the previous one; its
+//! controller and its sensors start as at the start of a run. theory: docs/theory/simulation.md
 
 use crate::driven::{stepper, Driven};
 use crate::event_loop::EventLoop;
@@ -14,15 +14,15 @@ use crate::sampled::{plan_fault, Event, Sampled, SampledPlan, Samples, Sampling}
 use crate::schedule::Schedule;
 use hydrocrane_control::controller::Controller;
 
-/// What moves the spools.
+/// The source of the spool commands.
 pub enum Driver<'a> {
     Commands(&'a Commands),
-    /// A controller, and what surrounds it.
+    /// A controller with its sensors, sticks and delay.
     Controller(&'a mut dyn Controller, &'a SampledPlan),
 }
 
 impl Driver<'_> {
-    /// Why it cannot drive, if it cannot.
+    /// The reason if it cannot be used.
     fn fault(&self) -> Option<String> {
         match self {
             Driver::Commands(_) => None,
@@ -31,7 +31,7 @@ impl Driver<'_> {
     }
 }
 
-/// From a time on, `model` under `driver`.
+/// `model` with `driver`, from a time on.
 pub struct Phase<'a> {
     /// s; of the first phase zero.
     pub from: f64,
@@ -48,7 +48,7 @@ pub struct PhasedRun {
 }
 
 /// Runs `first` from `x0`, then each of `later` from its time on, to `end`, recording states at `record` (ascending
-/// times). A row at the instant where a phase begins has what was before it.
+/// times). A row at the begin of a phase has the values before it.
 pub fn simulate_phases<'a>(
     x0: &[f64],
     end: f64,
@@ -104,7 +104,7 @@ pub fn simulate_phases<'a>(
     PhasedRun { run, samples, events }
 }
 
-/// A phase under a controller begins; sticks and commands under way go on from the last such phase.
+/// Begins a phase with a controller; sticks and sent commands continue from the last such phase.
 pub(crate) fn begin<'s>(
     sampled: &'s mut Option<Sampled>,
     going: &EventLoop,
@@ -129,7 +129,7 @@ fn bad_start(recorder: Recorder, message: String) -> PhasedRun {
     PhasedRun { run, samples: vec![Samples::default()], events: Vec::new() }
 }
 
-/// Why phases cannot follow each other, if they cannot.
+/// The reason if phases cannot follow each other.
 fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
     if let Some(message) = first.driver.fault() {
         return Some(message);
@@ -151,12 +151,13 @@ fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
     None
 }
 
-/// Commands against time stand at the start of a run only: a controller's commands may still be under way later.
+/// Commands against time are possible only at the start of a run: later a controller's commands may not have arrived
+/// yet.
 fn order_fault(phase: &Phase) -> Option<String> {
     matches!(phase.driver, Driver::Commands(_)).then(|| "spool commands against time begin with the run".to_string())
 }
 
-/// Why one machine cannot go on from the state of another, if it cannot.
+/// The reason if one machine cannot continue from the state of another.
 pub(crate) fn states_fault(before: &dyn Model, after: &dyn Model) -> Option<String> {
     let (old, new) = (&before.layout().names, &after.layout().names);
     if old == new {

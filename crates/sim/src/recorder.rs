@@ -1,4 +1,4 @@
-//! Collects what a run computes at the times that are to be recorded.
+//! Collects the results of a run at the record times.
 
 use crate::driven::Driven;
 use crate::event_loop::Record;
@@ -55,7 +55,7 @@ impl<'a> Recorder<'a> {
         self.run.commands.extend_from_slice(&driven.command(t)[..driven.model.layout().joints()]);
     }
 
-    /// The run so far. One that broke off also gets its last state.
+    /// The run so far. A run that ended early also has its last state.
     pub fn finish(mut self, outcome: Outcome, end: Option<(&Stepper, &Driven, &mut Watch)>) -> Run {
         if let Some((stepper, driven, watch)) = end {
             let last = self.run.times.last().copied().unwrap_or(-1.0);

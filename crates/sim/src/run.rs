@@ -7,7 +7,7 @@ use crate::sampled::{Event, SampledPlan, Samples};
 use hydrocrane_control::controller::Controller;
 
 /// Runs `model` from `x0` to `end` under spool commands against time, recording at `record` (ascending times).
-/// `keep_going` is asked now and then.
+/// `keep_going` is called from time to time.
 pub fn simulate(
     model: &dyn Model,
     x0: &[f64],

@@ -14,19 +14,19 @@ use hydrocrane_control::controller::{Controller, Fault};
 use hydrocrane_control::valve_learning::LearntValve;
 use hydrocrane_ode::Stepper;
 
-/// Samples without a usable command after which a run ends.
+/// Number of consecutive samples without a usable command after which a run ends.
 pub const FAILURES_IN_A_ROW: u32 = 10;
 
-/// What surrounds the controller.
+/// Sensors, sticks and delay of a controller.
 #[derive(Debug, Clone)]
 pub struct SampledPlan {
     pub sticks: Sticks,
     pub sensors: Sensors,
-    /// Time that the controller takes to compute, s.
+    /// Computation delay, s.
     pub delay: f64,
 }
 
-/// Something worth knowing that happened in a run.
+/// An event of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     /// s
@@ -34,7 +34,7 @@ pub struct Event {
     pub text: String,
 }
 
-/// What was measured and commanded, one row per sample.
+/// Readings and commands, one row per sample.
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
     pub times: Vec<f64>,
@@ -42,16 +42,16 @@ pub struct Samples {
     pub measured: Vec<f64>,
     /// Row-major, deflections after dead zone and ramp.
     pub sticks: Vec<f64>,
-    /// (x, z) of the tip, m; NaN where the controller has none.
+    /// Set-point (x, z) of the tip, m; NaN if the controller has none.
     pub set_points: Vec<[f64; 2]>,
-    /// Row-major, spool commands (m) as the controller gave them, zero where it gave none that can be used.
+    /// Row-major, spool commands (m) of the controller, zero if it has no usable one.
     pub commands: Vec<f64>,
-    /// What the controller has learnt of each valve in the end.
+    /// Learnt parameters of each valve at the end.
     pub learnt: Vec<LearntValve>,
 }
 
 impl Samples {
-    /// Forgets all rows.
+    /// Removes all rows.
     pub(crate) fn clear(&mut self) {
         self.times.clear();
         self.measured.clear();
@@ -62,7 +62,7 @@ impl Samples {
     }
 }
 
-/// Why a plan cannot be carried out, if it cannot.
+/// The reason if a plan cannot be executed.
 pub(crate) fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
     if !(period.is_finite() && period > 0.0) {
         return Some(format!("the controller's period is {period} s; it must be greater than zero"));
@@ -83,21 +83,21 @@ pub(crate) fn plan_fault(plan: &SampledPlan, period: f64) -> Option<String> {
     beyond.map(|d| format!("a stick's deflection is {d}; it must lie between -1 and 1"))
 }
 
-/// Sensors, sticks and commands under way between the samples of a controller.
+/// Sensors, sticks and sent commands between the samples of a controller.
 pub(crate) struct Sampled {
     pub sensors: Sensors,
     pub hand: Hand,
     pub paths: CommandPaths,
     delay: f64,
-    /// When the first sample of the phase at hand is due, s, and how many it has taken.
+    /// Time of the first sample of the present phase, s, and its number of samples so far.
     began: f64,
     sample: u64,
-    /// Samples in a row that gave no usable command, and why the last of them did not.
+    /// Number of consecutive samples without a usable command, and the reason at the last one.
     failing: u32,
     last_fault: String,
-    /// The controller cannot go on.
+    /// The controller cannot continue.
     given_up: bool,
-    /// Room for the command of a sample.
+    /// Work space for the command of a sample.
     command: Vec<f64>,
     pub samples: Samples,
     pub events: Vec<Event>,
@@ -135,15 +135,15 @@ impl Sampled {
         (self.began, self.sample, self.failing) = (now, 0, 0);
     }
 
-    /// Nobody moves the sticks as planned any more, after the last sample of a controller with this period (s).
+    /// Ends the plan of the sticks after the last sample of a controller with this period (s).
     pub fn take_over(&mut self, period: f64) {
         let (began, taken) = (self.began, self.sample);
         self.hand.forget_after((0..taken).map(|sample| began + sample as f64 * period));
     }
 
-    /// When a controller with this period (s) measures next, s.
+    /// Time of the next sample of a controller with this period (s), s.
     pub fn next_sample(&self, period: f64) -> f64 {
-        // Counted anew each time, so that no rounding piles up.
+        // Computed from the count, so that rounding errors do not accumulate.
         self.began + self.sample as f64 * period
     }
 
@@ -184,7 +184,7 @@ impl Sampled {
         self.command = command;
     }
 
-    /// Centres the spools where there is no usable command, and notes when that begins, changes or ends.
+    /// Centres the spools if there is no usable command, and records when that begins, changes or ends.
     fn judge(&mut self, now: f64, fault: Option<String>, command: &mut [f64]) {
         let Some(text) = fault else {
             if self.failing > 0 {
@@ -219,7 +219,7 @@ pub(crate) struct Sampling<'a> {
 }
 
 impl Events for Sampling<'_> {
-    /// A sample if it is due, and commands that arrive.
+    /// Takes a sample if it is due, and delivers commands that arrive.
     fn happen(&mut self, now: f64, driven: &mut Driven, stepper: &mut Stepper) -> Result<(), Outcome> {
         let Sampling { state, controller } = self;
         if now >= state.next_sample(controller.period()) {

@@ -1,4 +1,4 @@
-//! Spool commands against time, on the command path that every command takes: signal chain, limits, delays.
+//! Spool commands against time, on the common command path: signal chain, limits, delays.
 
 use crate::command_path::{at_spool, delay, kinks};
 use crate::driven::Driven;
@@ -9,14 +9,14 @@ use crate::outcome::Outcome;
 use hydrocrane_machine::model::Valve;
 use hydrocrane_ode::Stepper;
 
-/// Rounding allowed between the time of a break and the time at hand, s.
+/// Rounding tolerance between the time of a break and the present time, s.
 const ROUNDING: f64 = 1e-12;
 
 /// Commands as the spools receive them.
 pub(crate) struct Schedule {
     /// Times at which any command or its rate of change changes, ascending, s.
     breaks: Vec<f64>,
-    /// The first break that is to come.
+    /// The next break.
     next: usize,
     columns: Vec<Column>,
 }
@@ -27,7 +27,7 @@ pub struct Column {
     values: Vec<f64>,
     linear: bool,
     valve: Valve,
-    /// Times at which what arrives at the spool bends or jumps, ascending, s.
+    /// Times of kinks and jumps of the command at the spool, ascending, s.
     pub breaks: Vec<f64>,
 }
 
@@ -38,7 +38,7 @@ impl Column {
         column
     }
 
-    /// Its times as the spool sees them, and where a ramp meets an end of the dead band, of the signal or of the stroke.
+    /// Its times at the spool, and those at which a ramp reaches an end of dead band, signal or stroke.
     fn bends(&self) -> Vec<f64> {
         let late = delay(&self.valve);
         let mut bends: Vec<f64> = self.times.iter().map(|t| t + late).collect();
@@ -69,18 +69,19 @@ impl Column {
         }
     }
 
-    /// What arrives at the spool at time `t`, and its rate of change just after it.
+    /// The command at the spool at time `t`, and its rate of change just after it.
     pub fn at(&self, t: f64) -> (f64, f64) {
         let late = delay(&self.valve);
         let arrives = |u: f64| at_spool(&self.valve.command, self.valve.stroke, u);
         let (given, slope) = self.given(t - late);
-        // Before its first time nothing is commanded, and the spool stays centred whatever the signal's offset.
+        // Before its first time there is no command, and the spool is centred for any offset of the signal.
         let begun = self.times.first().is_some_and(|first| *first <= t - late + ROUNDING);
         let here = if begun { arrives(given) } else { 0.0 };
         if slope == 0.0 {
             return (here, 0.0);
         }
-        // Two places well inside the stretch up to the next bend tell how it goes on: at its ends rounding would decide.
+        // The rate follows from two points well inside the interval up to the next break; at its ends rounding would
+        // decide.
         let end = self.breaks[self.breaks.partition_point(|bend| *bend <= t + ROUNDING)..].first();
         let inside = |share: f64| end.map_or(t, |end| t + share * (end - t));
         let [early, late] = [0.25, 0.75].map(|share| arrives(given + slope * (inside(share) - t)));
@@ -104,7 +105,7 @@ impl Schedule {
         Schedule { breaks, next: 0, columns }
     }
 
-    /// The commands of time `t` (s) are in force; breaks until then are past.
+    /// Sets the commands of time `t` (s); breaks until then are past.
     pub fn begin(&mut self, t: f64, driven: &mut Driven) {
         driven.since = t;
         for (c, column) in self.columns.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The sensors of a machine, in the loop: which signal each reads, how well, and how it can fail.
+//! The sensors of a machine in the loop: signal, errors and faults of each.
 
 use crate::model::Model;
 use hydrocrane_control::controller::Measurement;
@@ -19,7 +19,7 @@ enum Device {
     Force(LoadCell),
 }
 
-/// Where the truth of a signal is found.
+/// Source of the true value of a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Truth {
     State(usize),
@@ -34,44 +34,44 @@ struct Channel {
     faults: Vec<SensorFault>,
 }
 
-/// All sensors of a machine with their last readings: every joint coordinate and chamber pressure; those of data sheets
-/// also read whatever else the machine file has a sensor for.
+/// All sensors of a machine with their last readings: every joint coordinate and chamber pressure; data-sheet sensors
+/// also read all other signals with a sensor in the machine file.
 #[derive(Debug, Clone)]
 pub struct Sensors {
     channels: Vec<Channel>,
     readings: Vec<f64>,
     joints: usize,
     pressures: Vec<[f64; 2]>,
-    /// Room for the model's outputs where a sensor reads one of them.
+    /// Work space for the model's outputs, if a sensor reads one of them.
     outputs: Vec<f64>,
     reads_outputs: bool,
-    /// States that sensors with a memory of the way between two samples follow, by increasing index.
+    /// States that sensors with hysteresis or lag follow between two samples, by increasing index.
     lagged: Vec<usize>,
-    /// Room for a state between two samples.
+    /// Work space for a state between two samples.
     between: Vec<f64>,
 }
 
-/// Longest stretch over which the pressure in front of a transmitter counts as a straight line, s.
+/// Longest interval over which the pressure before a transmitter counts as linear, s.
 const LAG_STEP: f64 = 1e-3;
 
-/// What a controller reads: every joint coordinate, then every chamber pressure.
+/// Signals that a controller reads: every joint coordinate, then every chamber pressure.
 fn controller_signals(machine: &file::Machine) -> impl Iterator<Item = String> + '_ {
     let joints = machine.joints.iter().map(|j| format!("joint.{}.q", j.name));
     joints.chain(machine.cylinders.iter().flat_map(|c| [1, 2].map(|side| format!("cylinder.{}.p{side}", c.name))))
 }
 
-/// What a controller reads though the machine file has no sensor for it: those of data sheets tell the truth there.
+/// Signals that a controller reads without a sensor in the machine file; data-sheet sensors then return the true value.
 pub fn unmeasured(machine: &file::Machine) -> Vec<String> {
     controller_signals(machine).filter(|signal| machine.sensors.iter().all(|s| s.measures != *signal)).collect()
 }
 
 impl Sensors {
-    /// Sensors that read the truth.
+    /// Sensors that read true values.
     pub fn ideal(model: &dyn Model) -> Self {
         Self::described(model, &[], |_| Device::Ideal)
     }
 
-    /// The sensors of the machine file, drawn by `seed`, with `faults`. An error names a signal that nothing measures.
+    /// The sensors of the machine file, drawn by `seed`, with `faults`. An error names a signal without a sensor.
     pub fn new(model: &dyn Model, mode: SensorMode, seed: u64, faults: &[SensorFault]) -> Result<Self, String> {
         let described = &model.machine().sensors;
         let mut sensors = match mode {
@@ -85,7 +85,7 @@ impl Sensors {
         Ok(sensors)
     }
 
-    /// As [`Self::new`] for recorded data: ideal ones read everything that the machine file has a sensor for.
+    /// As [`Self::new`] for recorded data: ideal sensors read all signals with a sensor in the machine file.
     pub fn for_record(model: &dyn Model, mode: SensorMode, seed: u64, faults: &[SensorFault]) -> Result<Self, String> {
         if mode == SensorMode::DataSheet {
             return Self::new(model, mode, seed, faults);
@@ -137,7 +137,7 @@ impl Sensors {
         }
     }
 
-    /// What is measured, in the order of [`Self::readings`].
+    /// Measured signals, in the order of [`Self::readings`].
     pub fn signals(&self) -> impl Iterator<Item = &str> {
         self.channels.iter().map(|channel| channel.signal.as_str())
     }
@@ -152,7 +152,7 @@ impl Sensors {
         Measurement { t, q: &self.readings[..self.joints], p: &self.pressures }
     }
 
-    /// What changes while they measure.
+    /// Their changing state.
     pub fn archive(&mut self, archive: &mut Archive) {
         archive.numbers(&mut self.readings);
         self.pressures.iter_mut().for_each(|pair| archive.numbers(pair));
@@ -177,7 +177,7 @@ impl Sensors {
         }
     }
 
-    /// Goes along with the last step of `stepper`.
+    /// Follows the last step of `stepper`.
     pub fn follow(&mut self, stepper: &Stepper) {
         if self.lagged.is_empty() {
             return;
@@ -194,7 +194,7 @@ impl Sensors {
         self.between = x;
     }
 
-    /// Goes on to time `t`, the pressures having changed to those of state `x` along straight lines.
+    /// Advances to time `t`, with pressures that change linearly to those of state `x`.
     fn follow_to(&mut self, t: f64, x: &[f64]) {
         let mut decay = Decay::default();
         for channel in &mut self.channels {
@@ -222,7 +222,7 @@ impl Sensors {
     /// Takes a reading of state `x` at time `t`.
     pub fn read(&mut self, model: &dyn Model, t: f64, x: &[f64], payload: f64) {
         if self.reads_outputs {
-            // No sensor reads energies.
+            // Energies are no signals of sensors.
             model.outputs_without_oil(x, payload, &mut self.outputs);
         }
         for (channel, reading) in self.channels.iter_mut().zip(&mut self.readings) {
@@ -250,7 +250,7 @@ impl Channel {
         };
         let active = |fault: &&SensorFault| t >= fault.from - 1e-12 && fault.until.is_none_or(|end| t < end - 1e-12);
         self.faults.iter().filter(active).fold(healthy, |reading, fault| match fault.kind {
-            // One that is frozen from the start stays at its first reading.
+            // A sensor that is frozen from the start keeps its first reading.
             FaultKind::Freeze if last.is_nan() => reading,
             FaultKind::Freeze => last,
             FaultKind::Jump(size) => reading + size,
@@ -259,7 +259,7 @@ impl Channel {
     }
 }
 
-/// One sensor as its file describes it. Its errors depend on the seed and its name alone.
+/// One sensor as its file describes it. Its errors depend only on the seed and its name.
 fn device(sensor: &file::Sensor, seed: u64) -> Device {
     let property = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
     let share = |key: &str| property(key).unwrap_or(0.0);
@@ -287,7 +287,7 @@ fn device(sensor: &file::Sensor, seed: u64) -> Device {
     }
 }
 
-/// A load cell's stated accuracy holds its linearity already.
+/// A load cell's stated accuracy includes its linearity.
 fn accuracy_of_cell(quality: Quality) -> Quality {
     if quality.accuracy > 0.0 {
         Quality { linearity: 0.0, ..quality }

@@ -11,7 +11,7 @@ use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
 use hydrocrane_plant::{Crane, Kinematics, StateSpace};
 
-/// Thresholds where the machine file gives none, SI.
+/// Default thresholds, SI.
 pub const PLAUSIBILITY: [(&str, f64); 9] = [
     ("jump", 0.5e-3),
     ("frozen", 1e-3),
@@ -42,7 +42,7 @@ pub(crate) fn with_sensor_monitor<const N: usize>(
     Box::new(SafeState::new(controller, monitor, Box::new(spool_of), neutral, names))
 }
 
-/// What messages call things; `revolute`: whether a joint turns.
+/// Names for messages; `revolute`: whether a joint is revolute.
 pub(crate) fn names(machine: &Machine, revolute: Vec<bool>) -> Names {
     Names {
         joints: machine.joints.iter().map(|j| j.name.clone()).collect(),
@@ -76,13 +76,13 @@ fn settings<const N: usize>(crane: &Crane<N>, delay: f64, reads_pressures: bool)
     };
     let limits = crane.joint_limits();
     let joints = |i: usize| {
-        // A file's limits may be narrower than what the machine can do: here they only tell one turn from the next.
+        // A file's limits may be narrower than the motion of the machine; here they only identify the turn.
         let half = 0.5 * (limits[i].upper - limits[i].lower);
         [limits[i].lower - half, limits[i].upper + half]
     };
     let limits_of_pressure = |c: usize| {
         let (one, two) = (plant.cylinders[c].chambers.area_1, plant.cylinders[c].chambers.area_2);
-        // Only oil without cavitation, as printed, can pull.
+        // Only the printed oil law, without cavitation, allows lower pressures.
         let lowest = if plant.fluid.ignore_cavitation { f64::NEG_INFINITY } else { plant.fluid.vacuum };
         let most = value("pressure-limit") * machine.supply.pressure * (one / two).max(two / one);
         [lowest - trust(c).pressure[0].max(trust(c).pressure[1]), most]
@@ -109,12 +109,12 @@ fn settings<const N: usize>(crane: &Crane<N>, delay: f64, reads_pressures: bool)
     }
 }
 
-/// Time constants after which a spool has arrived.
+/// Settling time of a spool in time constants.
 const SPOOL_LAGS: f64 = 4.0;
 /// Standard deviations of noise between two readings that count as possible.
 const NOISE: f64 = 8.0;
 
-/// Largest difference of two readings of the same thing.
+/// Largest difference of two readings of the same quantity.
 fn scatter(sensor: &Sensor) -> f64 {
     let property = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
     if sensor.kind == "incremental-encoder" {
@@ -127,7 +127,8 @@ fn scatter(sensor: &Sensor) -> f64 {
     share * range(sensor)
 }
 
-/// Change of the truth that a reading without noise does not show; zero where noise changes the reading at every sample.
+/// Change of the true value that a reading without noise does not show; zero if noise changes the reading at every
+/// sample.
 fn coarseness(sensor: &Sensor) -> f64 {
     let property = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map_or(0.0, |(_, value)| *value);
     let step = property("bits").max(0.0);
@@ -139,10 +140,10 @@ fn coarseness(sensor: &Sensor) -> f64 {
     }
 }
 
-/// Steps of a converter, in standard deviations of noise, up to which a reading hardly ever stays the same.
+/// Largest converter step, in standard deviations of noise, for which a reading hardly ever repeats.
 const LEAST_DITHER: f64 = 2.0;
 
-/// Largest error of what it reads on average.
+/// Largest error of its mean reading.
 fn accuracy(sensor: &Sensor) -> f64 {
     let share = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map_or(0.0, |(_, value)| *value);
     (share("accuracy") + share("linearity")) * range(sensor)

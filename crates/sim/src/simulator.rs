@@ -1,4 +1,4 @@
-//! Step by step simulation for people's own controllers: commands held over one sample time.
+//! Step by step simulation for user-defined controllers: commands held over one sample time.
 
 use crate::command_path::CommandPaths;
 use crate::driven::{stepper, Driven};
@@ -29,7 +29,7 @@ pub struct Simulator {
     unread: Sensors,
 }
 
-/// Commands held from outside, on their way to the spools, and the sensors that follow.
+/// Commands from outside on the command path, and the sensors.
 struct Held<'a> {
     paths: &'a mut CommandPaths,
     sensors: &'a mut Sensors,
@@ -59,14 +59,14 @@ impl Simulator {
         Simulator { model, options, payload, sample_time, going: None, paths, unread: sensors.clone(), sensors }
     }
 
-    /// Reads through these sensors instead of ideal ones.
+    /// Uses these sensors instead of ideal ones.
     pub fn with_sensors(mut self, sensors: Sensors) -> Self {
         self.unread = sensors.clone();
         self.sensors = sensors;
         self
     }
 
-    /// Starts anew at time zero; the error says why a state cannot be started from.
+    /// Restarts at time zero; the error states why a state is no admissible start.
     pub fn reset(&mut self, x0: &[f64]) -> Result<(), String> {
         if let Some(fault) = start_fault(self.model.as_ref(), x0, &self.options) {
             return Err(fault);
@@ -109,7 +109,7 @@ impl Simulator {
         Outcome { kind: OutcomeKind::Completed, time: stepper.t, message: "stepped".to_string() }
     }
 
-    /// From here on the tip carries `mass` (kg): takes up a load that lies still, or lets one go. `None` before a reset.
+    /// Sets the payload to `mass` (kg): picks up a load at rest, or releases one. `None` before a reset.
     pub fn set_payload(&mut self, mass: f64) -> Option<PayloadEvent> {
         let stepper = &mut self.going.as_mut()?.stepper;
         let change = [self.payload, mass];
@@ -119,7 +119,7 @@ impl Simulator {
         Some(event)
     }
 
-    /// From here on the machine has the values of `model`. The error says why it cannot.
+    /// Continues with the values of `model`. The error states why it cannot.
     pub fn change_machine(&mut self, model: Arc<dyn Model>) -> Result<(), String> {
         let state = self.state().and_then(|x| state_fault(model.as_ref(), x));
         if let Some(fault) = states_fault(self.model.as_ref(), model.as_ref()).or(state) {
@@ -135,8 +135,8 @@ impl Simulator {
         Ok(())
     }
 
-    /// What changes while it goes on, after a reset: read back into a simulator of the same machine and options that was reset,
-    /// it goes on with the same bits.
+    /// The changing state after a reset. Read into a reset simulator of the same machine and options, the run continues
+    /// with the same bits.
     pub fn archive(&mut self, archive: &mut Archive) {
         archive.number(&mut self.payload);
         self.paths.archive(archive);
@@ -148,12 +148,12 @@ impl Simulator {
         }
     }
 
-    /// What has made the simulation doubtful since the last call.
+    /// Warnings since the last call.
     pub fn warnings(&mut self) -> Vec<Warning> {
         self.going.as_mut().map_or_else(Vec::new, |going| going.warnings(self.model.as_ref()))
     }
 
-    /// The method that is taken.
+    /// The method in use.
     pub fn method(&self) -> &str {
         &self.options.method
     }
@@ -172,7 +172,7 @@ impl Simulator {
         self.payload
     }
 
-    /// What the sensors read at the last sample.
+    /// Sensor readings at the last sample.
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
     }

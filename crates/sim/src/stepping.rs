@@ -1,4 +1,4 @@
-//! One step, what it leads to, and when a run is given up.
+//! One step with its checks, and the criteria for ending a run.
 
 use crate::driven::Driven;
 use crate::faults::failed;
@@ -7,8 +7,8 @@ use crate::outcome::{Outcome, OutcomeKind};
 use crate::warnings::Watch;
 use hydrocrane_ode::{Stepper, System, CRAWL_ATTEMPTS};
 
-/// One step of `system`, whose states begin with those of the crane that is `driven`, at most to `limit`; and a look at
-/// where it led.
+/// One step of `system`, at most to `limit`, and the checks of the new state. The states of `system` begin with those
+/// of the crane `driven`.
 pub(crate) fn step_of(
     system: &dyn System,
     stepper: &mut Stepper,
@@ -21,7 +21,7 @@ pub(crate) fn step_of(
     stepped
 }
 
-/// Why a run ends early though every step so far was good.
+/// The reason for an early end after successful steps.
 pub(crate) fn given_up(
     stepper: &mut Stepper,
     options: &RunOptions,

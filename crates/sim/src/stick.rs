@@ -3,10 +3,10 @@
 use hydrocrane_control::controller::{Goal, Stick};
 pub use hydrocrane_machine::scenario::StickMode as StickKind;
 
-/// How far beyond its end rounding may take a deflection; it counts as the end.
+/// Rounding error by which a deflection may exceed its end; it counts as the end.
 pub const ROUNDING: f64 = 1e-9;
 
-/// What the operator does.
+/// The operator's input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sticks {
     pub kind: StickKind,
@@ -15,20 +15,20 @@ pub struct Sticks {
     /// Row-major, `times.len() x axes`, -1 to 1.
     pub deflections: Vec<f64>,
     pub axes: usize,
-    /// Straight between the rows instead of held.
+    /// Whether deflections are interpolated linearly instead of held.
     pub linear: bool,
-    /// Deflections up to this size do nothing; beyond it the rest of the way counts from zero to one.
+    /// Dead zone: smaller deflections have no effect; the rest counts from zero to one.
     pub dead_zone: f64,
-    /// Time that a stick takes from its centre to its end, s; zero: it jumps.
+    /// Time of a stick from its centre to its end, s; zero: it jumps.
     pub ramp: f64,
-    /// Share of the full speed that counts from each of the times on, 0 to 1; empty: all of it, always.
+    /// Share of the full speed from each of the times on, 0 to 1; empty: full speed.
     pub precision: Vec<f64>,
-    /// Where the tip is told to go, in order of time; moving a stick ends the way there.
+    /// Goals of the tip in order of time; moving a stick cancels a goal.
     pub goals: Vec<Goal>,
 }
 
 impl Sticks {
-    /// All sticks centred, for ever.
+    /// All sticks permanently centred.
     pub fn centred(kind: StickKind, cylinders: usize) -> Self {
         let axes = if kind == StickKind::Tip { 2 } else { cylinders };
         Sticks {
@@ -44,17 +44,17 @@ impl Sticks {
         }
     }
 
-    /// Whether anybody moves a stick or gives a goal.
+    /// Whether a stick moves or there is a goal.
     pub fn idle(&self) -> bool {
         self.times.is_empty() && self.goals.is_empty()
     }
 
-    /// Where one axis is held at time `t`.
+    /// Deflection of one axis at time `t`.
     fn raw(&self, axis: usize, t: f64) -> f64 {
         self.between(t, |row| self.deflections[row * self.axes + axis]).unwrap_or(0.0)
     }
 
-    /// Share of the full speed that counts at time `t`.
+    /// Share of the full speed at time `t`.
     fn share(&self, t: f64) -> f64 {
         if self.precision.is_empty() {
             return 1.0;
@@ -77,7 +77,7 @@ impl Sticks {
         })
     }
 
-    /// Where the operator wants one axis at time `t`, after its dead zone.
+    /// Target of one axis at time `t`, after its dead zone.
     fn wanted(&self, axis: usize, t: f64) -> f64 {
         let raw = self.raw(axis, t).clamp(-1.0, 1.0);
         let beyond = raw - raw.clamp(-self.dead_zone, self.dead_zone);
@@ -90,14 +90,14 @@ impl Sticks {
     }
 }
 
-/// The sticks on their way through time.
+/// The sticks as they advance in time.
 pub struct Hand {
     sticks: Sticks,
     at: Vec<f64>,
     since: f64,
-    /// Goals that nobody goes to any more, counted from the first.
+    /// Number of goals that are no longer active, counted from the first.
     past: usize,
-    /// A goal that was given while a stick was out.
+    /// A goal that was given while a stick was deflected.
     refused: Option<Goal>,
 }
 
@@ -107,7 +107,7 @@ impl Hand {
         Hand { at: vec![0.0; sticks.axes], sticks, since: now, past: 0, refused: None }
     }
 
-    /// From time `t` on the operator does what `sticks` say; levers in another hand begin centred. Goals given before stay.
+    /// Uses `sticks` from time `t` on; sticks of another mode begin centred. Earlier goals remain.
     pub fn take(&mut self, mut sticks: Sticks, t: f64) {
         let (mut earlier, before) = (self.sticks.goals.clone(), sticks.given(t));
         earlier.truncate(self.sticks.given(t));
@@ -121,13 +121,13 @@ impl Hand {
         self.sticks = sticks;
     }
 
-    /// What the operator has done so far.
+    /// Record of the operator's input so far.
     pub fn sticks(&self) -> &Sticks {
         &self.sticks
     }
 
-    /// Forgets what the operator would have done after the last of `samples` (s). Sticks that go straight between rows are
-    /// held where they were at each sample from then on: a controller that samples there sees no difference.
+    /// Removes the planned input after the last of `samples` (s). Linearly interpolated sticks are replaced by held
+    /// values at each sample, which makes no difference for a controller that samples there.
     pub fn forget_after(&mut self, samples: impl Iterator<Item = f64>) {
         let mut last = f64::NEG_INFINITY;
         if self.sticks.linear {
@@ -153,7 +153,7 @@ impl Hand {
         }
     }
 
-    /// From time `t` on the operator holds `deflections`, of which the `share` of the full speed counts. Times must grow.
+    /// Holds `deflections` with this `share` of the full speed from time `t` on. Times must increase.
     pub fn hold(&mut self, t: f64, deflections: &[f64], share: f64) {
         let axes = self.sticks.axes;
         let last = self.sticks.deflections.len().saturating_sub(axes);
@@ -168,39 +168,39 @@ impl Hand {
         }
     }
 
-    /// From its time on the tip shall go to `goal`. Times must grow.
+    /// Adds `goal`, which is active from its time on. Times must increase.
     pub fn go_to(&mut self, goal: Goal) {
         self.sticks.goals.push(goal);
     }
 
-    /// A goal that was given while a stick was out, told once.
+    /// A goal that was given while a stick was deflected; returned once.
     pub fn refused(&mut self) -> Option<Goal> {
         self.refused.take()
     }
 
-    /// From time `t` on nobody goes to the goal at hand any more.
+    /// Cancels the present goal at time `t`.
     pub fn drop_goal(&mut self, t: f64) {
         if let Some(goal) = self.sticks.goals.get_mut(self.past..).and_then(|ahead| ahead.last_mut()) {
             goal.until = t;
         }
     }
 
-    /// Where the tip is under way to.
+    /// The active goal.
     pub fn goal(&self) -> Option<Goal> {
         let given = self.sticks.given(self.since);
         (self.past < given).then(|| self.sticks.goals[given - 1])
     }
 
-    /// The controller is under way to no goal any more.
+    /// The controller has reached or left its goal.
     pub fn arrive(&mut self) {
         self.past = self.sticks.given(self.since);
     }
 
-    /// Goes on to time `t` and tells the deflections there.
+    /// Advances to time `t` and returns the deflections there.
     pub fn move_to(&mut self, t: f64) -> &[f64] {
         let most = if self.sticks.ramp > 0.0 { (t - self.since) / self.sticks.ramp } else { f64::INFINITY };
         for (axis, at) in self.at.iter_mut().enumerate() {
-            // The sum of where it is and what it lacks may miss the end of a stick's way by rounding.
+            // The sum of the position and the missing part may miss the target by rounding.
             *at = (*at + (self.sticks.wanted(axis, t) - *at).clamp(-most, most)).clamp(-1.0, 1.0);
         }
         let given = self.sticks.given(t);
@@ -216,12 +216,12 @@ impl Hand {
         &self.at
     }
 
-    /// The deflections at hand.
+    /// The present deflections.
     pub fn at(&self) -> &[f64] {
         &self.at
     }
 
-    /// The deflections as a controller takes them.
+    /// The deflections in the form for a controller.
     pub fn stick(&self) -> Stick<'_> {
         if let Some(goal) = self.goal() {
             return Stick::Goal(Goal { share: self.sticks.share(self.since), ..goal });

@@ -1,4 +1,4 @@
-//! A measured pressure of the supply: a state of the plant that the run prescribes.
+//! A measured supply pressure: a state of the plant that the run prescribes.
 
 use crate::model::Model;
 use crate::options::RunOptions;
@@ -8,10 +8,10 @@ use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
 use std::sync::Arc;
 
-/// Rounding allowed between a time of the pressure and the time at hand, s.
+/// Rounding tolerance between a time of the pressure and the present time, s.
 const ROUNDING: f64 = 1e-12;
 
-/// The pressure of a run, where one is prescribed.
+/// The prescribed pressure of a run, if there is one.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Prescribed {
     course: Option<Arc<SupplyPressure>>,
@@ -20,7 +20,7 @@ pub(crate) struct Prescribed {
     pub now: RateAtHand,
 }
 
-/// How the pressure changes.
+/// Rate of the pressure.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct RateAtHand {
     /// Pa/s, constant until the time `next` (s).
@@ -37,12 +37,12 @@ impl Prescribed {
         }
     }
 
-    /// When the rate changes next, s.
+    /// Time of the next change of the rate, s.
     pub fn next_time(&self) -> Option<f64> {
         self.course.as_ref().map(|_| self.now.next)
     }
 
-    /// Puts the state where the pressure is, and goes on at its rate, if a time of it is due.
+    /// Sets the state to the pressure, and the rate, if a time of the series is due.
     pub fn follow(&mut self, stepper: &mut Stepper) {
         let due = |course: &&Arc<SupplyPressure>| !course.time.is_empty() && self.now.next <= stepper.t + ROUNDING;
         let Some(course) = self.course.as_ref().filter(due) else { return };
@@ -66,14 +66,14 @@ impl Prescribed {
     }
 }
 
-/// Puts the pressure of time zero into the state `x`.
+/// Sets the pressure at time zero in the state `x`.
 pub(crate) fn place(course: &SupplyPressure, model: &dyn Model, x: &mut [f64]) {
     if let Some(p) = model.layout().mains().filter(|_| model.machine().supply.measured) {
         x[p] = course.at(0.0).0;
     }
 }
 
-/// A pressure that is far from what the machine says: often another unit or column.
+/// Warning on a pressure far from that of the machine: often another unit or column.
 pub(crate) fn unusual(course: &SupplyPressure, machine: &Machine) -> Option<Warning> {
     let highest = course.pressure.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let wanted = machine.supply.pressure;
@@ -89,7 +89,7 @@ pub(crate) fn unusual(course: &SupplyPressure, machine: &Machine) -> Option<Warn
     })
 }
 
-/// A constant supply pressure that is given too, for the start or for a phase.
+/// Warning on an additional constant supply pressure, for the start or for a phase.
 pub(crate) fn overridden(scenario: &Scenario) -> Option<Warning> {
     let of_phases = scenario.phases.iter().map(|phase| (phase.time, &phase.overrides));
     let mut stated = std::iter::once((0.0, &scenario.overrides)).chain(of_phases);
@@ -98,7 +98,7 @@ pub(crate) fn overridden(scenario: &Scenario) -> Option<Warning> {
         time,
         kind: "override-without-effect",
         text: "`supply.pressure` is given, but the run follows a measured supply pressure".into(),
-        cure: "omit one of the two; use `believed` for the value that a controller assumes".into(),
+        cure: "omit one of the two; use `controller.model` for the value that a controller assumes".into(),
     })
 }
 
@@ -107,7 +107,7 @@ const USUAL: [f64; 2] = [0.1, 3.0];
 /// A smaller difference than this is rounding, Pa.
 const JUMP: f64 = 1.0;
 
-/// Why a machine cannot take the prescribed pressure, if it cannot.
+/// The reason if a machine cannot have a prescribed pressure.
 pub(crate) fn fault(model: &dyn Model, options: &RunOptions) -> Option<String> {
     let fits = options.supply.is_none() || model.machine().supply.measured;
     (!fits).then(|| "a measured supply pressure needs a machine with `supply.measured` = \"yes\"".into())

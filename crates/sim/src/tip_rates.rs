@@ -2,20 +2,21 @@
 
 use hydrocrane_control::redundancy::{resolve, Preference, Task};
 
-/// What [`resolve_rates`] is asked for; slices have one entry per joint, `bounds` one pair.
+/// Arguments of [`resolve_rates`]; slices have one entry per joint, `bounds` one pair.
 pub struct RateWish<'a> {
     /// Row-major `2 x n`.
     pub jacobian: &'a [f64],
-    /// Of the tip, m/s: may be slowed down.
+    /// Velocity of the tip, m/s, which may be reduced.
     pub velocity: [f64; 2],
-    /// Of the tip, m/s: is not slowed down.
+    /// Correction of the tip, m/s, which is not reduced.
     pub correction: [f64; 2],
     pub weights: &'a [f64],
     pub preferred: &'a [f64],
     pub bounds: &'a [f64],
 }
 
-/// Joint rates and the share of the velocity that they give; `None` for a number of joints that no controller handles.
+/// Joint rates and the share of the velocity that they reach; `None` for a number of joints that no controller
+/// supports.
 pub fn resolve_rates(wish: &RateWish) -> Option<(Vec<f64>, f64)> {
     match wish.weights.len() {
         1 => Some(sized::<1>(wish)),

@@ -1,14 +1,14 @@
-//! What makes a run doubtful.
+//! A warning of a run.
 
-/// Why a run may be wrong.
+/// A warning that a run may be wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {
-    /// When it began, s.
+    /// Begin, s.
     pub time: f64,
     /// Short stable name.
     pub kind: &'static str,
-    /// What was found, with its numbers and units.
+    /// The finding, with numbers and units.
     pub text: String,
-    /// What helps.
+    /// The cure.
     pub cure: String,
 }

@@ -1,4 +1,4 @@
-//! What makes a run doubtful, with its cause and its cure.          reference: docs/reference/warnings.md
+//! Checks of a run, with warnings that state cause and cure.          reference: docs/reference/warnings.md
 
 use crate::driven::Driven;
 use crate::ledger::ledger_terms;
@@ -12,22 +12,22 @@ use hydrocrane_plant::limits::in_words;
 use hydrocrane_plant::limits::JointLimits;
 use hydrocrane_plant::outputs::energies;
 
-/// Pressure that a chamber is rated for where the machine file says nothing, as a multiple of the supply pressure.
+/// Default rated pressure of a chamber, as a multiple of the supply pressure.
 const RATING: f64 = 1.5;
 /// Pressure below vacuum that is rounding, Pa.
 const VACUUM_ROUNDING: f64 = 1e3;
-/// Time between two looks at the energy ledger, s.
+/// Time between two checks of the energy ledger, s.
 const AUDIT_INTERVAL: f64 = 0.5;
-/// Share of the energy that flowed by which a ledger may be open.
+/// Allowed residual of the ledger, as a share of the energy that flowed.
 const LEDGER_SHARE: f64 = 0.01;
-/// The same as a share of what one stroke of all pistons takes from the supply: below it nothing has flowed yet.
+/// Least energy for this check, as a share of the supply energy of one stroke of all pistons.
 const LEDGER_FLOOR: f64 = 1e-4;
-/// Share of the supply pressure, or of what load sensing keeps at full displacement, below which the mains want for oil.
+/// Share of the supply pressure, or of the load-sensing pressure at full displacement, below which the mains lack oil.
 const MAINS_SHARE: f64 = 0.8;
-/// Share of the displacement from which a pump that senses the load gives all it can. Until then it only follows late.
+/// Share of the displacement above which a load-sensing pump counts as saturated. Below it the pump only lags.
 const FULL_DISPLACEMENT: f64 = 0.98;
 
-/// How far the mains lie below the pressure that the pump is set to, Pa; `None` while it gives what is asked for.
+/// Deficit of the mains pressure against the set pressure of the pump, Pa; `None` while the pump delivers the demand.
 fn fall_of_saturated_mains(model: &dyn Model, x: &[f64]) -> Option<f64> {
     let (layout, supply) = (model.layout(), &model.machine().supply);
     let (p, mains) = (x[layout.mains()?], supply.mains.as_ref()?);
@@ -42,7 +42,7 @@ fn fall_of_saturated_mains(model: &dyn Model, x: &[f64]) -> Option<f64> {
     (full && p < least).then_some(set - p)
 }
 
-/// What can be found, about the cylinder or joint of a number.
+/// Kinds of findings, some with the number of a cylinder or joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Finding {
     AboveRating(usize),
@@ -54,8 +54,8 @@ enum Finding {
     PumpSaturated,
 }
 
-/// A finding since when, with its farthest value: a pressure (Pa), a joint coordinate, a share of the energy, a step (s), or a fall
-/// of pressure (Pa).
+/// A finding with its begin and its extreme value: a pressure (Pa), a joint coordinate, a share of the energy, a step
+/// (s), or a fall of pressure (Pa).
 #[derive(Debug, Clone, Copy)]
 struct Found {
     what: Finding,
@@ -65,14 +65,14 @@ struct Found {
 
 /// The energy ledger against the energies stored.
 struct Audit {
-    /// Stored at the start, changed by what phases with another machine change, J.
+    /// Stored energy at the start, with the changes by phases with another machine, J.
     start: f64,
     next: f64,
     floor: f64,
     outputs: Vec<f64>,
 }
 
-/// Looks at every step of a run for what makes it doubtful.
+/// Checks every step of a run.
 pub(crate) struct Watch {
     ratings: Vec<f64>,
     vacuum: f64,
@@ -119,7 +119,7 @@ impl Watch {
         }
     }
 
-    /// The state at hand and, now and then, the ledger.
+    /// Checks the present state and, from time to time, the ledger.
     pub fn look(&mut self, stepper: &Stepper, driven: &Driven) {
         let (layout, x, t) = (driven.model.layout(), &stepper.x, stepper.t);
         for c in 0..layout.joints() {
@@ -171,7 +171,7 @@ impl Watch {
             balance += sign * energy;
             flowed += (sign * energy).abs();
         }
-        // What flows in flows out or is stored: half of all that moved.
+        // Energy that flows in flows out or is stored, so half of the sum has flowed.
         let open = (gained - balance).abs() / (0.5 * (flowed + gained.abs())).max(audit.floor / LEDGER_SHARE);
         if open > LEDGER_SHARE || open.is_nan() {
             self.note(Finding::LedgerOpen, stepper.t, open);
@@ -188,7 +188,7 @@ impl Watch {
         }
     }
 
-    /// All that was found until the run came to its end, in order of time.
+    /// All findings until the end of the run, in order of time.
     pub fn close(&mut self, stepper: &Stepper, driven: &Driven) -> Vec<Warning> {
         self.audit(stepper, driven);
         let mut all: Vec<Warning> = self.found.iter().map(|found| found.warning(driven.model, &self.ratings)).collect();
@@ -196,7 +196,7 @@ impl Watch {
         all
     }
 
-    /// What was found since the last call.
+    /// Findings since the last call.
     pub fn news(&mut self, model: &dyn Model) -> Vec<Warning> {
         let news = self.found[self.told..].iter().map(|found| found.warning(model, &self.ratings)).collect();
         self.told = self.found.len();
@@ -204,7 +204,7 @@ impl Watch {
     }
 }
 
-/// Gauge pressure of vacuum where the oil of a machine knows none, Pa.
+/// Gauge pressure of vacuum for oil without a vacuum limit, Pa.
 const STANDARD_VACUUM: f64 = -1e5;
 
 /// Energy stored in crane and oil, J.
@@ -297,8 +297,8 @@ pub fn implausible(unusual: &[Unusual]) -> Vec<Warning> {
         .collect()
 }
 
-/// Signals that a controller reads from `time` (s) on with sensors of the data sheets though the file has none for them.
-/// `tip`: it is tip control, which goes without pressures if told so.
+/// Warning on signals that a controller reads from `time` (s) on with data-sheet sensors although the file has no
+/// sensors for them. `tip`: it is tip control, which can work without pressures.
 pub fn without_sensors(machine: &Machine, time: f64, reads_pressures: bool, tip: bool) -> Option<Warning> {
     let mut signals = unmeasured(machine);
     signals.retain(|signal| reads_pressures || !signal.starts_with("cylinder."));
@@ -317,7 +317,7 @@ pub fn without_sensors(machine: &Machine, time: f64, reads_pressures: bool, tip:
     })
 }
 
-/// What an equilibrium `x` in the pose `q` is not: joints that rest on their end stops stand elsewhere.
+/// Warning if an equilibrium `x` differs from the pose `q` because joints rest on their end stops.
 pub fn moved_starts(model: &dyn Model, q: &[f64], x: &[f64]) -> Vec<Warning> {
     let machine = model.machine();
     let moved = machine.joints.iter().enumerate().filter(|(i, _)| x[model.layout().q(*i)] != q[*i]);

@@ -38,7 +38,7 @@ impl Cockpit {
     }
 
     /// Deflections from -1 to 1: x and z of the tip, or one per cylinder.
-    pub fn steer(&mut self, deflections: &[f64]) {
+    pub fn set_sticks(&mut self, deflections: &[f64]) {
         if let Some(drive) = &mut self.drive {
             if deflections.iter().any(|deflection| *deflection != 0.0) {
                 drive.take_over();

@@ -146,7 +146,7 @@ impl Drive {
         let mut wanted = Scenario { sensor_faults: faults, ..request.scenario(&machine, &overrides, &self.pose) };
         // What no knob shows stays as the replay stated it.
         if let (Some(own), Some(choice)) = (&self.now.controller, &mut wanted.controller) {
-            choice.believed.clone_from(&own.believed);
+            choice.model.clone_from(&own.model);
             choice.monitor = own.monitor.filter(|_| own.name == choice.name);
         }
         let Some(stage) = assembled_stages(&wanted, &request)?.pop() else { return Ok(false) };

@@ -90,7 +90,7 @@ pub extern "C" fn steer(axis: usize, deflection: f64) {
         if let Some(held) = desk.axes.get_mut(axis) {
             *held = deflection;
         }
-        desk.cockpit.steer(&desk.axes);
+        desk.cockpit.set_sticks(&desk.axes);
     });
 }
 

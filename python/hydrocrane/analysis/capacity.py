@@ -16,13 +16,13 @@ from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 Height = Literal["best", "worst"] | float
-# Reaches of a curve; heights above each; halvings that find where the reachable heights end.
+# Number of reaches of a curve, of heights at each, and of bisections for the end of the reachable heights.
 _REACHES, _HEIGHTS, _HALVINGS = 50, 50, 8
-# Values of the joint that moves along a curve and of the others that a search begins with, and how often they double.
+# Initial numbers of values of the joint along a curve and of the other joints, and the most doublings.
 _FINE, _COARSE, _DOUBLINGS = 24, 3, 3
-# Change of a curve, relative to itself, that ends the doubling.
+# Relative change of a curve that ends the doubling.
 _CHANGE = 0.01
-# Steps that bring the tip to its place along a curve.
+# Iterations for the position of the tip along a curve.
 _STEPS = 4
 # Lengths below this are zero, m.
 _NEAR = 1e-6
@@ -89,7 +89,7 @@ class LoadChart:
     @cached_property
     def _reaches(self) -> Array:
         low, high = self._extent[0]
-        # A tip that moves straight up and down has one reach only.
+        # A tip that only moves up and down has a single reach.
         return np.linspace(low, high, _REACHES + 2)[1:-1] if high - low > _NEAR else np.array([(low + high) / 2])
 
     @cached_property

@@ -21,14 +21,14 @@ _END_STOPS = 0.07
 
 
 FRICTION = ("held", "released", "smoothed")
-# How the friction of a result reads in tables and on pictures.
+# Description of the friction of a result in tables and on pictures.
 FRICTION_WORDS = {
     "held": "at rest: bristles (LuGre) hold the pistons, static friction is left out",
     "released": "in larger motions: friction has no derivative, bristles do not hold",
     "smoothed": "at rest, as simulated: smoothed static friction is a damper",
 }
 Friction = Literal["held", "released", "smoothed"]
-# Records of an oscillation per period that show it well, and those that show it at all.
+# Records per period that show an oscillation well, and the least number that shows it.
 _SHOWS_WELL, _SHOWS = 10, 2
 # Piston speed of differences, m/s; the force of an end stop is linear in it.
 _SPEED = 1e-3
@@ -55,7 +55,7 @@ class Modes:
     friction : str
         Treatment of friction, as in :func:`modes`.
     warnings : tuple of ResultWarning
-        What the numbers do not show.
+        Limits of the numbers.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def oscillations(matrix: Array, names: Sequence[str]) -> Oscillations:
     from scipy.linalg import eig
 
     values, left, right = eig(matrix, left=True, right=True)
-    # One of each conjugate pair; what is left of rounding in a real eigenvalue is no oscillation.
+    # One of each conjugate pair; a real eigenvalue with a rounding error is no oscillation.
     swinging = np.flatnonzero(values.imag > 1e-9 * np.abs(values).max())
     swinging = swinging[np.argsort(np.abs(values[swinging]))]
     leading = np.argmax(np.abs(left.conj() * right), axis=0)
@@ -178,13 +178,13 @@ def oscillations(matrix: Array, names: Sequence[str]) -> Oscillations:
 
 
 def check_friction(friction: str) -> None:
-    """An :class:`InputError` where `friction` is none of :data:`FRICTION`."""
+    """Raises an :class:`InputError` if `friction` is none of :data:`FRICTION`."""
     if friction not in FRICTION:
         raise unknown("friction of modes", friction, FRICTION)
 
 
 def with_friction(machine: Machine, jacobian: Array, state: Array, payload: float | None, friction: Friction) -> Array:
-    """The Jacobian at rest with the slope of friction that `friction` leaves, as of :func:`modes`."""
+    """The Jacobian at rest with the derivative of friction for the treatment `friction`, as in :func:`modes`."""
     if friction == "smoothed":
         return jacobian
     smoothed = _smoothed(machine)
@@ -195,7 +195,7 @@ def with_friction(machine: Machine, jacobian: Array, state: Array, payload: floa
 def smoothing_warnings(
     machine: Machine, jacobian: Array, state: Array, payload: float | None, friction: Friction
 ) -> tuple[ResultWarning, ...]:
-    """What the smoothing of static friction does to the Jacobian at rest."""
+    """Warnings on the effect of the smoothing of static friction on the Jacobian at rest."""
     return _smoothing_warning(
         machine, _friction_slopes(machine, jacobian, state, payload), _smoothed(machine), friction
     )
@@ -204,7 +204,7 @@ def smoothing_warnings(
 def modes_to_show(machine: Machine, q: ArrayLike, *, payload: float | None = None) -> list[Modes]:
     """The modes for the given friction, and those that a table shows beside them, each warning once.
 
-    Bristles: released, as in larger motions. Static friction: as it is smoothed.
+    With bristles these are the released modes, as in larger motions; with static friction the smoothed ones.
     """
     shown = [modes(machine, q, payload=payload)]
     if any(name.endswith(".z") for name in machine.state_names):
@@ -220,7 +220,7 @@ def _released(machine: Machine, jacobian: Array, state: Array, payload: float | 
     """The Jacobian at rest without the friction of the `freed` cylinders.
 
     At rest the rates act on the accelerations only through friction and end stops: Coriolis forces are quadratic
-    in the rates: M d(qdd)/d(qd) = -J_l^T diag(d) J_l, with d the sum of both slopes.
+    in the rates: M d(qdd)/d(qd) = -J_l^T diag(d) J_l, with d the sum of both derivatives.
     """
     rates, q = places(machine, "joint", "qd"), state[places(machine, "joint", "q")]
     train = machine.stroke_jacobian(q)
@@ -256,7 +256,7 @@ def _end_stop_slopes(machine: Machine, state: Array, payload: float | None) -> A
 
 
 def _smoothed(machine: Machine) -> np.ndarray:
-    """Cylinders (n_cyl,) whose static friction passes through zero with a slope, where the law jumps."""
+    """Cylinders (n_cyl,) with static friction whose jump at zero is smoothed to a finite slope."""
 
     def smooth(cylinder: str) -> bool:
         static = f"cylinder.{cylinder}.z" not in machine.state_names
@@ -267,7 +267,7 @@ def _smoothed(machine: Machine) -> np.ndarray:
 
 
 def places(machine: Machine, kind: str, name: str) -> list[int]:
-    """Where a state stands in :attr:`Machine.state_names`, for each joint or each cylinder."""
+    """Index of a state in :attr:`Machine.state_names`, for each joint or each cylinder."""
     owners = machine.joint_names if kind == "joint" else machine.cylinder_names
     return [machine.state_names.index(f"{kind}.{owner}.{name}") for owner in owners]
 
@@ -298,7 +298,7 @@ def _smoothing_warning(
 
 
 def _recording_warning(frequency: Array) -> tuple[ResultWarning, ...]:
-    """Modes that a run recorded at the default interval shows at a wrong, lower frequency."""
+    """Warning on modes that alias to a lower frequency in a run recorded at the default interval."""
     interval = Scenario.record_interval
     fast = frequency[frequency * interval * _SHOWS > 1.0]
     if not fast.size:
@@ -327,7 +327,7 @@ class ModeMap:
     friction : str
         Treatment of friction, as in :func:`modes`.
     warnings : tuple of ResultWarning
-        What the numbers do not show, one of each kind, from the fastest of the modes mapped.
+        Limits of the numbers, one of each kind, from the fastest of the modes.
     """
 
     q: Array

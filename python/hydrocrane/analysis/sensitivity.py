@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane._core_types import SensitivityRecord
+from hydrocrane._moved import former_attribute, renamed_keyword
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.result_warning import ResultWarning
@@ -31,7 +32,7 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
 
-# Its slope by the oil's parameters is not computed.
+# Its derivative by the oil's parameters is not computed.
 WITHOUT_SLOPE = "energy.oil"
 Progress = Callable[[float, float], None]
 
@@ -55,15 +56,17 @@ class Solution:
         s. A run that ends early has fewer than requested, its last state included.
     y : (m, n_signals) array
         SI.
-    slopes : (m, n_signals, n_keys) array
+    sensitivities : (m, n_signals, n_keys) array
         d(y)/d(value), SI units of the signal per SI unit of the key.
     outcome : Outcome
     """
 
     times: Array
     y: Array
-    slopes: Array
+    sensitivities: Array
     outcome: Outcome
+
+    slopes = former_attribute("slopes", "sensitivities")
 
 
 class Experiment:
@@ -78,8 +81,8 @@ class Experiment:
     signals : sequence of str, optional
         States and outputs to return, by their names; default is all except ``energy.oil``.
     times : (m,) array_like, optional
-        When to record, s, increasing, within the duration; default is the scenario's record interval.
-    resolve_slopes : bool
+        Times to record, s, increasing, within the duration; default is the scenario's record interval.
+    resolve_sensitivities : bool
         Choose step sizes so that the sensitivities keep the tolerance too. Without it the states are, to the last bit,
         those of :func:`hydrocrane.simulate` by the same method, and the sensitivities inaccurate at kinks of the laws.
     **changes
@@ -93,7 +96,7 @@ class Experiment:
         *,
         signals: Sequence[str] | None = None,
         times: ArrayLike | None = None,
-        resolve_slopes: bool = True,
+        resolve_sensitivities: bool = True,
         **changes: Unpack[Changes],
     ) -> None:
         plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
@@ -106,12 +109,12 @@ class Experiment:
         if self.plan.payload_changes:
             raise InputError(
                 "sensitivities need one payload throughout; this scenario picks loads up or drops them. Leave out "
-                "`payload_changes`, or take the stretches between them as runs of their own"
+                "`payload_changes`, or simulate the stretches between them as separate runs"
             )
         self.keys = _checked_keys(keys)
         self.machine = self.plan.load_machine()
         self.payload = self.machine.payload(self.plan.payload)
-        self._core = self._prepared(_checked_times(times, self.plan), resolve_slopes)
+        self._core = self._prepared(_checked_times(times, self.plan), resolve_sensitivities)
         with translated():
             self.parameters = tuple(Parameter(*entry) for entry in self._core.parameters())
         known = self.known_signals
@@ -141,11 +144,11 @@ class Experiment:
             return self._core.run(given, _watch(should_stop, progress, float(self.plan.duration)))
 
     def select(self, raw: SensitivityRecord) -> Solution:
-        """The signals of this experiment out of the result of :meth:`run`."""
-        y, slopes = np.asarray(raw["values"])[:, self._columns], np.asarray(raw["slopes"])[:, self._columns]
-        return Solution(np.asarray(raw["t"]), y, slopes, Outcome(*raw["outcome"]))
+        """The signals of this experiment in the result of :meth:`run`."""
+        y, derivatives = (np.asarray(raw[key])[:, self._columns] for key in ("values", "sensitivities"))
+        return Solution(np.asarray(raw["t"]), y, derivatives, Outcome(*raw["outcome"]))
 
-    def _prepared(self, times: Array, resolve_slopes: bool) -> _core.SensitivityExperiment:
+    def _prepared(self, times: Array, resolve_sensitivities: bool) -> _core.SensitivityExperiment:
         plan, machine = self.plan, self.machine
         state = plan.initial_state(machine)
         at_rest = isinstance(plan.pressures, str)
@@ -165,7 +168,7 @@ class Experiment:
             None if plan.supply is None else plan.supply.entry,
             times,
             plan.solver.entry,
-            bool(resolve_slopes),
+            bool(resolve_sensitivities),
         )
 
     def _checked_values(self, values: ArrayLike | Mapping[str, float]) -> Array:
@@ -255,20 +258,21 @@ class Sensitivities:
                 "parameter_unit": ("parameter", list(units), {"long_name": "unit of the key"}),
             }
         )
-        slopes = np.asarray(self._raw["slopes"]) * (np.array(values) if self.relative else 1.0)
+        found = np.asarray(self._raw["sensitivities"]) * (np.array(values) if self.relative else 1.0)
         per = "" if self.relative else f" per {units[0] if len(set(units)) == 1 else 'unit of the parameter'}"
         for i, (name, unit, meaning) in enumerate(self._raw["signals"]):
-            data[name] = (axes, slopes[:, i].copy(), {"units": unit + per, "long_name": f"slope of {meaning}"})
+            data[name] = (axes, found[:, i].copy(), {"units": unit + per, "long_name": f"sensitivity of {meaning}"})
         data.attrs = {**self.run.data.attrs, "relative": int(self.relative)}
         return data
 
 
+@renamed_keyword("resolve_slopes", "resolve_sensitivities")
 def sensitivities(
     scenario: str | PathLike[str] | Scenario,
     keys: str | Sequence[str],
     *,
     relative: bool = False,
-    resolve_slopes: bool = True,
+    resolve_sensitivities: bool = True,
     progress: Progress | None = None,
     **changes: Unpack[Changes],
 ) -> Sensitivities:
@@ -283,7 +287,7 @@ def sensitivities(
         ``friction.lift.coulomb[0]``.
     relative : bool
         Multiply each sensitivity by its parameter's value, so that those by different keys can be compared.
-    resolve_slopes : bool
+    resolve_sensitivities : bool
         Choose step sizes so that the sensitivities keep the tolerance too. Without it the states are, to the last bit,
         those of :func:`hydrocrane.simulate` by the same method, and the sensitivities are inaccurate where a law has a
         kink.
@@ -300,11 +304,11 @@ def sensitivities(
     Examples
     --------
     >>> by = hc.sensitivities("vertical-lift-open-loop", "supply.pressure", duration=1.0)
-    >>> slope = float(by.data["tip.z"].isel(time=-1, parameter=0))
-    >>> print(f"{slope * 1e5 * 1e3:.1f} mm per bar")
+    >>> derivative = float(by.data["tip.z"].isel(time=-1, parameter=0))
+    >>> print(f"{derivative * 1e5 * 1e3:.1f} mm per bar")
     0.2 mm per bar
     """
-    experiment = Experiment(scenario, keys, resolve_slopes=resolve_slopes, **changes)
+    experiment = Experiment(scenario, keys, resolve_sensitivities=resolve_sensitivities, **changes)
     if relative:
         for parameter in experiment.parameters:
             if parameter.value == 0.0:
@@ -336,7 +340,7 @@ def _checked_times(times: ArrayLike | None, plan: Scenario) -> Array:
 def _watch(
     should_stop: Callable[[], bool] | None, progress: Progress | None, duration: float
 ) -> Callable[[float], bool] | None:
-    """Called by the core from time to time: reports progress, and returns whether to stop."""
+    """Callback of the core: reports progress, and returns whether to stop."""
     if should_stop is None and progress is None:
         return None
 

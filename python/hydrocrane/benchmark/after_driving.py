@@ -1,7 +1,7 @@
-"""Lines after some seconds of driving: what ``tip`` has learnt of valves, supply and leakage that no file states.
+"""Straight lines after some seconds of driving, as a test of what ``tip`` has learnt of valves, supply and leakage.
 
-The crane makes random moves for 10 s, each of a second with its way back; then, after a pause each, the
-tip is moved up, down, out and in. The model of the controller is the machine of the file.
+The crane makes random moves for 10 s, each with its return within a second. Then the tip is moved up, down, out and in,
+with pauses between. The model of the controller is the machine of the file.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
-# Moves with their way back, the time of each, and those of the pauses and lines, s.
+# Number of moves with return, and the times of a move, a pause and a line, s.
 MOVES, MOVE, PAUSE, LENGTH = 5, 1.0, 1.5, 2.5
-# Before the first move; while the tip comes to rest after a line; s.
+# Times before the first move and after a line, until the tip is at rest, s.
 BEGIN, REST = 0.3, 0.4
 # m/s at full stick, share of it on a line, and the time of a full deflection, s.
 FULL_SPEED, SHARE, RAMP = 0.2, 0.5, 0.2
@@ -33,14 +33,14 @@ WARM_UP = 2.0 * MOVES * MOVE
 
 @dataclass(frozen=True)
 class AfterDriving:
-    """What came of it.
+    """Result of such a drive.
 
     Attributes
     ----------
     deviation : float
         Largest distance of the tip from its four lines, m.
     run : Run
-        The drive with the lines; ``run.learnt`` says what was learnt.
+        The drive with the lines; ``run.learnt`` has the learnt values.
     """
 
     deviation: float
@@ -55,18 +55,18 @@ def lines_after_driving(
     learning_time: float | None = None,
     start: Mapping[str, float] = START,
 ) -> AfterDriving:
-    """Drive `machine` with the overrides `unstated`, of which the controller knows nothing.
+    """Drive `machine` with the overrides `unstated`, which the controller model does not have.
 
     Parameters
     ----------
     machine : Machine
-        Also the controller's model.
+        Also the controller model.
     unstated : mapping
         Overrides of the crane alone.
     seed : int
         Of the moves.
     learning_time : float, optional
-        ``control.tip.learning-time`` in place of the machine's, s; 0: nothing is learnt.
+        ``control.tip.learning-time`` in place of the machine's, s; 0 switches learning off.
     start : mapping
         Joint coordinates, rad or m; by default those of the benchmark's tasks, which fit the laboratory crane.
 
@@ -75,7 +75,7 @@ def lines_after_driving(
     InputError
         Bad overrides, or another machine.
     HydrocraneError
-        Where the crane does not come through.
+        If the run ends early.
 
     Examples
     --------
@@ -91,8 +91,8 @@ def lines_after_driving(
         joints=dict(start),
         duration=times[-1] + 1.0,
         joystick=Joystick(times, {"x": sticks[:, 0], "z": sticks[:, 1]}, full_speed=FULL_SPEED, ramp=RAMP),
-        believed=load_machine(machine.source, {**machine.overrides, **gains}),
-        # It would take the unknown machine for a sensor that fails.
+        controller_model=load_machine(machine.source, {**machine.overrides, **gains}),
+        # The monitor would report sensor faults because of the unknown machine.
         monitor=False,
     )
     run = simulate(plan, ledger=False)

@@ -29,9 +29,9 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
 START = {"boom": np.radians(100.0), "jib": np.radians(100.0), "extension": 0.0}
-# Controllers of the benchmark's own, made anew for each run.
+# Controllers that only the benchmark has; each run has a new one.
 OWN: dict[str, Callable[[], OwnController]] = {"pi": PistonPi}
-# Shares of the path below which a tip counts as standing still, and as stopping short of the end.
+# Shares of the path below which a tip counts as not moving, and as stopping before the end.
 STANDING, SHORT = 0.05, 0.9
 
 
@@ -54,18 +54,18 @@ class Case:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a case.
+    """Result of a case.
 
     Attributes
     ----------
     controller : str
     case : Case
     outcome : Outcome
-        That of the run; of kind ``refused`` where the controller cannot run under the condition.
+        Outcome of the run; of kind ``refused`` if the controller cannot run under the condition.
     metrics : Metrics or None
         ``None`` without a recorded motion.
     tip, asked : (m, 2) arrays
-        Way of the true tip and of the stick, m; empty without a recorded motion.
+        Paths of the true tip and of the stick, m; empty without a recorded motion.
     """
 
     controller: str
@@ -77,17 +77,17 @@ class Result:
 
     @property
     def message(self) -> str:
-        """Why it was refused or ended early; empty where it came to its end."""
+        """Reason for a refusal or an early end; empty if the case is complete."""
         return "" if self.outcome.completed else self.outcome.message
 
     @property
     def score(self) -> float:
-        """As of :class:`hydrocrane.benchmark.metrics.Metrics`; 0 without a motion."""
+        """As in :class:`hydrocrane.benchmark.metrics.Metrics`; 0 without a motion."""
         return 0.0 if self.metrics is None else self.metrics.score
 
     @property
     def remark(self) -> str:
-        """What one must know beside the deviation: a tip that hardly moves cannot deviate."""
+        """Remark on the deviation: a tip that hardly moves has none."""
         if self.metrics is None:
             return "no motion"
         share = f"{self.metrics.reached:.0%} of the path"
@@ -97,7 +97,7 @@ class Result:
 
     @property
     def row(self) -> dict[str, str | float | None]:
-        """Plain values for a table; figures that are not there are ``None``."""
+        """Plain values for a table; missing figures are ``None``."""
         nothing: dict[str, str | float | None] = {f.name: None for f in fields(Metrics)}
         figures = nothing if self.metrics is None else {k: _plain(v) for k, v in asdict(self.metrics).items()}
         head: dict[str, str | float | None] = {
@@ -116,7 +116,7 @@ def quick_cases() -> list[Case]:
 
 
 def run_case(machine: Machine, controller: AnyController, case: Case, *, seed: int = 0) -> Result:
-    """Run one case; what the controller refuses or fails at is part of the result."""
+    """Run one case; a refusal or failure of the controller is part of the result."""
     name = controller if isinstance(controller, str) else getattr(controller, "__name__", type(controller).__name__)
     try:
         run = simulate(scenario_of(machine, made(controller), case, seed=seed), ledger=False, on_error="stop")
@@ -129,7 +129,7 @@ def run_case(machine: Machine, controller: AnyController, case: Case, *, seed: i
 
 
 def made(controller: AnyController) -> AnyController:
-    """The controller behind a name of the benchmark's own; others as they are."""
+    """The controller behind a name of the benchmark; other controllers unchanged."""
     return OWN[controller]() if isinstance(controller, str) and controller in OWN else controller
 
 
@@ -152,12 +152,12 @@ def scenario_of(machine: Machine, controller: AnyController, case: Case, *, seed
         period=condition.period,
         sensors=condition.sensors,
         sensor_faults=condition.sensor_faults(machine, 0.5 * task.moving_time, by_name=isinstance(controller, str)),
-        believed=known,
+        controller_model=known,
     )
 
 
 def motion_of(run: Run, task: Task) -> Motion:
-    """What the metrics need of a run of a task."""
+    """The data of a run that the metrics need."""
     machine, data = run.machine, run.data
     time = data.time.values
 

@@ -1,11 +1,11 @@
-"""An operator in the loop: sticks that answer to the motion that they make, found for either interface.
+"""An operator in the loop: sticks that respond to the motion they cause, for either interface.
 
 With levers the crane is stepped from one decision to the next (:class:`hydrocrane.Simulator`). The controller ``tip``
-runs inside whole runs, whose sticks are stated beforehand. There the sticks are found by waveform relaxation
-(E. Lelarasmee, A. E. Ruehli and A. L. Sangiovanni-Vincentelli, *The waveform relaxation method for time-domain analysis
-of large scale integrated circuits*, IEEE Transactions on Computer-Aided Design, 1982): run with guessed sticks, let the
-operator answer to that motion, run again. An operator who reacts late makes this exact: what is seen up to the first
-changed decision fixes the decisions until one reaction time later, so every run fixes some more.
+needs whole runs with sticks stated in advance. These sticks are found by waveform relaxation (E. Lelarasmee, A. E.
+Ruehli and A. L. Sangiovanni-Vincentelli, *The waveform relaxation method for time-domain analysis of large scale
+integrated circuits*, IEEE Transactions on Computer-Aided Design, 1982): run with guessed sticks, compute the operator's
+response to that motion, run again. The reaction time makes this exact: the motion up to the first changed decision
+determines the decisions until one reaction time later, so every run makes further decisions final.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import integrate
 from hydrocrane.simulation.simulator import Simulator
 
-# Decisions that one run looks ahead of those that are final.
+# Number of decisions in a run after the final ones.
 AHEAD = 80
-# By how many periods the tip follows its stick late under tip control; only guesses depend on it.
+# Lag of the tip behind its stick under tip control, in periods; only guesses depend on it.
 LAG = 4
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What the operator did.
+    """A drive of the operator.
 
     Attributes
     ----------
@@ -42,11 +42,11 @@ class Drive:
     sticks : (k, axes) array
         Deflections, one row for each ``PERIOD``.
     aims : (k,) array
-        Index of the way-point that is aimed at after each decision.
+        Index of the current way-point after each decision.
     finished : bool
-        Whether all was done in the time given.
+        Whether the task was completed in time.
     runs : int
-        Whole runs that it took to find the sticks; zero where the crane was stepped.
+        Number of whole runs until the sticks were found; zero if the crane was stepped.
     """
 
     scenario: Scenario
@@ -68,14 +68,15 @@ class _Decisions:
 
 
 def drive(plan: Scenario, driver: Driver, longest: float) -> Drive:
-    """Let `driver` drive the crane of `plan` from its start until all is done or `longest`, s, has passed.
+    """Let `driver` drive the crane of `plan` from its start until the task is done or `longest`, s, has passed.
 
-    Duration, joystick and payload changes of the scenario are replaced by what the driver does. The driver is used up.
+    Duration, joystick and payload changes of the scenario are replaced by those of the driver. A driver can be used
+    once.
 
     Raises
     ------
     SimulationError
-        Where the simulation does not go on.
+        If the simulation fails.
     """
     most = round(longest / PERIOD)
     made = _Decisions(np.zeros((most, driver.sticks.size)), np.zeros(most), np.zeros(most, dtype=np.int64))
@@ -85,7 +86,7 @@ def drive(plan: Scenario, driver: Driver, longest: float) -> Drive:
 
 
 def _step_by_step(plan: Scenario, driver: Driver, made: _Decisions) -> Driver:
-    """Every decision answers to the motion so far; fills `made`."""
+    """Fills `made` decision by decision, each from the motion so far."""
     crane = driver.machine
     simulator = Simulator(crane, PERIOD)
     seen = [simulator.reset(q=[plan.joints[name] for name in crane.joint_names])]
@@ -103,7 +104,7 @@ def _step_by_step(plan: Scenario, driver: Driver, made: _Decisions) -> Driver:
 
 
 def _run_by_run(plan: Scenario, driver: Driver, made: _Decisions) -> Driver:
-    """Whole runs, each with decisions that answer to the run before; fills `made`."""
+    """Fills `made` by whole runs, each with decisions from the previous run."""
     most = len(made.sticks)
     known = 0
     while made.final < most and not driver.done:
@@ -121,10 +122,10 @@ def _run_by_run(plan: Scenario, driver: Driver, made: _Decisions) -> Driver:
 
 
 def _answered(run: Recording, driver: Driver, made: _Decisions, end: int, known: int) -> Driver:
-    """Decide anew what `driver` has not decided for good, from the motion of `run`, up to the decision `known`.
+    """Repeat the decisions of `driver` that are not final, with the motion of `run`, up to the decision `known`.
 
-    Until a decision differs from the one that the run was made with, the motion is what the operator will see. Behind
-    that, it is guessed by moving the tip as the changed stick says. Returns the driver after the last final decision.
+    Until a decision differs from that of the run, the motion is what the operator will see. After that it is a guess in
+    which the tip follows the changed stick. Returns the driver after the last final decision.
     """
     crane = driver.machine
     q = run.states[:, [crane.state_names.index(f"joint.{name}.q") for name in crane.joint_names]]

@@ -15,22 +15,22 @@ from hydrocrane.machine.sensors import SensorFault
 FRICTION_KEYS = ("coulomb", "breakaway", "viscous")
 # Keys of leakage that are proportional to the flow.
 CONDUCTANCES = ("internal-leakage", "external-leakage", "leakage")
-# Leakage through a gap grows with its cube.
+# Leakage through a gap is proportional to its cube.
 GAP = "leakage-gap"
 
 
 @dataclass(frozen=True)
 class Variant:
-    """Another machine than that of the file.
+    """A machine that differs from that of the file.
 
     Attributes
     ----------
     overrides : callable
-        The machine's keys that differ, given the machine.
+        Function from the machine to its changed keys.
     known : bool
-        Whether the controller's model is this machine too; otherwise it is that of the file.
+        Whether the controller model has these changes too; otherwise it is that of the file.
     pressures : bool
-        Whether anything measures the chamber pressures.
+        Whether the chamber pressures are measured.
     """
 
     overrides: Callable[[Machine], dict[str, Override]]
@@ -45,7 +45,7 @@ def _valves(machine: Machine) -> list[tuple[str, float]]:
 
 
 def at_valves(key: str, value: Callable[[float], float]) -> Callable[[Machine], dict[str, Override]]:
-    """The key of every valve, with a value that depends on its stroke, m."""
+    """The key of every valve with a value as a function of its stroke, m."""
     return lambda machine: {f"{valve}.{key}": value(stroke) for valve, stroke in _valves(machine)}
 
 
@@ -78,21 +78,21 @@ VARIANTS: dict[str, Variant] = {
 
 @dataclass(frozen=True)
 class Condition:
-    """Under what a task is run; the defaults are the reference.
+    """Condition of a task; the defaults are the reference.
 
     Attributes
     ----------
     payload : float
-        At the tip, kg; a task that takes a load up and lets it go does so with this one.
+        At the tip, kg; a task that picks up and releases a load does so with this one.
     sensors : {"ideal", "data-sheet"}
     period : float or None
-        Between samples, s; ``None``: the controller's own.
+        Sample time, s; ``None``: that of the controller.
     friction : float
-        Share of the machine's seal friction: Coulomb, break-away and viscous.
+        Factor on the machine's seal friction: Coulomb, break-away and viscous.
     variant : str
         Name of another machine among ``VARIANTS``; empty: the machine of the file.
     drop_out : float
-        Time for which every joint sensor gives no reading, once, in the middle of the motion, s.
+        Time without a reading of any joint sensor, once, in the middle of the motion, s.
     """
 
     payload: float = 0.0
@@ -120,21 +120,21 @@ class Condition:
         return ", ".join(part for part in parts if part) or "reference"
 
     def overrides(self, machine: Machine) -> dict[str, Override]:
-        """What the crane has in place of the machine's values."""
+        """Overrides of the crane."""
         return friction_overrides(machine, self.friction) | self._variant_overrides(machine)
 
     def known(self, machine: Machine) -> Machine:
-        """The machine that the controller knows."""
+        """The controller model."""
         known = self.variant and VARIANTS[self.variant].known
         return machine.changed(self._variant_overrides(machine)) if known else machine
 
     def sensor_faults(self, machine: Machine, time: float, *, by_name: bool = True) -> list[SensorFault]:
-        """Faults at `time`, s, for a controller by name or one of somebody's own."""
+        """Faults at `time`, s, for a controller by name or your own one."""
         missing = [f"joint.{joint}.q" for joint in machine.joint_names] if self.drop_out else []
         faults = [SensorFault(signal, "drop-out", time, until=time + self.drop_out) for signal in missing]
         if by_name or not self.variant or VARIANTS[self.variant].pressures:
             return faults
-        # A controller by name reads in the machine's file that there are no sensors; others find that nothing is read.
+        # A controller by name sees in the machine's file that there are no sensors; others get no readings.
         unmeasured = [f"cylinder.{cylinder}.p{side}" for cylinder in machine.cylinder_names for side in (1, 2)]
         return faults + [SensorFault(signal, "drop-out", 0.0) for signal in unmeasured]
 

@@ -1,8 +1,7 @@
-"""Straight lines that a machine can drive, found from its own limits: what tuning needs of a crane nobody has seen.
+"""Straight lines that a machine can drive, found from its own limits; the tuning of an unknown crane needs them.
 
-A line is walked at the highest speed that the pistons can give under the load at rest, with the redundancy resolved as
-the controller ``tip`` does it; the walk ends where the machine becomes slower than ``SLOWEST``, or near a keep-out
-region.
+A line is followed at the highest speed that the pistons reach under the static load, with the redundancy resolution of
+the controller ``tip``. It ends where the machine is slower than ``SLOWEST``, or near a keep-out region.
 """
 
 from __future__ import annotations
@@ -22,30 +21,30 @@ from hydrocrane.machine.machine import Machine
 
 # m along the line per step of a walk.
 STEP = 0.01
-# Slower than this a line counts as over, m/s.
+# Speed at which a line ends, m/s.
 SLOWEST = SPEEDS[0]
-# Faster than any crane, m/s: asked of the redundancy, which answers with what the pistons can give.
+# Commanded speed above that of any crane, m/s; the redundancy resolution limits it to that of the pistons.
 BEYOND = 20.0
-# Shares of its range between which each joint is tried, and about how many poses are tried in all.
+# Range of each joint in which poses are tried, as shares, and the approximate number of poses.
 INNER, POSES = (0.15, 0.85), 250
-# Room that a line leaves before a keep-out region's margin, m: the slow-down there is no matter of gains.
+# Distance of a line from a keep-out region's margin, m, because gains do not affect the slow-down there.
 ROOM = 0.1
-# Lines shorter than this say nothing, m.
+# Least length of a line, m.
 SHORTEST = 0.1
-# Of the feasible speed: slow lines, and one that asks for more than there is.
+# Shares of the feasible speed: for slow lines, and for a line that is too fast.
 SLOW_SHARE, FAST_SHARE = 0.5, 1.2
-# By how much the payload that the controller does not know raises the load of the hardest working cylinder.
+# Relative increase of the largest cylinder force by the payload that the controller does not know.
 UNKNOWN_LOAD = 0.1
 
 
 @dataclass(frozen=True)
 class Walk:
-    """A straight line as far as a machine can drive it.
+    """A straight line up to where a machine can follow it.
 
     Attributes
     ----------
     poses : (m, n) array
-        Joint coordinates every ``STEP`` of the way.
+        Joint coordinates at every ``STEP`` of the line.
     speeds : (m,) array
         Highest steady tip speed in each, m/s.
     """
@@ -60,19 +59,20 @@ class Walk:
 
     @property
     def feasible_speed(self) -> float:
-        """Largest constant speed along the whole line, m/s; zero where the line has no length."""
+        """Largest constant speed along the whole line, m/s; zero for a line without length."""
         return float(self.speeds.min()) if self.length > 0 else 0.0
 
 
 def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> Walk:
-    """Walk from pose `q` (n,) along `direction` (2,), a unit vector, until `length` (m) or the machine's end."""
+    """Line from pose `q` (n,) along the unit vector `direction` (2,), up to `length` (m) or the limit of the
+    machine."""
     gains = machine.tip_gains
     q = np.array(q, dtype=np.float64)
     start = machine.tip(q)
     poses, speeds = [], []
     for i in range(round(length / STEP) + 1):
         lost = start + i * STEP * direction - machine.tip(q)
-        # A direction that no joint moves the tip in costs nothing, and leads nowhere.
+        # No joint moves the tip in this direction.
         if np.hypot(*lost) > 0.5 * STEP:
             break
         rates, share = fastest_rates(machine, q, BEYOND * direction, gains["path-rate"] * lost, gains["limit-rate"])
@@ -87,9 +87,9 @@ def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> 
 def fastest_rates(
     machine: Machine, q: Array, velocity: Array, correction: Array, limit_rate: float
 ) -> tuple[Array, float]:
-    """Joint rates (n,) for a tip velocity (2,), and the share of it that they give.
+    """Joint rates (n,) for a tip velocity (2,), and the share of it that they reach.
 
-    The velocity may be slowed down, the `correction` (2,) of the path, m/s, may not. Bounds and weights are those of
+    The velocity may be reduced, the `correction` (2,) of the path, m/s, may not. Bounds and weights are those of
     :func:`rate_bounds` and :func:`rate_weights`.
     """
     bounds = rate_bounds(machine, q, limit_rate)
@@ -99,7 +99,7 @@ def fastest_rates(
 
 
 def rate_bounds(machine: Machine, q: Array, limit_rate: float) -> Array:
-    """Lowest and highest joint rates (n, 2) in pose `q` (n,), of the pistons and of the slow-down before limits.
+    """Lowest and highest joint rates (n, 2) in pose `q` (n,), due to the pistons and to the slow-down before limits.
 
     Limits are those of the joints, and of the pistons where an end stop begins to act.
     """
@@ -109,35 +109,35 @@ def rate_bounds(machine: Machine, q: Array, limit_rate: float) -> Array:
 
 
 def free_strokes(machine: Machine) -> Array:
-    """Piston positions (n_cyl, 2), m, between which no end stop acts."""
+    """Range of piston positions (n_cyl, 2), m, without contact with an end stop."""
     zones = [float(machine.value(f"cylinder.{c}.end-stop.zone").si) for c in machine.cylinder_names]
     return machine.stroke_limits + np.outer(zones, (1.0, -1.0))
 
 
 def _room(x: Array, limits: Array) -> Array:
-    """How far each of `x` (n,) may go down, as a negative number, and up (n, 2); zero beyond a limit."""
+    """Distances (n, 2) of each of `x` (n,) to its lower limit, negative, and to its upper one; zero beyond a limit."""
     return np.clip(limits - x[:, np.newaxis], *np.array([[-np.inf, 0.0], [0.0, np.inf]]))
 
 
 def rate_weights(machine: Machine, q: Array) -> Array:
-    """Effort per squared joint rate (n,): inverse square of what each piston can do, as in ``tip``."""
+    """Effort per squared joint rate (n,): inverse square of its largest rate, as in ``tip``."""
     return np.clip(np.ptp(_piston_rates(machine, q), axis=1), 1e-9, 1e9) ** -2.0
 
 
 def _piston_rates(machine: Machine, q: Array, bounds: Array | None = None) -> Array:
-    """Joint rates (n, 2) of pistons at full speed in pose `q` (n,); `bounds` (n_cyl, 2), m/s: no faster than this."""
+    """Joint rates (n, 2) of pistons at full speed in pose `q` (n,); `bounds` (n_cyl, 2), m/s, limit them."""
     speeds = machine.piston_speeds(q)
     if bounds is not None:
         speeds = np.clip(speeds, bounds[:, :1], bounds[:, 1:])
-    # A piston at its dead centre does not bound its joint; the joint's own limits do.
+    # At the dead centre a piston does not bound the rate of its joint; the joint's own limits do.
     gain = np.diagonal(machine.stroke_jacobian(q))[:, np.newaxis]
     return np.sort(speeds / np.where(gain == 0.0, np.finfo(float).tiny, gain), axis=1)
 
 
 def start_pose(machine: Machine) -> Array:
-    """The pose (n,) with most room for lines up, down, out and in; the benchmark's own where it fits.
+    """The pose (n,) with the longest lines up, down, out and in; that of the benchmark if it fits.
 
-    Among poses with as much room the one with the largest feasible speed is taken.
+    Among equal poses the one with the largest feasible speed is taken.
     """
     if fits_the_benchmark(machine):
         return np.array([START[joint] for joint in machine.joint_names])
@@ -159,7 +159,7 @@ def start_pose(machine: Machine) -> Array:
 
 
 def walks(machine: Machine, q: Array, length: float = LINE) -> dict[str, Walk]:
-    """Walks from pose `q` (n,) up, down, out and in."""
+    """Lines from pose `q` (n,) up, down, out and in."""
     return {name: walk(machine, q, np.array(sense), length) for name, sense in SENSES.items()}
 
 
@@ -168,10 +168,10 @@ def _score(found: list[Walk]) -> tuple[float, float]:
 
 
 def tuning_cases(machine: Machine) -> list[Case]:
-    """What the gains of `machine` are tuned by: the benchmark's quick cases, or lines found to fit the machine.
+    """Cases for the tuning of the gains of `machine`: the benchmark's quick cases, or lines that fit the machine.
 
-    Those are a slow line each way, a fast one outwards, and the slow line upwards with the machine's own sensors and a
-    payload that the controller does not know. They are no faster than the benchmark's.
+    These are a slow line in each direction, a fast one outwards, and the slow line upwards with the machine's own
+    sensors and a payload that the controller does not know. They are not faster than those of the benchmark.
     """
     if fits_the_benchmark(machine):
         return quick_cases()
@@ -195,7 +195,7 @@ def tuning_cases(machine: Machine) -> list[Case]:
 
 
 def unknown_payload(machine: Machine, q: Array) -> float:
-    """Payload, kg, that raises the largest cylinder force in pose `q` (n,) by the share ``UNKNOWN_LOAD``."""
+    """Payload, kg, that increases the largest cylinder force in pose `q` (n,) by the share ``UNKNOWN_LOAD``."""
     own = machine.payload()
     force = machine.static_cylinder_force(q)
     per_kilogram = machine.static_cylinder_force(q, payload=own + 1.0) - force
@@ -205,5 +205,5 @@ def unknown_payload(machine: Machine, q: Array) -> float:
 
 
 def fits_the_benchmark(machine: Machine) -> bool:
-    """Whether the joints are those of the laboratory crane, for which the benchmark's tasks were made."""
+    """Whether the joints are those of the laboratory crane, which the benchmark's tasks need."""
     return set(machine.joint_names) == set(START)

@@ -1,8 +1,8 @@
-"""Logs loaded and unloaded by a modelled operator, with one lever per cylinder or with tip control.
+"""Loading and unloading of logs by a model of an operator, with one lever per cylinder or with tip control.
 
 The task lies in the plane of the laboratory crane: a bunk beside the crane, a stake at its edge, logs on the ground
-beyond. Nothing slews. What is measured is a simulation of crane and operator; see :mod:`hydrocrane.benchmark.operator`
-for the operator.
+beyond. Nothing slews. The figures are those of a simulation of crane and operator; see
+:mod:`hydrocrane.benchmark.operator` for the operator.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
-# Above the bunk, where a cycle begins and ends, and the ways over the stake, m.
+# Position above the bunk, where a cycle begins and ends, and the way-points over the stake, m.
 HOME, OUTSIDE, INSIDE = (1.5, 0.5), (2.15, 0.25), (1.65, 0.25)
-# Where logs lie, (lowest, highest) x and z, m: on the ground, whose grapple height is 0.25 m above it, and in the bunk.
+# Ranges (lowest, highest) of x and z of the logs, m: on the ground, with the grapple 0.25 m above it, and in the bunk.
 GROUND = ((2.35, 2.9), (-0.96, -0.96))
 BUNK = ((1.35, 1.6), (-0.6, -0.3))
 # kg.
 MASSES = (60.0, 150.0)
-# Distances within which a place counts as reached, m: over the stake, at a log, where a log is laid down, at home.
+# Tolerances of a way-point, m: over the stake, at a log, at the place of release, at home.
 PASS, PICK, PLACE, REST = 0.15, 0.05, 0.08, 0.15
 # The stake: x of its sides and z of its top, m.
 STAKE = ((1.87, 1.93), 0.0)
-# Telescope positions at which a place is tried for reach, m.
+# Telescope positions at which the reach of a place is checked, m.
 TELESCOPE = (0.0, -0.2, 0.2)
-# A cycle that takes longer, s for each log, is given up.
+# Time limit of a cycle, s per log.
 GIVEN_UP = 90.0
-# Between rows of a measured run, s.
+# Recording interval of a run, s.
 RECORDED = 0.01
-# What a strike at the stake or a missed log adds to the cost of a search, s.
+# Cost of a strike at the stake or of a missed log in a search, s.
 FAULT = 10.0
-# Gains that a search may change, and its first and last factors.
+# Gains that a search changes, and its first and last factors.
 GAINS, SEARCH = ("gain", "anticipation", "speed"), (1.5, 1.15)
 
 # Found from the defaults of Operator by `python docs/validation/loading_cycle.py measure`.
@@ -65,7 +65,7 @@ class LogTask:
         From the bunk to the ground; otherwise the other way.
     logs : int
     seed : int
-        That drew places and masses.
+        Seed of the places and masses.
     """
 
     name: str
@@ -77,7 +77,7 @@ class LogTask:
 
 @dataclass(frozen=True)
 class Cycle:
-    """What came of a task.
+    """Result of a task.
 
     Attributes
     ----------
@@ -85,23 +85,23 @@ class Cycle:
     task : LogTask
     operator : Operator
     finished : bool
-        Whether the operator came to the end before giving up.
+        Whether the operator completed the task in time.
     time : float
-        Until the tip stands at home again, s; NaN where it was given up, as all that follows.
+        Until the tip is at rest at home again, s; NaN if the task was not completed, as for all further figures.
     way : float
         Way of the tip, m.
     energy : float
         Delivered by the pump, J.
     overshoot : float
-        Farthest that the tip went beyond a place to stop at, along the way there, m.
+        Largest overshoot of the tip beyond a way-point with a stop, along the path to it, m.
     strikes : int
-        How often the tip ran into the stake.
+        Number of collisions of the tip with the stake.
     missed : int
-        Logs grasped or let go outside the tolerance.
+        Number of logs grasped or released outside the tolerance.
     reversals : int
-        How often sticks changed their sense.
+        Number of sign changes of the sticks.
     stick_travel : float
-        Sum of the ways of all sticks, full deflections.
+        Sum of the movements of all sticks, in full deflections.
     run : Run
         The whole run. Its scenario has the sticks as a table and can be run again without an operator.
     """
@@ -127,12 +127,12 @@ class Cycle:
 
     @property
     def cost(self) -> float:
-        """Time of the task, or until it was given up, with ``FAULT`` for each fault, s."""
+        """Time of the task, or up to the time limit, with ``FAULT`` for each fault, s."""
         return float(self.run.columns["time"].values[-1]) + FAULT * self.faults
 
 
 def log_task(seed: int, *, unloading: bool = False, logs: int = 1) -> LogTask:
-    """Draw logs to be moved.
+    """Random logs to be moved.
 
     Places and masses are uniform between the bounds of this module: logs lie on the ground between x = 2.35 and 2.9 m
     and weigh 60 to 150 kg.
@@ -140,11 +140,11 @@ def log_task(seed: int, *, unloading: bool = False, logs: int = 1) -> LogTask:
     Parameters
     ----------
     seed : int
-        Zero or greater. The same seed draws the same logs for loading and for unloading.
+        Zero or greater. The same seed gives the same logs for loading and for unloading.
     unloading : bool
         From the bunk to the ground in place of the other way.
     logs : int
-        How many, one after the other; at least one.
+        Number of logs, moved one after the other; at least one.
     """
     if not isinstance(logs, int) or logs < 1:
         raise InputError(f"logs must be a whole number, at least 1; got {logs!r}")
@@ -166,20 +166,20 @@ def log_task(seed: int, *, unloading: bool = False, logs: int = 1) -> LogTask:
 def loading_cycle(
     task: LogTask, interface: str, operator: Operator | None = None, *, machine: MachineLike = MACHINE, seed: int = 0
 ) -> Cycle:
-    """Let an operator do a task, and measure it.
+    """Let an operator do a task, and compute the figures.
 
     Parameters
     ----------
     task : LogTask
     interface : {"lever", "tip"}
         One lever per cylinder, straight to its spool; or one stick for the velocity of the tip under the controller
-        ``tip`` with data-sheet sensors, which knows nothing of the logs.
+        ``tip`` with data-sheet sensors, without knowledge of the logs.
     operator : Operator, optional
         Default: :func:`tuned_operator` for the interface.
     machine : Machine, str or path
         With the joints of the laboratory crane; the places of the task must be within its reach.
     seed : int
-        Draws the errors of the sensors and, with the task's seed, of the operator's picture.
+        Seed of the errors of the sensors and, together with the task's seed, of the operator's picture.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def loading_cycle(
         raise unknown("interface of an operator", interface, INTERFACES)
     operator = tuned_operator(interface) if operator is None else operator
     if set(machine.joint_names) != set(START):
-        fit = f"the logs lie for a crane with the joints {', '.join(START)}"
+        fit = f"the places of the logs fit a crane with the joints {', '.join(START)}"
         raise InputError(f"{fit}; {machine.name} has {', '.join(machine.joint_names)}")
     for place in (HOME, *(point.place for point in task.waypoints)):
         if not _poses(machine, place):
@@ -234,7 +234,7 @@ def tune_operator(
     """Search an operator's gains for an interface: the same search, the same start and the same cost for either.
 
     The cost is the mean time of a task, with ``FAULT`` s for each strike at the stake and each log missed; a task that
-    is given up costs the time until then.
+    is not completed costs the time limit.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def tune_operator(
     operator : Operator
         Abilities, and the gains to start from.
     tasks : sequence of LogTask
-        Other ones than those that the operator is measured by.
+        Tasks other than those of the evaluation.
     machine : Machine, str or path
     trials : int
         Most sets of gains to try.
@@ -266,7 +266,8 @@ def tune_operator(
 
 
 def _poses(machine: Machine, place: tuple[float, float]) -> list[Array]:
-    """Poses (n,) with the tip at `place` in which the supply can move every piston both ways with the heaviest log."""
+    """Poses (n,) with the tip at `place` in which the supply can move every piston in both directions with the heaviest
+    log."""
     poses = [np.ravel(q) for x3 in TELESCOPE for q in machine.inverse_kinematics(place, x3=x3)]
     return [q for q in poses if machine.piston_speeds(q, payload=MASSES[1]).all()]
 
@@ -295,7 +296,7 @@ def _measured(task: LogTask, interface: str, operator: Operator, found: Drive, r
 
 
 def _overshoot(task: LogTask, found: Drive, time: Array, tip: Array) -> float:
-    """Farthest beyond a place to stop at while it is aimed at, along the line from the place before, m."""
+    """Largest overshoot beyond a way-point with a stop, along the line from the previous way-point, m."""
     aims = found.aims[np.minimum((time / PERIOD).astype(int), found.aims.size - 1)]
     farthest, before = 0.0, np.asarray(HOME)
     for index, point in enumerate(task.waypoints):
@@ -308,7 +309,7 @@ def _overshoot(task: LogTask, found: Drive, time: Array, tip: Array) -> float:
 
 
 def _missed(task: LogTask, found: Drive, time: Array, tip: Array) -> int:
-    """Logs grasped or let go farther from their place than the tolerance."""
+    """Number of logs grasped or released farther from their place than the tolerance."""
     changed = [point for point in task.waypoints if point.payload is not None]
     moments = found.scenario.payload_changes
     places = [tip[np.searchsorted(time, moment - 1e-9)] for moment in moments]
@@ -319,6 +320,6 @@ def _missed(task: LogTask, found: Drive, time: Array, tip: Array) -> int:
 
 
 def _reversals(axis: Array) -> int:
-    """How often a stick changes its sense, resting at its centre or not."""
+    """Number of sign changes of a stick, with or without a rest at its centre."""
     moved = np.sign(axis[axis != 0.0])
     return int(np.count_nonzero(np.diff(moved)))

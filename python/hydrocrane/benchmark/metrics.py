@@ -1,7 +1,7 @@
-"""How well a crane tip followed what was asked of it.
+"""Figures of how well a crane tip follows its command.
 
-Path deviation is measured square to the path, so that being late is no deviation; the tracking error is measured
-against where the tip should be at the time, so that being late counts.
+Path deviation is the distance perpendicular to the path, so a lag along the path does not count. The tracking error is
+the distance from the commanded position at the same time, so a lag counts.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 
-# Slower than this the tip counts as at rest, m/s.
+# Speed below which the tip counts as at rest, m/s.
 AT_REST = 5e-3
-# Time at the end of a run over which vibration is judged, s.
+# Time at the end of a run for the figure of vibration, s.
 LAST = 0.5
-# Energy in the springs of the end stops above which a piston has hit one, J.
+# Energy in the springs of the end stops above which a piston counts as having hit one, J.
 HIT = 0.1
 # RMS deviation that halves the score, m.
 HALVING = 0.01
-# Points of a path on which progress is counted; how far ahead of the last place, as a share of the path, the next one
-# may be; and how much nearer to the tip it must be for each metre that it is farther ahead, m.
+# Points of a path for the figure of progress; largest step of progress, as a share of the path; and how much nearer to
+# the tip a place must be per metre that it is farther ahead, m.
 PLACES, AHEAD, RELUCTANCE = 500, 0.2, 0.01
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What the metrics need of a run; all arrays share the times.
+    """The data of a run for the metrics; all arrays have the same times.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Motion:
     tip, tip_velocity : (m, 2) arrays
         The true tip, m and m/s.
     asked, asked_velocity : (m, 2) arrays
-        Where the stick wants the tip to be and how fast, m and m/s.
+        Position and velocity of the tip that the stick commands, m and m/s.
     set_point : (m, 2) array or None
         The controller's own set-point of the tip, m.
     command : (m, n_cyl) array
@@ -65,9 +65,9 @@ class Metrics:
     Attributes
     ----------
     score : float
-        ``reached / (1 + path_rms / 10 mm)``: 1 for the whole path without deviation, 0 for a tip that stands still.
+        ``reached / (1 + path_rms / 10 mm)``: 1 for the whole path without deviation, 0 for a tip that does not move.
     reached : float
-        Share of the path's length that the tip went along, in the order of the path.
+        Share of the path's length that the tip followed, in the order of the path.
     path_max, path_rms : float
         Distance of the tip from the commanded path, m.
     end_error : float
@@ -75,9 +75,9 @@ class Metrics:
     speed_error : float
         RMS of the tip's speed less the commanded one while the stick is deflected, as a share of the largest.
     time : float
-        When the tip comes to rest for good, s; NaN where it does not.
+        Time at which the tip is finally at rest, s; NaN if it never is.
     settling : float
-        From the centred stick to that time, s; zero where the tip rests earlier.
+        From the centring of the stick to that time, s; zero if the tip is at rest earlier.
     vibration : float
         RMS speed of the tip over the last ``LAST`` s of the run, m/s.
     energy : float
@@ -86,12 +86,12 @@ class Metrics:
     spool_rms : float
         RMS of the spool commands, share of stroke.
     spool_travel : float
-        Way of the spool commands per second, strokes, mean over the cylinders; restless control makes it large.
+        Travel of the spool commands per second, strokes, mean over the cylinders; noisy control makes it large.
     rho : float
         max|e| / max|v|, s: tracking error against the stick's integral, over the largest commanded speed.
     rho_set_point : float
-        The same against the controller's own set-point, as published values have it, over the largest speed of the
-        tip; NaN for a controller without a set-point.
+        The same against the controller's own set-point, as in published values, over the largest speed of the tip; NaN
+        for a controller without a set-point.
     """
 
     score: float
@@ -137,14 +137,14 @@ def metrics(motion: Motion) -> Metrics:
 
 
 def spool_travel(time: Array, command: Array) -> float:
-    """Way of spool commands (m, n_cyl), shares of stroke, per second: strokes, mean over the cylinders."""
+    """Travel of spool commands (m, n_cyl), shares of stroke, per second: strokes, mean over the cylinders."""
     return float(np.abs(np.diff(command, axis=0)).sum(axis=0).mean() / np.ptp(time))
 
 
 def nearest_on_path(points: Array, path: Array) -> Array:
     """Places (m, 2) nearest to points (m, 2) on a path (k, 2) of straight pieces.
 
-    A path that does not end where it began goes on straight at both ends: stopping late on a line is no deviation.
+    An open path continues straight at both ends, so a late stop on a line is no deviation.
     """
     corners = _corners(path)
     nearest = np.broadcast_to(corners[0], points.shape).copy()
@@ -163,10 +163,10 @@ def nearest_on_path(points: Array, path: Array) -> Array:
 
 
 def share_reached(points: Array, asked: Array) -> float:
-    """How far points (m, 2) went along a path that is asked for at the same times (m, 2), as a share of its length.
+    """Progress of points (m, 2) along a path that is commanded at the same times (m, 2), as a share of its length.
 
-    The place on the path never goes back, is never ahead of what has been asked for, and goes on by at most a share
-    ``AHEAD`` of the path at once, so that a tip that stays at the start of a closed path has not come to its end.
+    The place on the path never moves back, is never ahead of the command, and advances by at most a share ``AHEAD`` of
+    the path at once. A tip that stays at the start of a closed path is thus not at its end.
     """
     travelled = np.concatenate([[0.0], np.cumsum(_length(np.diff(asked, axis=0)))])
     whole = travelled[-1]
@@ -190,7 +190,7 @@ def significant(value: float) -> str:
 
 
 def _corners(path: Array) -> Array:
-    """Points where the path turns, its first and last included; repetitions and points on a line are left out."""
+    """Corners of the path with its first and last point; repetitions and points on a line are left out."""
     moved = np.concatenate([[True], _length(np.diff(path, axis=0)) > 1e-9])
     points = path[moved]
     if len(points) < 3:
@@ -215,7 +215,7 @@ def _rest_from(motion: Motion) -> float:
 
 
 def _centred_from(motion: Motion) -> float:
-    """When the stick comes to its centre for good, s."""
+    """Time after which the stick stays at its centre, s."""
     asked = np.flatnonzero(_length(motion.asked_velocity) > 0.0)
     return float(motion.time[min(asked[-1] + 1, motion.time.size - 1)]) if asked.size else float(motion.time[0])
 

@@ -1,10 +1,10 @@
 """A model of an operator who drives the tip of a crane from place to place, with one tip stick or a lever per cylinder.
 
-The model is a crossover model with bounded hands: the operator sees tip and pose late, aims at the next place with a
-velocity in proportion to the distance, and moves the hands no faster than they can. What is seen, how late, and how
-the hands move is the same for both interfaces; only the way from wanted tip velocity to deflections differs. Source of
-the structure: D. T. McRuer and H. R. Jex, *A review of quasi-linear pilot models*, IEEE Transactions on Human Factors
-in Electronics, 1967. The numbers are assumptions, stated at each field.
+The model is a crossover model with limited hand rates: the operator sees tip and pose with a delay, wants a velocity
+proportional to the distance to the next place, and moves the hands with a limited rate. Perception, delay and hands are
+the same for both interfaces; only the conversion from wanted tip velocity to deflections differs. Source of the
+structure: D. T. McRuer and H. R. Jex, *A review of quasi-linear pilot models*, IEEE Transactions on Human Factors in
+Electronics, 1967. The numbers are assumptions, stated at each field.
 """
 
 from __future__ import annotations
@@ -20,55 +20,55 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
 
 INTERFACES = ("lever", "tip")
-# Time between two movements of the hands, s: well below any reaction time, and the grid of all that is seen and done.
+# Time between two movements of the hands, s; well below any reaction time; also the period of all observations.
 PERIOD = 0.05
 # Longest reaction time, s.
 LATEST = 2.0
-# Time over which the velocity of the tip is seen, s: nobody follows the swing of the oil by eye.
+# Averaging time of the observed tip velocity, s: an operator cannot follow the oil's oscillation by eye.
 GLANCE = 0.2
-# A tip slower than this is seen as standing, m/s.
+# Speed below which the operator sees the tip at rest, m/s.
 STANDING = 0.03
-# Share of a tolerance within which the operator is content and leaves the sticks alone.
+# Share of a tolerance within which the operator does not move the sticks.
 CONTENT = 0.7
-# The levers in use are kept until others would be faster by this factor.
+# Other levers must be faster by this factor to replace those in use.
 RELUCTANCE = 1.25
-# Share of a joint's range before its end within which its lever is not pushed further out.
+# Share of a joint's range before its end within which its lever is not deflected towards that end.
 NEAR_END = 0.03
-# Least share of the squared trace that a determinant has where two levers move the tip along different lines, and a
-# number that keeps a quotient finite.
+# Least determinant, as a share of the squared trace, for two levers to count as independent; and a number that keeps a
+# quotient finite.
 ALIKE, TINY = 1e-3, 1e-12
-# Time after which the operator judges anew what each lever does, s.
+# Time after which the operator estimates the effect of each lever again, s.
 JUDGED = 2.0
 
 
 @dataclass(frozen=True)
 class Operator:
-    """Abilities of the operator, the same for both interfaces unless it says so.
+    """Abilities of the operator, the same for both interfaces unless stated otherwise.
 
     Attributes
     ----------
     gain : float
-        Wanted velocity per distance to the place that is aimed at, 1/s. For this and the next two the defaults are
-        where a search begins: :func:`hydrocrane.benchmark.loading.tune_operator` finds them for each interface.
+        Wanted velocity per distance to the way-point, 1/s. The defaults of this and the next two are the start of a
+        search: :func:`hydrocrane.benchmark.loading.tune_operator` finds them for each interface.
     anticipation : float
-        How far ahead the operator thinks the tip on along its velocity, s; at first, for the whole reaction time.
+        Time over which the operator extrapolates the tip along its velocity, s; initially the whole reaction time.
     speed : float
-        Highest wanted tip speed, m/s; a full tip stick asks for it. At first, about the fastest that the laboratory
-        crane can do in its working area.
+        Highest wanted tip speed, m/s; that of a full tip stick. Initially about the highest of the laboratory crane in
+        its working area.
     reaction : float
-        From what is seen to the hand that moves, s, rounded to ``PERIOD``. Assumed, between 0.2 and 0.3 s.
+        Delay from perception to the movement of the hand, s, rounded to ``PERIOD``. Assumed, between 0.2 and 0.3 s.
     hand_rate : float
-        Fastest movement of a stick, full deflections per second; assumed, centre to end in a quarter of a second.
+        Fastest movement of a stick, full deflections per second; assumed: centre to end in a quarter of a second.
     hand_step : float
-        Deflections are multiples of it, a share of the full one: the hand does no better. Assumed.
+        Resolution of the hand: deflections are multiples of it, a share of the full one. Assumed.
     grapple_time : float
-        To close or open the grapple with centred sticks, s. Assumed.
+        Time to close or open the grapple with centred sticks, s. Assumed.
     levers : int
-        Levers moved at the same time, 1 to 3; the tip stick does not use it. Two are one for each hand.
+        Levers moved at the same time, 1 to 3; the tip stick does not use it. Two mean one per hand.
     picture_error : float
-        Standard deviation of the error in the direction in which the operator believes a lever to move the tip, rad;
+        Standard deviation of the error in the direction in which the operator expects a lever to move the tip, rad;
         drawn anew for each lever every ``JUDGED`` s. Half of it is also the standard deviation of the logarithm
-        of the speed believed. The tip stick does not use it. The default is 15 degrees, assumed.
+        of the speed assumed. The tip stick does not use it. The default is 15 degrees, assumed.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class Operator:
         return round(self.reaction / PERIOD)
 
     def seen_at(self, decision: int) -> tuple[int, int]:
-        """Samples that a decision answers to, and one ``GLANCE`` earlier; the first is the last that was seen."""
+        """Indices of the sample that a decision uses, and of that one ``GLANCE`` earlier."""
         late = max(0, decision - self.delay)
         return late, max(0, late - round(GLANCE / PERIOD))
 
@@ -121,7 +121,7 @@ class Operator:
 
 @dataclass(frozen=True)
 class Waypoint:
-    """A place that the tip goes to.
+    """A way-point of the tip.
 
     Attributes
     ----------
@@ -130,9 +130,9 @@ class Waypoint:
     tolerance : float
         Distance within which the place counts as reached, m.
     payload : float or None
-        At the tip from then on, kg: the tip stops, and the grapple closes or opens. ``None``: nothing changes.
+        Payload after the way-point, kg: the tip stops, and the grapple closes or opens. ``None``: no change.
     stop : bool
-        Whether the tip must stand there; it always does where the payload changes.
+        Whether the tip must stop there; it always does if the payload changes.
     """
 
     place: tuple[float, float]
@@ -142,13 +142,13 @@ class Waypoint:
 
     @property
     def stops(self) -> bool:
-        """Whether the tip must stand there."""
+        """Whether the tip must stop there."""
         return self.stop or self.payload is not None
 
 
 @dataclass
 class Driver:
-    """An operator at work; :meth:`decide` is called once per ``PERIOD``, and a shallow copy is a driver of its own.
+    """An operator at work; :meth:`decide` is called once per ``PERIOD``, and a shallow copy is an independent driver.
 
     Attributes
     ----------
@@ -157,13 +157,13 @@ class Driver:
     operator : Operator
     waypoints : sequence of Waypoint
     seed : int
-        Draws the errors of the picture.
+        Seed of the errors of the picture.
     payload : float
-        What the grapple holds, kg.
+        Load in the grapple, kg.
     sticks : (2,) or (n_cyl,) array
-        Where the hands are, -1 to 1.
+        Current deflections, -1 to 1.
     aim : int
-        Index of the way-point that is aimed at; past the last one where all is done.
+        Index of the current way-point; past the last one when the task is done.
     """
 
     machine: Machine
@@ -189,7 +189,8 @@ class Driver:
         return self.aim >= len(self.waypoints)
 
     def decide(self, tip: Array, velocity: Array, q: Array) -> Array:
-        """Deflections for the next ``PERIOD``, of what was seen a reaction time ago: tip (2,), m, m/s, pose q (n,)."""
+        """Deflections for the next ``PERIOD`` from the observation one reaction time ago: tip (2,), m, m/s, pose q
+        (n,)."""
         self._decided += 1
         wanted = self._wanted(tip, velocity)
         deflections = self._deflections(wanted, q) if wanted.any() else np.zeros_like(self.sticks)
@@ -199,7 +200,7 @@ class Driver:
         return self.sticks
 
     def _wanted(self, tip: Array, velocity: Array) -> Array:
-        """Tip velocity (2,) that the operator wants, m/s; goes on to the next way-point where one is reached."""
+        """Tip velocity (2,) that the operator wants, m/s; selects the next way-point when one is reached."""
         still = np.zeros(2)
         if self._grappling:
             self._grappling -= 1
@@ -215,7 +216,7 @@ class Driver:
             if distance < CONTENT * aim.tolerance:
                 self.aim += 1
                 return self._wanted(tip, velocity)
-            # Nothing is slowed down for a place that is only passed.
+            # No slow-down for a way-point without a stop.
             return operator.speed * away / distance
         if distance < CONTENT * aim.tolerance and float(np.hypot(*velocity)) < STANDING and not self.sticks.any():
             self._grappling = round(operator.grapple_time / PERIOD) if aim.payload is not None else 0
@@ -229,7 +230,7 @@ class Driver:
         return ahead * min(operator.gain, operator.speed / left)
 
     def _grasp(self) -> None:
-        """The way-point aimed at is done with."""
+        """Completes the current way-point."""
         held = self.waypoints[self.aim].payload
         self.payload = self.payload if held is None else held
         self.aim += 1
@@ -252,7 +253,7 @@ class Driver:
         return tried[self._levers][1]
 
     def _blocked(self, q: Array, turning: Array) -> bool:
-        """Whether a joint near its end is turned further; `turning` (n,) has the signs of the rates."""
+        """Whether a joint near its end is moved further; `turning` (n,) has the signs of the rates."""
         lower, upper = self.machine.joint_limits.T
         near = NEAR_END * (upper - lower)
         return bool((((q > upper - near) & (turning > 0.0)) | ((q < lower + near) & (turning < 0.0))).any())
@@ -260,7 +261,7 @@ class Driver:
     def _picture(self, q: Array, slopes: Array) -> Array:
         """Tip velocity (2, n_cyl) that the operator expects of each lever at full deflection, m/s.
 
-        The truth without a load, the same both ways, turned and scaled by errors.
+        The true one without a load, equal in both directions, rotated and scaled by errors.
         """
         speed = np.abs(self.machine.piston_speeds(q)).mean(axis=1)
         columns = self.machine.tip_jacobian(q) * (speed / np.where(np.abs(slopes) < 1e-3, np.inf, slopes))
@@ -275,15 +276,15 @@ class Driver:
 def _shares(column: Array, wanted: Array, used: tuple[int, ...]) -> tuple[float, Array]:
     """Expected speed towards `wanted` (2,) with the levers `used` only, m/s, and the deflections (n_cyl,).
 
-    One lever moves the tip as near to `wanted` as it can; two and more move it exactly there, with the least
-    deflections, all scaled alike where one would exceed its end.
+    One lever moves the tip as near to `wanted` as possible. Two and more reach it exactly with the least deflections,
+    which are all scaled if one would exceed its end.
     """
     chosen = column[:, used]
     if len(used) == 1:
         found = chosen.T @ wanted / max(float((chosen**2).sum()), TINY)
     else:
         (xx, xz), (_, zz) = chosen @ chosen.T
-        # Levers that move the tip along one line cannot be combined to another; their answer comes out as nothing.
+        # Levers that move the tip along one line cannot be combined to another direction; their result is zero.
         found = chosen.T @ np.array([zz * wanted[0] - xz * wanted[1], xx * wanted[1] - xz * wanted[0]])
         found = found / max(xx * zz - xz**2, ALIKE * (xx + zz) ** 2, TINY)
     found = found / max(1.0, float(np.abs(found).max()))

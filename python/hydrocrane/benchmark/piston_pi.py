@@ -1,13 +1,13 @@
-"""A simple controller to compare with: PI on each piston, speed fed forward, pressure fed back.
+"""A simple controller for comparison: PI on each piston, speed feed-forward, pressure feedback.
 
-What an engineer without a model of the oil would build. The stick moves a set-point of the tip; joint rates follow by a
+It needs no model of the oil. The stick moves a set-point of the tip; joint rates follow by a
 weighted pseudo-inverse of the Jacobian, and each spool opens by
 
     u = v_ref / v_full + (k_p e + k_i int e dt - k_f HP(F) / A) / v_full
 
-with e the error of the piston, v_full the steady speed at full opening and HP(F) the cylinder force behind a high-pass.
-A reading that is missing keeps its last value; without any pressure it does not run. Pressure feedback
-of this kind is standard: N. D. Manring, R. C. Fales, Hydraulic Control Systems, 2nd edition (2019).
+with e the error of the piston, v_full the steady speed at full opening and HP(F) the cylinder force after a high-pass.
+A missing reading keeps its last value; without any pressure it does not run. Pressure feedback of this kind is
+standard: N. D. Manring, R. C. Fales, Hydraulic Control Systems, 2nd edition (2019).
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from hydrocrane.control.joystick import Stick
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
 
-# Share of the pistons' speeds that the set-point may use: the rest is left for corrections.
+# Share of the pistons' speeds for the set-point; the rest is for corrections.
 RESERVE = 0.9
 # Share of its range within which a joint slows down before its limit.
 SLOW_DOWN = 0.02
-# Errors below this are left alone while the set-point stands, m.
+# Dead band of the error while the set-point is at rest, m.
 REST_BAND = 5e-4
-# Poles of the pseudo-inverse are kept finite by this, relative to the largest singular value squared.
+# Damping of the pseudo-inverse near singularities, relative to the largest singular value squared.
 DAMPING = 1e-6
 
 
@@ -48,7 +48,7 @@ class PistonPi:
     corner : float
         Corner of the high-pass, rad/s.
     set_point : (2,) array
-        Of the tip, m; recorded with a run.
+        Set-point of the tip, m; recorded with a run.
     """
 
     # By `hydrocrane control tune rottne-f9-lab --controller pi --trials 300`.
@@ -59,12 +59,12 @@ class PistonPi:
     set_point: Array = field(default_factory=lambda: np.zeros(2), init=False)
 
     def reset(self, machine: Machine, obs: Observation) -> None:
-        """Start anew at rest where the crane is.
+        """Restart at rest in the pose of the crane.
 
         Raises
         ------
         InputError
-            Where a joint or a chamber pressure gives no reading.
+            If a joint or a chamber pressure has no reading.
         """
         if not (np.isfinite(obs.q).all() and np.isfinite(obs.p).all()):
             raise InputError("`pi` needs a sensor for every joint and every chamber pressure; one gives no reading")
@@ -96,7 +96,7 @@ class PistonPi:
         wanted = wanted - self.pressure * (load - self._slow)
         full = fastest[np.arange(len(wanted)), (wanted > 0.0).astype(int)]
         share = wanted / full
-        # A piston at full speed learns nothing from its error.
+        # Anti-windup: no integration at full speed.
         self._sum = self._sum + np.where(np.abs(share) < 1.0, period * error, 0.0)
         return self._opened(np.clip(share, -1.0, 1.0))
 
@@ -111,7 +111,8 @@ class PistonPi:
         return np.where(np.abs(share) < 1e-4, 0.0, self._machine.spool_positions(share))
 
     def _rates(self, velocity: Array, fastest: Array) -> Array:
-        """Joint rates (n,) for a tip velocity (2,) that no piston is too slow for; `fastest` (n, 2): of the joints."""
+        """Joint rates (n,) for a tip velocity (2,), limited to the speed of the pistons; `fastest` (n, 2) of the
+        joints."""
         if not np.any(velocity):
             return np.zeros(len(self._q))
         jacobian = self._machine.tip_jacobian(self._q)

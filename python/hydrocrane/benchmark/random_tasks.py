@@ -1,6 +1,6 @@
-"""Random straight lines that a machine can drive: tasks that no gain was fitted to.
+"""Random straight lines that a machine can drive, as tasks that were not used for tuning.
 
-A seed says which: the same seed gives the same lines on every computer.
+The same seed gives the same lines on every computer.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from hydrocrane.machine.machine import Machine
 # Share of the speed that is feasible along the whole line, and the fastest line, m/s.
 SHARES, FASTEST = (0.3, 0.9), SPEEDS[-1]
 REFERENCE = Condition()
-# Draws for each line that is wanted, after which the machine counts as one that has none.
+# Most attempts per line, after which the machine counts as one without such lines.
 MOST_DRAWS = 200
 
 
 def random_lines(machine: Machine, count: int, *, seed: int = 0, condition: Condition = REFERENCE) -> list[Case]:
-    """Draw lines of `machine`, each from a pose of its own.
+    """Random lines of `machine`, each from its own pose.
 
     The pose is uniform between the shares ``INNER`` of each joint's range, the direction uniform over the circle, the
-    length uniform between ``SHORTEST`` and ``LINE``, and the speed a share of what the pistons can give under the load
-    at rest along the whole line. Drawn again is a line that leaves what the machine can drive, or on which the supply
-    pressure cannot move some cylinder both ways under its load.
+    length uniform between ``SHORTEST`` and ``LINE``, and the speed a share of the highest one under the static load
+    along the whole line. A line is drawn again if the machine cannot follow it, or if the supply pressure cannot move
+    some cylinder in both directions under its load.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ def random_lines(machine: Machine, count: int, *, seed: int = 0, condition: Cond
     seed : int
         Zero or greater.
     condition : Condition
-        The same for all lines; its payload counts in what is feasible.
+        The same for all lines; the feasible speed includes its payload.
 
     Raises
     ------
     InputError
-        Where a machine has hardly any such lines.
+        If a machine has hardly any such lines.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def random_lines(machine: Machine, count: int, *, seed: int = 0, condition: Cond
 
 
 def _drawn(machine: Machine, random: np.random.Generator, name: str, condition: Condition) -> Case | None:
-    """One line, or nothing where it is not feasible. Takes the same number of draws either way."""
+    """One line, or None if it is not feasible. Both cases use the same number of random numbers."""
     lower, upper = machine.joint_limits.T
     q: Array = lower + (upper - lower) * random.uniform(*INNER, size=lower.size)
     angle, length, share = random.uniform(0.0, 2.0 * np.pi), random.uniform(SHORTEST, LINE), random.uniform(*SHARES)

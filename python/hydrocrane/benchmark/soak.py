@@ -1,7 +1,7 @@
-"""Soak: random sticks for a long time under ``tip``, and how near machine and controller come to their bounds.
+"""Soak test: random sticks for a long time under ``tip``, and how near machine and controller come to their bounds.
 
-The sticks are held for ``HELD`` s each: three in five times at the ends of their ranges, once in five times anywhere,
-else centred. A seed says how.
+The sticks are held for ``HELD`` s each: with probability 3/5 at the ends of their ranges, 1/5 anywhere, and 1/5
+centred. The seed determines them.
 """
 
 from __future__ import annotations
@@ -21,34 +21,34 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
 HELD = (0.3, 4.0)
-# Shares of the times at which both axes are at an end, and at which they are anywhere.
+# Probabilities that both axes are at an end, and that they are anywhere.
 FULL, ANYWHERE = 0.6, 0.2
 
 
 @dataclass(frozen=True)
 class Soak:
-    """What came of a soak, SI.
+    """Result of a soak test, SI.
 
     Attributes
     ----------
     outcome : str
-        Kind of the run's outcome, ``completed`` where it came to its end.
+        Kind of the run's outcome, ``completed`` if it reached its end.
     warnings : tuple of str
-        Texts of what made the run doubtful.
+        Texts of the run's warnings.
     alarms : tuple of str
-        Events other than those that tell why the tip stands.
+        Events other than those that explain a tip at rest.
     tip_speed : float
         Largest speed of the tip.
     pressure : float
         Highest pressure of a chamber, as a share of the supply pressure.
     beyond_limits : float
-        Farthest way of a joint beyond its limits, as a share of its range; zero at least.
+        Largest excess of a joint over its limits, as a share of its range; zero at least.
     lag : float
         Largest distance of the tip from the set-point.
     clearance : float
-        Least distance of the tip from the regions to keep out of; infinite without regions.
+        Least distance of the tip from the keep-out regions; infinite without regions.
     travel : float
-        Way of the spool commands per second, strokes, mean over the cylinders.
+        Travel of the spool commands per second, strokes, mean over the cylinders.
     spool_rate : float
         Largest speed of a spool, strokes per second.
     """
@@ -66,7 +66,7 @@ class Soak:
 
 
 def worst_of(found: Sequence[Soak]) -> Soak:
-    """The worst figures of some soaks; `travel` is their mean."""
+    """The worst figures of several soak tests; `travel` is their mean."""
     ended = [one.outcome for one in found if one.outcome != "completed"]
     return Soak(
         outcome=ended[0] if ended else "completed",
@@ -85,7 +85,7 @@ def worst_of(found: Sequence[Soak]) -> Soak:
 def random_sticks(
     seed: int, duration: float, *, towards: tuple[float, float] = (0.0, 0.0), full_speed: float | None = None
 ) -> Joystick:
-    """Random sticks for `duration` s; an axis of `towards` (-1 or 1) points there in three of four times."""
+    """Random sticks for `duration` s; an axis of `towards` (-1 or 1) has this sign with probability 3/4."""
     rng = np.random.default_rng(seed_number(seed))
     time = np.cumsum(np.concatenate([[0.0], rng.uniform(*HELD, int(duration / HELD[0]) + 1)]))
     time = time[time < duration]
@@ -108,9 +108,9 @@ def soak(
     full_speed: float | None = None,
     overrides: Mapping[str, Override] | None = None,
 ) -> Soak:
-    """A soak of `duration` s from :attr:`Machine.home` with a `payload` in kg.
+    """A soak test of `duration` s from :attr:`Machine.home` with a `payload` in kg.
 
-    A full deflection asks for `full_speed`, m/s, by default the machine's own.
+    A full deflection commands `full_speed`, m/s, by default that of the machine.
     """
     if not duration > HELD[1]:
         raise InputError(f"a soak takes more than {HELD[1]:g} s; got {duration!r}")

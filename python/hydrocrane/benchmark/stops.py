@@ -1,6 +1,7 @@
-"""Random stops: how the tip settles after the stick is let go at speed, how quiet it is then, and whether it stays.
+"""Random stops: settling of the tip after the stick is released at speed, its vibration and its drift at rest.
 
-A stop begins in a random pose and goes in a random direction at ``SPEED`` for ``MOVED`` s. A seed says which.
+A stop begins in a random pose with a motion in a random direction at ``SPEED`` for ``MOVED`` s. The seed determines
+both.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
-# m/s, and the times at which the stick is let go, rest begins, and the run ends, s.
+# Speed, m/s, and the times of the release of the stick, the begin of rest, and the end of the run, s.
 SPEED, MOVED, REST, END = 0.3, 1.0, 6.0, 16.0
 
 
 @dataclass(frozen=True)
 class Stop:
-    """What came of a stop.
+    """Result of a stop.
 
     Attributes
     ----------
@@ -33,7 +34,7 @@ class Stop:
     quiet : float
         RMS speed of the tip from ``REST`` to the end, m/s.
     drift : float
-        Farthest that the tip goes from its place at ``REST``, m.
+        Largest distance of the tip from its position at ``REST``, m.
     """
 
     settling: float
@@ -44,9 +45,9 @@ class Stop:
 def random_stop(
     machine: Machine, seed: int, *, payload: float = 0.0, sensors: str = "ideal", end: float = END
 ) -> Stop | None:
-    """A stop of `machine` with `payload` (kg) under ``tip``, watched until `end` (s).
+    """A stop of `machine` with `payload` (kg) under ``tip``, recorded until `end` (s).
 
-    ``None`` where it cannot hold or lift the load there.
+    ``None`` if it cannot hold or lift the load there.
     """
     rng = np.random.default_rng(seed_number(seed))
     low, high = machine.joint_limits.T

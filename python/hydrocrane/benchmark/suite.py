@@ -22,11 +22,11 @@ from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 MACHINE = "rottne-f9-lab"
-# Changes with every change of tasks, conditions or figures that moves a result.
+# Version of tasks, conditions and figures; it increases with every change that moves a result.
 VERSION = 3
 CONTROLLERS = ("tip", "pi", "heinze-pid")
 LOGS = (100.0, 200.0)
-# Random lines of the whole benchmark, and the seed that draws them.
+# Number of random lines of the whole benchmark, and their seed.
 RANDOM_LINES, RANDOM_SEED = 20, 1
 
 
@@ -67,7 +67,7 @@ class Benchmark:
 def all_cases(machine: Machine) -> list[Case]:
     """Every task under the reference, two lines and the circle under the others, logs, and random lines.
 
-    A log makes no case of the reference: without a load to take up it would be a path like others.
+    Log handling is no case of the reference: without a load it would be a path like others.
     """
     every = [*tasks.lines(), tasks.square(), tasks.circle(), tasks.reach()]
     chosen = [task for task in every if task.name in ("up 0.1 m/s", "out 0.1 m/s", "circle")]
@@ -77,7 +77,7 @@ def all_cases(machine: Machine) -> list[Case]:
 
 
 def drawn_cases(machine: Machine) -> list[Case]:
-    """Random lines with ideal and with data-sheet sensors, and without sensors for pressures."""
+    """Random lines with ideal sensors, with data-sheet sensors, and without pressure sensors."""
     conditions = [Condition(), Condition(sensors="data-sheet")] if machine.sensors else [Condition()]
     conditions.append(Condition(variant="joint sensors only"))
     return [case for c in conditions for case in random_lines(machine, RANDOM_LINES, seed=RANDOM_SEED, condition=c)]
@@ -114,15 +114,15 @@ def benchmark(
     Parameters
     ----------
     controllers : iterable
-        Names, ``pi`` among them, or controllers of one's own as in :class:`hydrocrane.Scenario`.
+        Names, including ``pi``, or your own controllers as in :class:`hydrocrane.Scenario`.
     cases : sequence of Case, optional
         Default is :func:`all_cases`.
     machine : Machine, str or path
-        With the joints of the laboratory crane, boom, jib and extension, unless every case has its own start.
+        With the joints of the laboratory crane, boom, jib and extension, unless every case has a start pose.
     seed : int
-        Draws the errors of the sensors; zero or greater.
+        Seed of the errors of the sensors; zero or greater.
     progress : callable, optional
-        Called with (runs done, runs in all) before each run.
+        Called with (runs done, all runs) before each run.
     """
     machine = as_machine(machine)
     cases = all_cases(machine) if cases is None else list(cases)

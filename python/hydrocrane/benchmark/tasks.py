@@ -1,7 +1,7 @@
-"""Tasks for crane-tip control: the velocity that a stick asks of the tip against time, and the path it should give.
+"""Tasks for crane-tip control: the tip velocity that a stick commands against time, and the resulting path.
 
-Distances are in m, times in s, x forward and z up as everywhere. A task is the stick alone: it neither sees the crane
-nor corrects it, so that what the tip misses is the controller's.
+Distances are in m, times in s, x forward and z up as everywhere. A task is a stick without feedback, so all deviations
+of the tip are due to the controller.
 """
 
 from __future__ import annotations
@@ -20,34 +20,34 @@ REST = 1.5
 SPEEDS = (0.05, 0.1, 0.2)
 LINE, SIDE, RADIUS = 0.5, 0.3, 0.2
 CURVE_SPEED = 0.08
-# Both ends lie 0.3 m and more inside the laboratory crane's workspace.
+# Both ends lie at least 0.3 m inside the laboratory crane's workspace.
 REACH = (-1.2, 0.9)
-# Log handling: down to the log, slowly along it while the grapple closes, up, out, down, and back to the start.
+# Log handling: down to the log, slow motion while the grapple closes, up, out, down, and back to the start.
 LOG_LEGS = ((0.0, -0.3), (0.06, 0.0), (0.0, 0.4), (0.4, 0.0), (0.0, -0.3), (-0.46, 0.2))
 LOG_SPEED, GRIP_SPEED = 0.1, 0.03
 GRIP_LEG, RELEASE_LEG = 1, 4
 SENSES = {"up": (0.0, 1.0), "down": (0.0, -1.0), "out": (1.0, 0.0), "in": (-1.0, 0.0)}
 
 
-# Length, speed, and direction (m, 2) at a way along it (m,).
+# Length, speed, and direction (m, 2) as a function of the arc length (m,).
 Curve = tuple[float, float, Callable[[Array], Array]]
 
 
 @dataclass(frozen=True)
 class Task:
-    """A motion that is asked of the tip.
+    """A commanded motion of the tip.
 
     Attributes
     ----------
     name : str
     speed : float
-        Largest speed asked for, m/s; a full stick means this speed.
+        Largest commanded speed, m/s, that of a full stick.
     time : (k,) array
-        s, from 0; the velocity is straight in between.
+        s, from 0; the velocity is interpolated linearly.
     velocity : (k, 2) array
-        Velocity asked for, x and z, m/s; zero at the end, where the tip has time to come to rest.
+        Commanded velocity, x and z, m/s; zero at the end, for the time in which the tip comes to rest.
     carries : (float, float) or None
-        When the payload is picked up and let go, s; ``None``: it hangs on the tip all the time.
+        Times at which the payload is picked up and released, s; ``None``: it is at the tip all the time.
     """
 
     name: str
@@ -58,12 +58,12 @@ class Task:
 
     @property
     def duration(self) -> float:
-        """s, with the rest at the end."""
+        """s, including the rest at the end."""
         return float(self.time[-1])
 
     @property
     def moving_time(self) -> float:
-        """When the stick comes to its centre for good, s."""
+        """Time after which the stick stays at its centre, s."""
         return float(self.time[np.flatnonzero(self.velocity.any(axis=1))[-1] + 1])
 
     @property
@@ -73,13 +73,13 @@ class Task:
 
     @property
     def displacement(self) -> Array:
-        """Way (k, 2) asked for since the start: the integral of the velocity, m."""
+        """Commanded displacement (k, 2) since the start: the integral of the velocity, m."""
         steps = 0.5 * (self.velocity[1:] + self.velocity[:-1]) * np.diff(self.time)[:, np.newaxis]
         return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
 
 def lines() -> list[Task]:
-    """Vertical and horizontal lines in both senses at every speed of ``SPEEDS``."""
+    """Vertical and horizontal lines in both directions at every speed of ``SPEEDS``."""
     return [
         straight(f"{name} {speed:g} m/s", [np.array(sense) * LINE], speed)
         for name, sense in SENSES.items()
@@ -98,13 +98,13 @@ def circle() -> Task:
 
 
 def reach() -> Task:
-    """In as far as the near side of the workspace, then out to the far side and back to the start."""
+    """In to the near side of the workspace, then out to the far side and back to the start."""
     near, far = REACH
     return straight("reach", [np.array([x, 0.0]) for x in (near, far - near, -far)], SPEEDS[1])
 
 
 def pick_and_place() -> Task:
-    """To a log, up with it, out, down, let it go, and back; the tip moves slowly as it takes the log up."""
+    """To a log, up with it, out, down, release, and back; the tip moves slowly while it picks up the log."""
     speeds = [LOG_SPEED] * len(LOG_LEGS)
     speeds[GRIP_LEG] = GRIP_SPEED
     task = _task("log pick-and-place", LOG_SPEED, _legs([np.array(leg) for leg in LOG_LEGS], speeds))
@@ -125,7 +125,7 @@ def _legs(legs: list[Array], speeds: list[float]) -> list[Curve]:
 
 
 def _moves(task: Task) -> list[tuple[float, float]]:
-    """When each leg begins and ends, s: pauses are where the velocity stays zero."""
+    """Begin and end of each leg, s; in pauses the velocity is zero."""
     resting = np.asarray(~task.velocity.any(axis=1))
     paused = resting[:-1] & resting[1:]
     ends, begins = task.time[:-1][paused], np.append(0.0, task.time[1:][paused])
@@ -153,12 +153,12 @@ def _task(name: str, speed: float, curves: list[Curve]) -> Task:
 
 
 def _trapezoid(length: float, speed: float) -> tuple[Array, Array, Array]:
-    """Times, speeds and ways of a motion over `length` that ramps up, keeps its speed and ramps down."""
+    """Times, speeds and displacements of a motion over `length` with a trapezoidal speed."""
     speed = min(speed, length / RAMP)
     end = length / speed + RAMP
     t = np.linspace(0.0, end, int(np.ceil(end / STEP)) + 1)
     pace = speed * np.clip(np.minimum(t, end - t) / RAMP, 0.0, 1.0)
     way = np.concatenate([[0.0], np.cumsum(0.5 * (pace[1:] + pace[:-1]) * np.diff(t))])
-    # The corners of the trapezoid may fall between the samples, which costs a little of the way.
+    # The corners of the trapezoid may lie between the samples, which loses a little of the displacement.
     share = length / way[-1]
     return t, pace * share, way * share

@@ -1,7 +1,7 @@
-"""Tuning of a controller by simulation: ``tip``, or the PI that it is compared with.
+"""Tuning of a controller by simulation: ``tip``, or the PI for comparison.
 
-A pattern search over the logarithms of a few gains: each in turn is tried larger and smaller by a factor, an
-improvement is kept, and the factor shrinks once no gain improves. Every trial runs the same cases with the same seed.
+A pattern search over the logarithms of a few gains: each gain in turn is multiplied and divided by a factor, and an
+improvement is kept. The factor decreases when no gain improves. Every trial runs the same cases with the same seed.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from hydrocrane.control.controllers import DEFAULT_PERIOD
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
-# The gains that shape how a piston follows; the others are limits and shares, and not for a search.
+# The gains of the piston loops; the others are limits and shares, which a search must not change.
 TUNED = ("position-gain", "damping-ratio", "observer-bandwidth", "pressure-bandwidth")
 UNITS = {key: unit for key, unit, _ in _core.tip_gain_info()}
-# Those of the PI.
+# Gains of the PI.
 PI_UNITS = {"proportional": "1/s", "integral": "1/s^2", "pressure": "m/(s Pa)", "corner": "rad/s"}
 CONTROLLERS = ("tip", "pi")
-# A rate above one per sample is as good as infinite.
+# A rate above one per sample acts like an infinite one.
 LARGEST = 1.0 / DEFAULT_PERIOD
-# Metres of root-mean-square deviation that one full spool stroke of travel per second is worth: noise on the valves
-# is not a price for tenths of a millimetre.
+# Cost of one full spool stroke of travel per second, in metres of root-mean-square deviation, so that tenths of a
+# millimetre do not justify noise on the valves.
 EFFORT_PRICE = 2e-4
 FIRST_FACTOR, LAST_FACTOR = 2.0, 1.15
 
@@ -39,14 +39,14 @@ class Tuning:
     Attributes
     ----------
     before, after : dict
-        By key of ``[control.tip]``.
+        Gains by key of ``[control.tip]``.
     cost_before, cost_after : float
-        Mean over the cases of the root-mean-square path deviation and the priced spool travel, m.
+        Mean over the cases of the root-mean-square path deviation plus the cost of spool travel, m.
     trials : int
-        Sets of gains simulated.
+        Number of simulated sets of gains.
     machine, controller : str
     allowed : int
-        Most sets of gains that might have been simulated.
+        Allowed number of sets of gains.
     seed : int
     """
 
@@ -62,11 +62,11 @@ class Tuning:
 
     @property
     def units(self) -> dict[str, str]:
-        """By key."""
+        """Units by key."""
         return UNITS if self.controller == "tip" else PI_UNITS
 
     def toml(self) -> str:
-        """The block for a machine file; for the PI, which no file holds, the arguments of its class."""
+        """The block for a machine file; for the PI, which is in no file, the arguments of its class."""
         if self.controller == "pi":
             return f"PistonPi({', '.join(f'{key}={value:.4g}' for key, value in self.after.items())})\n"
         start = ", ".join(f"{value:.4g}" for value in self.before.values())
@@ -77,7 +77,7 @@ class Tuning:
 
 
 def _written(value: float, unit: str) -> str:
-    """As files have it: a plain number, or a text with its unit."""
+    """A value in the notation of files: a plain number, or a text with its unit."""
     return f'"{value:.4g} {unit}"' if unit else f"{value:.4g}"
 
 
@@ -101,7 +101,7 @@ def tune(
     gains : sequence of str, optional
         Keys among ``TUNED``, or attributes of the PI; all of them by default.
     cases : sequence of Case, optional
-        What is simulated; by default those of :func:`hydrocrane.benchmark.fitted_tasks.tuning_cases`.
+        Simulated cases; by default those of :func:`hydrocrane.benchmark.fitted_tasks.tuning_cases`.
     trials : int
         Most sets of gains to simulate.
     progress : callable, optional
@@ -149,21 +149,21 @@ def pattern_search(
     largest: float = math.inf,
     factors: tuple[float, float] = (FIRST_FACTOR, LAST_FACTOR),
 ) -> tuple[dict[str, float], float, float]:
-    """Values of least cost that a pattern search over their logarithms finds, that of `start`, and theirs.
+    """Values of least cost found by a pattern search over their logarithms, the cost of `start`, and their cost.
 
     Parameters
     ----------
     cost : callable
-        Of values by name; infinite where they are no choice.
+        Function of values by name; infinite if they are not allowed.
     start : mapping
-        Where the search begins, all greater than zero.
+        Start of the search, all greater than zero.
     trials : int
         Most calls of `cost`, at least one.
     largest : float
         Values above it are not tried.
     factors : (first, last)
-        Each value is tried larger and smaller by the first; where nothing improves, the factor becomes its root, and
-        the search ends at the last.
+        Each value is multiplied and divided by the first; if nothing improves, the factor is replaced by its root. The
+        search ends at the last.
     """
     best, count = dict(start), 1
     cost_before = least = cost(best)
@@ -188,17 +188,17 @@ def pattern_search(
 
 
 def _check_start(machine: Machine, results: Sequence[Result]) -> None:
-    """There is nothing to improve where the machine's own gains bring no run to its end."""
+    """Raises an error if a run with the machine's own gains does not end."""
     for result in results:
         if _price(result) == math.inf:
             raise InputError(
-                f"the task {result.case.task.name} ({result.case.condition}) does not come to its end with the gains "
+                f"the task {result.case.task.name} ({result.case.condition}) does not reach its end with the gains "
                 f"of {machine.name}, so there is nothing to improve: {result.outcome.kind}, {result.message}"
             )
 
 
 def _price(result: Result) -> float:
-    """Infinite for a run that does not finish, so that no such gains are ever kept."""
+    """The cost of a run; infinite if it does not finish, so that such gains are never kept."""
     if not result.outcome.completed or result.metrics is None:
         return math.inf
     return result.metrics.path_rms + EFFORT_PRICE * result.metrics.spool_travel

@@ -90,21 +90,21 @@ class Stepping(Protocol):
     """A controller without internal state: `reset` may be omitted."""
 
     def step(self, obs: Observation, command: Stick, /) -> ArrayLike:
-        """As of :class:`Controller`."""
+        """As in :class:`Controller`."""
 
 
-# A controller of one's own, and whatever a scenario takes as one.
+# An own controller, and any controller that a scenario accepts.
 OwnController: TypeAlias = Controller | Stepping | StepFunction
 AnyController: TypeAlias = str | OwnController
 
 
 class SampledController:
-    """A person's controller as the core's loop calls it.
+    """The adapter through which the core's loop calls an own controller.
 
     Attributes
     ----------
     error : BaseException or None
-        What the controller raised last, with its traceback.
+        Last exception of the controller, with its traceback.
     """
 
     def __init__(
@@ -138,9 +138,9 @@ class SampledController:
         return self._set_point
 
     def failure(self) -> tuple[str, bool]:
-        """What the last exception was and where it came from, and whether it ends the run."""
+        """Text and place of the last exception, and whether it ends the run."""
         assert self.error is not None
-        # Ctrl-C and the like are no fault of the controller to be lived with.
+        # Ctrl-C and the like are no fault of the controller and always end the run.
         ends = self._on_error != "neutral" or not isinstance(self.error, Exception)
         return _told(self.error), ends
 
@@ -149,11 +149,13 @@ class SampledController:
         try:
             values = [float(u) for u in np.ravel(command)]
         except (TypeError, ValueError) as error:
-            told = f"the controller gave {command!r}, which is not a list of {cylinders} spool commands in m"
+            told = f"the controller returned {command!r}, which is not a list of {cylinders} spool commands in m"
             raise InputError(f"{told} ({type(error).__name__}: {error})") from None
         if len(values) != cylinders:
             names = ", ".join(self._crane.cylinder_names)
-            raise InputError(f"the controller gave {len(values)} spool commands for {cylinders} cylinders ({names})")
+            raise InputError(
+                f"the controller returned {len(values)} spool commands for {cylinders} cylinders ({names})"
+            )
         return values
 
     @contextmanager
@@ -169,14 +171,14 @@ class SampledController:
         if self._last is not None and t > self._last[0]:
             qd = (q - self._last[1]) / (t - self._last[0])
         self._last = (t, q)
-        # A sensor that gives nothing leaves no place of the tip.
+        # Without a sensor reading there is no tip position.
         tip = self._crane.tip(q) if np.isfinite(q).all() else np.full(2, np.nan)
         readings = dict(zip(self._signals, [*q, *p.ravel()], strict=True))
         return Observation(t=t, q=q, qd=qd, p=p, tip=tip, measured={k: float(v) for k, v in readings.items()})
 
 
 def _told(error: BaseException) -> str:
-    """Kind and text of an exception, and the line that raised it; for one of this module, the text is enough."""
+    """Kind and text of an exception, and the line that raised it; only the text for an exception of this module."""
     head = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     frames = traceback.extract_tb(error.__traceback__)
     if not frames or frames[-1].filename == __file__:
@@ -185,13 +187,13 @@ def _told(error: BaseException) -> str:
 
 
 def _named(file: str) -> str:
-    """A file in messages; one of this package without the folder that it is installed in."""
+    """A file name in messages; files of this package without the installation folder."""
     path = Path(file)
     return path.relative_to(PACKAGE.parent).as_posix() if path.is_relative_to(PACKAGE) else file
 
 
 def check_controller(controller: AnyController | None) -> None:
-    """An :class:`InputError` where `controller` is neither a known name nor can be stepped."""
+    """Raises an :class:`InputError` if `controller` is neither a known name nor can be stepped."""
     if isinstance(controller, str):
         if controller not in NAMES:
             raise unknown("controller", controller, NAMES)

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from hydrocrane.logs.columns import LogLike
 
 MODES = tuple(_core.scenario_choices("joystick.mode"))
-# The stick modes that each controller by name takes.
+# The stick modes of each controller by name.
 MODES_OF = {"tip": ("tip", "height"), "heinze-pid": ("tip",), "lever": ("lever",)}
 TIP_AXES = ("x", "z")
 INTERPOLATIONS = tuple(_core.scenario_choices("joystick.interpolation"))
-# How far beyond its end rounding may take a deflection; it counts as the end.
+# Rounding error by which a deflection may exceed its end; it counts as the end.
 ROUNDING = 1e-9
 
 
@@ -56,7 +56,7 @@ class Stick:
     def velocity(self) -> Array:
         """Commanded velocity (2,) of the tip, m/s."""
         if self.mode != "tip" or self.full_speed is None:
-            raise InputError("only a stick of mode `tip` with a full_speed asks for a velocity")
+            raise InputError("only a stick of mode `tip` with a full_speed commands a velocity")
         return self.axes * self.full_speed
 
 
@@ -115,7 +115,7 @@ class Joystick:
     precision: Array = field(default_factory=lambda: np.empty(0))
 
     if TYPE_CHECKING:
-        # Whatever NumPy takes as an array may be given.
+        # Any array_like is accepted.
         def __init__(
             self,
             time: ArrayLike,

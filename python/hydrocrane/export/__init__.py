@@ -1,4 +1,4 @@
-"""Machines and controllers for other programs: FMUs, and chains for programs of multibody systems."""
+"""Machines and controllers for other programs: FMUs, and kinematic chains for multibody programs."""
 
 from hydrocrane.export.fmu import export_fmu
 from hydrocrane.export.mjcf import export_mjcf

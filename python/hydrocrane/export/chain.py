@@ -1,7 +1,7 @@
-"""The open chain of a machine in space, as programs for multibody systems want it.
+"""The open chain of a machine in space, for multibody programs.
 
-The plane of the crane is x forward, z up, and y to the left. Angles count from x towards z, which is a turn about -y.
-Frames are those of the machine file: a link's frame sits at the joint that moves it.
+The plane of the crane is x forward, z up, and y to the left. Angles count from x towards z, which is a rotation about
+-y. Frames are those of the machine file: the frame of a link is at the joint that moves it.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from hydrocrane.machine.description import Record, described, pairs
 from hydrocrane.machine.machine import Machine
 
 Place = tuple[float, float]
-# Names that the exported files give to parts of their own.
+# Names of additional parts in the exported files.
 RESERVED = ("tip", "payload", "world")
-# Poses in which levers and speeds are looked at for the limits of effort and speed.
+# Number of poses in which lever arms and speeds are evaluated for the limits of effort and speed.
 _POSES = 25
 
 
@@ -40,11 +40,11 @@ class Joint:
     Attributes
     ----------
     at : (x, z)
-        Origin of the child's frame on the parent where the coordinate is zero, m.
+        Origin of the child's frame on the parent at coordinate zero, m.
     angle : float
-        Of the child's frame in the parent's where the coordinate is zero, rad from x towards z.
+        Angle of the child's frame in the parent's at coordinate zero, rad from x towards z.
     axis : (x, y, z)
-        Of the motion, in the child's frame.
+        Axis of the motion, in the child's frame.
     effort, speed : float
         Largest generalised force (N m or N) at supply pressure and largest rate (rad/s or m/s) over the range; rough.
     """
@@ -96,7 +96,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Chain:
-    """A machine without its hydraulics. `links[0]` stands still."""
+    """A machine without its hydraulics. `links[0]` is fixed."""
 
     name: str
     gravity: float
@@ -113,11 +113,11 @@ def open_chain(machine: Machine, payload: float | None) -> Chain:
     Raises
     ------
     InputError
-        A machine that no other program can represent, and why.
+        A machine that no other program can represent, with the reason.
     """
     if not machine.errata["gravity-sign"]:
         raise InputError(
-            f"{machine.name} runs with the sign of gravity as printed in the thesis, which no other program has; set "
+            f"{machine.name} has the sign of gravity as printed in the thesis, which no other program has; set "
             'errata.gravity-sign = "corrected" to export it'
         )
     about = described(machine.core)
@@ -165,7 +165,8 @@ def _joint(machine: Machine, about: Record, index: int) -> Joint:
 
 
 def _effort_and_speed(machine: Machine, index: int) -> tuple[float, float]:
-    """Over the range of one joint, the others in mid-range: at supply pressure, and at full stroke under the load."""
+    """Largest effort at supply pressure and largest speed at full stroke under the load, over the range of one joint
+    with the others in mid-range."""
     low, high = machine.joint_limits[index]
     poses = np.tile(machine.home, (_POSES, 1))
     poses[:, index] = np.linspace(low, high, _POSES + 2)[1:-1]

@@ -1,4 +1,4 @@
-"""What a ``modelDescription.xml`` says, before it is written for one version of FMI."""
+"""Content of a ``modelDescription.xml``, independent of the version of FMI."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrocrane import _core
 # Categories of the library's messages.
 CATEGORIES = {
     "logStatusWarning": "what makes the simulation doubtful",
-    "logStatusDiscard": "steps and states that the machine cannot take",
+    "logStatusDiscard": "steps and states that are not possible for the machine",
     "logStatusError": "wrong calls and wrong values",
     "logStatusFatal": "defects",
 }
@@ -19,7 +19,7 @@ CATEGORIES = {
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of an FMU; its value reference is its place in the list."""
+    """A variable of an FMU; its value reference is its index in the list."""
 
     name: str
     kind: str
@@ -40,7 +40,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Description:
-    """Everything that both versions of FMI state in their own words."""
+    """Data that both versions of FMI state in different notation."""
 
     name: str
     title: str
@@ -48,7 +48,7 @@ class Description:
     version: str
     identifier: str
     variables: tuple[Variable, ...]
-    # Whether tools can integrate the model.
+    # Whether a tool can integrate the model (model exchange).
     exchanges: bool
     # Time between the samples of a controller, s.
     period: float | None
@@ -57,7 +57,7 @@ class Description:
     stop: float
 
     def variability(self, variable: Variable) -> str:
-        """As FMI calls it: outputs of a controller jump at its samples."""
+        """The variability of FMI; outputs of a controller are discrete."""
         if variable.use in ("fixed", "tunable"):
             return variable.use
         sampled = self.period is not None and variable.use == "output"
@@ -74,13 +74,13 @@ class Description:
 
     @property
     def rates(self) -> dict[int, int]:
-        """Value reference of the derivative of each state to that of the state; empty where no tool integrates them."""
+        """Value reference of the derivative of each state to that of the state; empty without model exchange."""
         found = enumerate(self.variables) if self.exchanges else ()
         return {i: self.state(v.number) for i, v in found if v.kind == "rate"}
 
     @property
     def initial_unknowns(self) -> list[int]:
-        """Value references of what the initialisation computes."""
+        """Value references of the initial unknowns."""
         rates = self.rates
         return sorted({*self.outputs, *rates, *rates.values()})
 
@@ -90,12 +90,12 @@ class Description:
 
 
 def number(value: float | None) -> str | None:
-    """A number with all its digits; nothing for one that is not finite."""
+    """A number with all its digits; None if it is not finite."""
     return None if value is None or value in (float("inf"), float("-inf")) else repr(float(value))
 
 
 def attributes(given: Mapping[str, str | None]) -> dict[str, str]:
-    """Those that have a value."""
+    """The attributes with a value."""
     return {name: value for name, value in given.items() if value is not None}
 
 
@@ -106,7 +106,7 @@ def bounds(variable: Variable) -> dict[str, str | None]:
 
 
 def unit_definitions(description: Description) -> ElementTree.Element:
-    """All units with their exponents of the SI base units, where these are whole."""
+    """All units with their exponents of the SI base units, if these are integers."""
     top = ElementTree.Element("UnitDefinitions")
     for unit in description.units:
         entry = ElementTree.SubElement(top, "Unit", name=unit)

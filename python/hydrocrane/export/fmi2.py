@@ -58,7 +58,7 @@ def _scalar(description: Description, variable: Variable, reference: int, state:
     )
     if variable.causality == "parameter":
         scalar.set("initial", "exact")
-    # Variables are counted from one.
+    # Indices of variables begin with one.
     derivative = None if state is None else str(state + 1)
     given = {"unit": variable.unit or None, "start": number(variable.start), "derivative": derivative}
     SubElement(scalar, "Real", attributes(given | bounds(variable)))

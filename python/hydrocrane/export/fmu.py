@@ -1,4 +1,4 @@
-"""Machines and controllers as FMUs: XML and a compiled library in a zip file, made without a compiler."""
+"""Machines and controllers as FMUs: XML and a compiled library in a zip file; no compiler is needed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from hydrocrane.scenario.scenario import Scenario
 PARAMETERS = ("supply", "pump", "mains", "friction")
 # Suggested size of a step of a plant, s.
 STEP = 1e-3
-# The same export has the same bytes: no file carries the time at which it was made.
+# Fixed time stamp, so that the same export has the same bytes.
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -123,7 +123,7 @@ def export_fmu(
 
 
 def _plan(source: MachineLike | Scenario) -> tuple[Machine, Scenario | None]:
-    """The machine with everything that the scenario changes, and the scenario with nothing but start and solver."""
+    """The machine with all changes of the scenario, and the scenario with only start and solver."""
     if not isinstance(source, Scenario):
         machine = as_machine(source)
         joints = dict(zip(machine.joint_names, machine.home.tolist(), strict=True))
@@ -161,7 +161,7 @@ def _default_keys(machine: Machine) -> list[str]:
 
 
 def _resources(machine: Machine, scenario: Scenario | None, settings: dict[str, object]) -> dict[str, str]:
-    """The files that say what the FMU is, by name."""
+    """The description files of the FMU, by name."""
     with translated():
         files = {"machine.toml": machine.core.to_toml()}
         if scenario is not None:
@@ -209,7 +209,7 @@ def _pack(
 def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
     entry = zipfile.ZipInfo(name, _DATE)
     entry.compress_type = zipfile.ZIP_DEFLATED
-    # A library must be allowed to be executed where the system asks for it.
+    # A library needs the permission to be executed on some systems.
     entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
-    # The usual level takes four times as long for a tenth less.
+    # The default level takes four times as long for a tenth less size.
     archive.writestr(entry, content, compresslevel=1)

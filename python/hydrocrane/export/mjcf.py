@@ -1,8 +1,8 @@
-"""MJCF of MuJoCo: the chain with its cylinders as actuators, and where wanted with its torque linkages closed.
+"""MJCF of MuJoCo: the chain with its cylinders as actuators, optionally with closed torque linkages.
 
-A cylinder between two links is a tendon from pin to pin. Its length is the distance of the pins, so that the force of
-its actuator acts on the joints by the exact stroke Jacobian. A torque linkage has no such tendon: its cylinder either
-acts on the joint itself, or the rocker becomes a body of its own, with the coupler as a tendon of constant length.
+A cylinder between two links is a tendon from pin to pin. Its length is the distance of the pins, so the force of its
+actuator acts on the joints through the exact stroke Jacobian. A torque linkage has no such tendon: its cylinder either
+acts on the joint itself, or the rocker is a separate body, with the coupler as a tendon of constant length.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 # Mass of the rocker of a closed linkage, kg; the machine file has none. Its length is a few decimetres.
 ROCKER_MASS = 1e-3
-# Moment of inertia of a point, kg m^2: MuJoCo takes none that is zero.
+# Moment of inertia of a point mass, kg m^2, because MuJoCo refuses zero.
 LEAST = 1e-9
 
 
@@ -38,12 +38,12 @@ def export_mjcf(
     ----------
     machine : Machine, str or path
     path : path
-        Of the file, usually ``.xml``.
+        Path of the file, usually ``.xml``.
     payload : float, optional
         kg at the tip; the machine's own by default.
     linkages : bool
         Close torque linkages: the rocker is a body of 1 g with a joint ``<cylinder>.rocker``, the coupler a constraint.
-        Its constraint is soft, as all of MuJoCo's are.
+        Its constraint is soft, like all constraints of MuJoCo.
 
     Raises
     ------
@@ -63,12 +63,12 @@ def export_mjcf(
 
 
 def mjcf_text(chain: Chain, home: list[float], rockers: dict[str, float]) -> str:
-    """The document, which stands in the pose `home` before anything moves.
+    """The document, with the pose `home` as its initial configuration.
 
-    `rockers` has the angle of each rocker in the frame of its link in that pose, where linkages are closed.
+    With closed linkages `rockers` has the angle of each rocker in the frame of its link in that pose.
     """
     root = Element("mujoco", model=chain.name)
-    # Angles in radian; inertias as given, not those of the drawing.
+    # Angles in radians; inertias as given, not from the geometry.
     SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     SubElement(root, "option", gravity=numbers((0.0, 0.0, -chain.gravity)), timestep="0.001", integrator="implicitfast")
     parent = SubElement(root, "worldbody")
@@ -117,12 +117,12 @@ def _add_body(parent: Element, link: Link, joint: Joint, q: float, radius: float
 
 
 def _turned(angle: float) -> str:
-    """A turn from x towards z, which is one about -y, as a quaternion."""
+    """A rotation from x towards z, about -y, as a quaternion."""
     return numbers((math.cos(angle / 2), 0.0, -math.sin(angle / 2), 0.0))
 
 
 def _add_drawing(body: Element, link: Link, radius: float) -> None:
-    """Capsules along the outline that touch nothing."""
+    """Capsules along the outline, without contacts."""
     for start, end in segments(link.outline):
         ends = f"{in_space(start)} {in_space(end)}"
         SubElement(
@@ -143,7 +143,8 @@ def _tendon(tendons: Element, name: str, first: str, last: str, radius: float) -
 def _close(
     bodies: list[Element], tendons: Element, equalities: Element, cylinder: Cylinder, bar: FourBar, angle: float
 ) -> None:
-    """The rocker as a body, whose joint is at zero as the file stands, and the coupler as a tendon of its length."""
+    """The rocker as a body with its joint at zero in the initial configuration, and the coupler as a tendon of constant
+    length."""
     name = f"{cylinder.name}.rocker"
     rocker = SubElement(bodies[bar.rocker.link], "body", name=name, pos=in_space(bar.rocker.at), quat=_turned(angle))
     end = (bar.rocker_length, 0.0)
@@ -155,7 +156,7 @@ def _close(
     coupler = f"{cylinder.name}.coupler"
     _site(bodies, coupler, bar.coupler)
     _tendon(tendons, coupler, f"{cylinder.name}.rod", coupler, 0.01)
-    # A deviation of zero from the length that it has as the file stands, as stiff as the time step allows.
+    # Zero deviation from the initial length, as stiff as the time step allows.
     SubElement(equalities, "tendon", name=coupler, tendon1=coupler, polycoef="0 0 0 0 0", solref="0.002 1")
 
 

@@ -1,4 +1,4 @@
-"""The compiled libraries that an installation holds for exported FMUs, one for each platform."""
+"""The compiled libraries of an installation for exported FMUs, one per platform."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Platform:
 
     @property
     def library(self) -> Path:
-        """Where the library lies, if the installation holds it."""
+        """Path of the library, if the installation has it."""
         return LIBRARIES / self.name / f"{IDENTIFIER}{self.suffix}"
 
     def folder(self, fmi: int) -> str:
@@ -44,7 +44,7 @@ PLATFORMS = {
 
 
 def installed() -> tuple[str, ...]:
-    """Names of the platforms whose library this installation holds."""
+    """Names of the platforms with a library in this installation."""
     return tuple(name for name, platform in PLATFORMS.items() if platform.library.is_file())
 
 
@@ -54,7 +54,7 @@ def chosen(names: Sequence[str]) -> list[Platform]:
     Raises
     ------
     InputError
-        A name that is none, and a library that is not there.
+        An unknown name, or a missing library.
     """
     for name in names:
         if name not in PLATFORMS:
@@ -65,7 +65,7 @@ def chosen(names: Sequence[str]) -> list[Platform]:
         what = f"the FMU library for {', '.join(missing)}" if missing else "any FMU library"
         held = f"; it holds {', '.join(there)}" if there else ""
         raise InputError(
-            f"this installation of hydrocrane does not hold {what}{held}; `make fmu` in a clone of the repository "
-            "builds the library of the computer that it runs on"
+            f"this installation of hydrocrane does not have {what}{held}; `make fmu` in a clone of the repository "
+            "builds the library for the present computer"
         )
     return [PLATFORMS[name] for name in names or there]

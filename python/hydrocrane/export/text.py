@@ -1,4 +1,4 @@
-"""Numbers and elements as both formats write them: with all their digits."""
+"""Numbers and elements of both formats; numbers have all their digits."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from xml.etree import ElementTree
 
 from hydrocrane.export.chain import Chain, Place
 
-# Of what is drawn: radius of a link, of a barrel and of a rod, as a share of the longest outline.
+# Radii of the drawn links, barrels and rods, as shares of the longest outline.
 THICKNESS = 0.02
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Numbers with spaces between them; reading gives the same bits. Zeros have no sign."""
+    """Numbers with spaces between them; reading gives the same bits. Zero has no sign."""
     return " ".join(repr(float(value) + 0.0) for value in values)
 
 
 def in_space(place: Place) -> str:
-    """A place of the plane."""
+    """A point of the plane in space."""
     return numbers((place[0], 0.0, place[1]))
 
 
@@ -30,11 +30,11 @@ def written(root: ElementTree.Element, head: str) -> str:
 
 
 def thickness(chain: Chain) -> float:
-    """Radius of what is drawn, m."""
+    """Radius of a drawn part, m."""
     longest = max((math.dist(a, b) for link in chain.links for a, b in segments(link.outline)), default=1.0)
     return THICKNESS * longest
 
 
 def segments(outline: tuple[Place, ...]) -> list[tuple[Place, Place]]:
-    """Stretches of an outline that have a length."""
+    """Segments of an outline with nonzero length."""
     return [(a, b) for a, b in zip(outline, outline[1:], strict=False) if math.dist(a, b) > 0]

@@ -1,4 +1,4 @@
-"""URDF: the open chain, with limits and inertias, its tip as a link of its own."""
+"""URDF: the open chain with limits and inertias, and its tip as a separate link."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ def export_urdf(machine: MachineLike, path: str | PathLike[str], *, payload: flo
     """Write a machine's open chain as URDF. Returns the path.
 
     Links, joints and joint coordinates have the names, frames and zeros of the machine file, with y to the left. The
-    link ``tip`` is fixed at the crane tip and has the payload's mass. A planar file knows one moment of inertia; the
-    other two are given the same value and never matter, since nothing turns about their axes. Limits of effort and
+    link ``tip`` is fixed at the crane tip and has the payload's mass. A planar machine file has one moment of inertia;
+    the other two have the same value and no effect, because nothing rotates about their axes. Limits of effort and
     velocity are rough: supply pressure on the piston, and full stroke under the load.
 
-    URDF knows no closed loops: cylinders and torque linkages are left out. Generalised forces are
+    URDF has no closed loops: cylinders and torque linkages are left out. Generalised forces are
     ``crane.stroke_jacobian(q).T @ force``.
 
     Parameters
     ----------
     machine : Machine, str or path
     path : path
-        Of the file, usually ``.urdf``.
+        Path of the file, usually ``.urdf``.
     payload : float, optional
         kg at the tip; the machine's own by default.
 
@@ -53,7 +53,7 @@ def urdf_text(chain: Chain) -> str:
     root = Element("robot", name=chain.name)
     radius = thickness(chain)
     for index, link in enumerate(chain.links):
-        # The base stands still; readers complain of a root with inertia.
+        # The base is fixed; readers warn about a root with inertia.
         _add_link(root, link, radius, heavy=index > 0)
     for index, joint in enumerate(chain.joints):
         _add_joint(root, joint, chain.links[index].name, chain.links[index + 1].name)

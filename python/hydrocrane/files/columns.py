@@ -1,4 +1,4 @@
-"""Named columns as plain arrays: what a run holds and files keep, without the label library and all that it imports."""
+"""Named columns as plain arrays, for runs and files, without the import of xarray."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Columns(Mapping[str, Column]):
     Attributes
     ----------
     attrs : dict
-        What is said of all of them together.
+        Attributes of the whole set.
     """
 
     def __init__(self, columns: dict[str, Column], attrs: Attributes) -> None:
@@ -78,19 +78,19 @@ class Columns(Mapping[str, Column]):
 
     @property
     def rows(self) -> int:
-        """Number of times; none where there is no time."""
+        """Number of times; zero without a time."""
         return len(self.time) if TIME in self._columns else 0
 
     def labelled(self) -> xr.Dataset:
-        """The same as a data set; the time is its coordinate."""
+        """The columns as a data set with the time as coordinate."""
         import xarray as xr
 
-        # One construction from all columns: adding variables one by one to a data set costs more than a short run.
+        # One construction from all columns: adding variables one by one takes longer than a short run.
         entries = {name: (column.dims, column.values, column.attrs) for name, column in self._columns.items()}
         time = entries.pop(TIME)
         return xr.Dataset(entries, coords={TIME: time}, attrs=self.attrs)
 
 
 def is_dataset(value: object) -> TypeGuard[xr.Dataset]:
-    """Whether `value` is an ``xarray.Dataset``; there is none in a program that has not imported xarray."""
+    """Whether `value` is an ``xarray.Dataset``; False in a program that has not imported xarray."""
     return isinstance(value, getattr(sys.modules.get("xarray"), "Dataset", ()))

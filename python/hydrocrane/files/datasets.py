@@ -37,7 +37,7 @@ def checked_suffix(path: Path) -> str:
 
 
 def require_library(suffix: str) -> None:
-    """An error with its cure where files of this suffix need a package that is not installed."""
+    """Raises an error with its cure if files of this suffix need a package that is not installed."""
     what, package, extra = _NEEDS.get(suffix, ("", "", ""))
     if package and importlib.util.find_spec(package) is None:
         raise ResultFileError(f"{what} files need the package {package}; install hydrocrane[{extra}]")
@@ -105,7 +105,7 @@ _WRITERS = {
     ".mf4": write_mdf,
     ".mcap": write_mcap,
 }
-# Kind of file, package and extra of those that come with an optional package.
+# Kind of file, package and extra of the formats with an optional package.
 _NEEDS = {
     ".parquet": ("Parquet", "pyarrow", "parquet"),
     ".xlsx": ("Excel", "openpyxl", "excel"),

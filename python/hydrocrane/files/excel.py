@@ -1,4 +1,4 @@
-"""Workbooks of Excel: a sheet with the data, and one that says what they are."""
+"""Excel workbooks: a sheet with the data, and one with their description."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     import xarray as xr
     from openpyxl import Workbook
 
-# What a sheet takes, the row of names among them, and what a cell takes.
+# Limits of a sheet, including the row of names, and of a cell.
 MOST_ROWS, MOST_COLUMNS, LONGEST = 1_048_576, 16_384, 32_767
 
 
 def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
-    """Sheet ``data``: ``name [unit]`` over each column, missing values empty. Sheet ``about``: what they are."""
+    """Sheet ``data``: ``name [unit]`` over each column, missing values empty. Sheet ``about``: their description."""
     from openpyxl import Workbook
 
     columns = Columns.of(data)
@@ -56,7 +56,8 @@ def _fill(book: Workbook, columns: Columns, names: list[str], path: Path) -> Non
 
 @contextmanager
 def _errors_of_the_system(path: Path) -> Iterator[None]:
-    """Sheets go to temporary files first, through lxml where it is installed, whose errors are no ``OSError``."""
+    """Converts errors of temporary files into ``OSError``: sheets go through lxml if it is installed, which raises its
+    own."""
     try:
         yield
     except Exception as error:

@@ -1,4 +1,4 @@
-"""MCAP: messages over time, as viewers of robots plot them at once.
+"""MCAP: messages over time, which viewers for robots can plot.
 
 A variable is a field of a topic: ``cylinder.lift.p1`` is the field ``p1`` of ``/cylinder/lift``, which a viewer calls
 ``/cylinder/lift.p1``. Messages are JSON, and each topic has a JSON Schema with the unit and the meaning of its fields.
@@ -24,7 +24,7 @@ _NANOSECONDS = 1e9
 
 
 def write_mcap(data: xr.Dataset | Columns, path: Path) -> None:
-    """One message per topic and time; a value that is missing (NaN) is left out of its message."""
+    """One message per topic and time; missing values (NaN) are left out."""
     from mcap.writer import Writer
 
     columns = Columns.of(data)

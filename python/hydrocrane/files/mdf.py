@@ -1,4 +1,4 @@
-"""Measurement data format 4 (ASAM), as loggers and test benches of vehicles have it."""
+"""Measurement data format 4 (ASAM), the format of vehicle loggers and test benches."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def mdf_class() -> type:
-    """The class that reads and writes MDF files; it comes with an extra of its own."""
+    """The class that reads and writes MDF files; it needs the extra `mdf`."""
     try:
         from asammdf import MDF
     except ImportError:
@@ -24,7 +24,7 @@ def mdf_class() -> type:
 
 
 def write_mdf(data: xr.Dataset | Columns, path: Path) -> None:
-    """One channel per variable with its unit and meaning; what is said of all stands as JSON in the header's text."""
+    """One channel per variable with its unit and meaning; attributes of the whole set are JSON in the header's text."""
     made = mdf_class()
     from asammdf import Signal
 

@@ -1,7 +1,7 @@
-"""Data sets as NetCDF-4 files, which are HDF5 files in a certain order.
+"""Data sets as NetCDF-4 files, which are HDF5 files with conventions.
 
 xarray encodes the values of a data set; columns of a run need only the mark for missing numbers. The writer of xarray,
-h5netcdf, looks each variable up some thirty times: a run with 94 of them takes it 0.7 s, and a tenth of that here.
+h5netcdf, looks up each variable about thirty times: a run with 94 variables takes 0.7 s, and a tenth of that here.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from hydrocrane.files.columns import Column, Columns
 if TYPE_CHECKING:
     import xarray as xr
 
-# As netCDF calls a dimension without values of its own; its length follows.
+# The name that netCDF gives a dimension without values; its length follows.
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable."
 
 
 def write_netcdf(data: xr.Dataset | Columns, path: Path) -> None:
-    """HDF5 that cannot finish a file on a full disk takes the whole process down: it writes into memory."""
+    """Writes into memory first: HDF5 aborts the whole process if it cannot finish a file on a full disk."""
     content = io.BytesIO()
     variables, about = _of_columns(data) if isinstance(data, Columns) else _of_dataset(data)
     sizes = {dim: size for entry in variables.values() for dim, size in zip(entry.dims, entry.values.shape)}
@@ -46,7 +46,7 @@ def write_netcdf(data: xr.Dataset | Columns, path: Path) -> None:
 
 
 def _of_dataset(data: xr.Dataset) -> tuple[dict[str, Column], Mapping[str, object]]:
-    """Encoded variables, and what is said of all."""
+    """Encoded variables, and the attributes of the set."""
     from xarray.conventions import cf_encoder
 
     encoded, about = cf_encoder(dict(data.variables), dict(data.attrs))
@@ -58,7 +58,7 @@ def _of_dataset(data: xr.Dataset) -> tuple[dict[str, Column], Mapping[str, objec
 
 
 def _of_columns(data: Columns) -> tuple[dict[str, Column], Mapping[str, object]]:
-    """As xarray encodes columns of real numbers: what is missing among them is NaN."""
+    """Columns of real numbers as xarray encodes them; missing values are NaN."""
     variables = {name: Column(c.values, c.attrs | {"_FillValue": np.nan}, c.dims) for name, c in data.items()}
     return variables, data.attrs
 
@@ -82,7 +82,7 @@ def _bare_dimension(stored: h5py.File, name: str, size: int) -> h5py.Dataset:
 
 
 def _write_attributes(stored: h5py.AttributeManager, about: Mapping[str, object]) -> None:
-    """Texts as such, numbers as lists, as netCDF has them."""
+    """Writes texts as such and numbers as lists, as netCDF requires."""
     for name, value in about.items():
         values = np.asarray(value)
         if values.dtype.kind in "OUS":

@@ -1,4 +1,4 @@
-"""Reads the TOML files that Python reads itself, with one message for whatever is wrong with one."""
+"""Reader of the TOML files that the Python side reads, with one message per fault."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from hydrocrane.errors import InputError
 TomlValue: TypeAlias = "str | int | float | bool | date | time | datetime | list[TomlValue] | dict[str, TomlValue]"
 TomlTable: TypeAlias = dict[str, TomlValue]
 
-# Levels of tables and lists in a file; what is deeper is no file that somebody wrote.
+# Most levels of tables and lists in a file.
 DEEPEST = 50
 
 
 def read_toml(path: Path, what: str) -> TomlTable:
-    """The content of the file at `path`, which is to be a `what`, for example "study file".
+    """The content of the file at `path`; `what` names its kind in messages, for example "study file".
 
     Raises
     ------
     InputError
-        Where the file cannot be read, is not UTF-8 text or no TOML, or is nested deeper than `DEEPEST` levels.
+        If the file cannot be read, is not UTF-8 text or no TOML, or is nested deeper than `DEEPEST` levels.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -34,19 +34,19 @@ def read_toml(path: Path, what: str) -> TomlTable:
 
 
 def parsed(text: str, where: str) -> TomlTable:
-    """The content of a text; `where` begins the message of an error.
+    """The content of a text; messages begin with `where`.
 
     Raises
     ------
     InputError
-        Where it is no TOML, or is nested deeper than `DEEPEST` levels.
+        If it is no TOML, or is nested deeper than `DEEPEST` levels.
     """
     deep = InputError(f"{where} is nested deeper than {DEEPEST} levels; close brackets and braces where they belong")
     try:
         content: TomlTable = tomllib.loads(text)
     except RecursionError:
         raise deep from None
-    except ValueError as error:  # Numbers of too many digits are no TOMLDecodeError.
+    except ValueError as error:  # Numbers with too many digits raise another error than TOMLDecodeError.
         raise InputError(f"{where} is not valid TOML: {error}") from None
     level: list[TomlValue] = [content]
     for _ in range(DEEPEST):

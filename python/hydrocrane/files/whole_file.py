@@ -1,4 +1,5 @@
-"""Files are written whole: beside their place first, then renamed. A name that exists never holds half a file."""
+"""Atomic writing of files: to a temporary file in the same folder, which is then renamed. No file is ever
+incomplete."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from pathlib import Path
 
 from hydrocrane.errors import ResultFileError
 
-# What helps against the usual failures.
+# Cures for the usual failures.
 _CURES = {
     errno.ENOSPC: "free some space or choose another folder",
     errno.EDQUOT: "free some of your quota or choose another folder",
@@ -30,20 +31,20 @@ _CURES = {
 def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
     """The path to write to in place of `path`, in the same folder and with the same suffix; missing folders are made.
 
-    When the block ends well, the file there takes the place of `path` in one step. When it does not, the file is
-    removed, and `path` is as it was before. A device or a pipe is written to directly.
+    If the block ends without an error, the file replaces `path` in one step. Otherwise the file is removed and `path`
+    is unchanged. A device or a pipe is written to directly.
 
     Raises
     ------
     ResultFileError
-        In place of an ``OSError``: which file, why, and what helps.
+        In place of an ``OSError``: with file, reason and cure.
     """
     target = Path(path)
     try:
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
         target.parent.mkdir(parents=True, exist_ok=True)
-        # The file that a link points to is written, not the link.
+        # The target of a link is written, not the link.
         place = target.resolve() if target.is_symlink() else target
         if place.exists() and not place.is_file():
             yield place
@@ -60,20 +61,20 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> Path:
-    """Write `text` as UTF-8, line ends as they are, whole or not at all. Returns the path."""
+    """Write `text` as UTF-8, line ends unchanged, atomically. Returns the path."""
     with written_whole(path) as beside:
         beside.write_text(text, encoding="utf-8", newline="")
     return Path(path)
 
 
 def cannot_write(path: Path, error: OSError) -> ResultFileError:
-    """The one message for a file that the system did not let us write."""
+    """The error for a file that the system refuses to write."""
     cure = _CURES.get(error.errno or 0, "")
     reason = error.strerror or str(error)
     return ResultFileError(f"cannot write `{path}`: {reason}{cure and f'; {cure}'}")
 
 
 def _settle(path: Path) -> None:
-    """Wait until the file is on the disk: some systems tell only then that it is full."""
+    """Wait until the file is on the disk: some systems report a full disk only then."""
     with path.open("r+b") as stream:
         os.fsync(stream.fileno())

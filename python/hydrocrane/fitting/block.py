@@ -38,7 +38,7 @@ def block(
 
 
 def _written(machine: Machine, path: str) -> str:
-    """A value, or both of a pair, as a machine file has it."""
+    """A value, or both values of a pair, in the notation of a machine file."""
     stated = machine.value(path)
     texts = [f'"{v:.6g} {stated.unit}"' if stated.unit else f"{v:.6g}" for v in np.atleast_1d(stated.si).tolist()]
     return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]

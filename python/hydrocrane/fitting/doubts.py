@@ -1,4 +1,4 @@
-"""What makes a fit doubtful, each with its cause and its cure."""
+"""Warnings of a fit, each with its cause and its cure."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from hydrocrane.fitting.quality import SignalQuality
 from hydrocrane.fitting.search import Found, Task
 from hydrocrane.results.difference import Difference
 
-# A model that leaves more than this share of a signal's variation is no model of it.
+# A model does not describe a signal if the residuals exceed this share of its range.
 USELESS = 0.5
-# Readings that go against the model: correlation below this. Below the next they are held against other columns, which
-# must correlate by so much more.
+# Correlation with the model below which a reading has the wrong sign; below which it is compared with other columns;
+# and by how much another column must correlate better.
 AGAINST, ALIKE, BETTER = -0.6, 0.6, 0.3
 MANY_OUTLIERS = 0.2
-# Residuals beyond so many times the noise are the model's; so many signals are named.
-MISFIT, NAMED = 4.0, 3
-# Held-out residuals larger than the fitted ones by this factor.
+# Residuals above this multiple of the noise are model errors; and the most signals that are named.
+BEYOND_NOISE, NAMED = 4.0, 3
+# Ratio of held-out to fitted residuals above which a warning is given.
 WORSE = 2.0
-# Correlation of two parameters beyond which each stands for the other.
+# Correlation of two parameters above which they have the same effect.
 TOGETHER = 0.98
 
 
@@ -33,13 +33,13 @@ def doubts(
     quality: Sequence[SignalQuality],
     differences: Mapping[tuple[str, str], Difference],
 ) -> tuple[str, ...]:
-    """All of them, the most important first."""
+    """All warnings, the most important first."""
     return (
         *_search(task, found),
         *doubtful_columns(differences),
         *_quality(quality),
-        *_misfit(quality),
-        *(f"the logs do not tell {text}: its prior decides; add logs that separate them" for text in known.untold),
+        *_beyond_noise(quality),
+        *_not_identifiable(known),
         *_together(task, known),
         *_blocks(known),
     )
@@ -50,8 +50,8 @@ def _search(task: Task, found: Found) -> Iterator[str]:
         yield f"the search has not converged ({found.estimate.message}); start nearer, or fit fewer parameters"
     for name in found.estimate.at_bound:
         yield (
-            f"`{name}` ended at the end of what the machine file allows, {found.estimate[name]:.4g}; its interval "
-            "means nothing: check sign, unit and model, and values that bound it, as break-away bounds Coulomb friction"
+            f"`{name}` ended at the bound of the machine file, {found.estimate[name]:.4g}; its interval "
+            "is meaningless: check sign, unit and model, and values that bound it (break-away bounds Coulomb friction)"
         )
     for unknown in task.unknowns:
         value = found.estimate[unknown.name]
@@ -64,15 +64,15 @@ def _search(task: Task, found: Found) -> Iterator[str]:
             )
     if len(found.costs) > 1 and found.costs[-1] > 1.1 * found.costs[0]:
         apart = sum(cost > 1.1 * found.costs[0] for cost in found.costs)
-        yield f"{apart} of {len(found.costs)} starts ended elsewhere, with larger residuals; the best is given"
+        yield f"{apart} of {len(found.costs)} starts ended at other values with larger residuals; the best is given"
 
 
 def doubtful_columns(differences: Mapping[tuple[str, str], Difference]) -> Iterator[str]:
-    """Readings that go against the model, and columns that fit another signal better."""
+    """Readings with the wrong sign, and columns that fit another signal better."""
     for (log, signal), d in differences.items():
         own = _correlation(d.run, d.log)
         if own < AGAINST:
-            found = f"{log}: `{signal}` runs against the model (correlation {own:.2f})"
+            found = f"{log}: `{signal}` moves against the model (correlation {own:.2f})"
             yield f"{found}; is its sign wrong? Map sign = -1"
         if own < ALIKE:
             others = {
@@ -96,33 +96,39 @@ def _quality(quality: Sequence[SignalQuality]) -> Iterator[str]:
         if np.isfinite(q.held_out) and q.held_out > WORSE * q.rms:
             yield (
                 f"{q.log}: held-out residuals of `{q.signal}` are {q.held_out / q.rms:.1f} times the fitted ones; the "
-                "fit does not carry over: fewer parameters, or a longer part to fit"
+                "fit does not predict: use fewer parameters, or fit a longer part"
             )
         if q.outliers > MANY_OUTLIERS:
             yield (
-                f"{q.log}: {q.outliers:.0%} of the readings of `{q.signal}` are weighed down as outliers; look at the "
-                "picture for a part that the model does not describe"
+                f"{q.log}: {q.outliers:.0%} of the readings of `{q.signal}` are outliers with a reduced weight; "
+                "look at the picture for a part that the model does not describe"
             )
 
 
-def _misfit(quality: Sequence[SignalQuality]) -> Iterator[str]:
-    """Residuals that are no noise, all in one sentence."""
-    beyond = {f"`{q.signal}` {q.rms / q.noise:.0f}": q.rms / q.noise for q in quality if q.rms > MISFIT * q.noise > 0.0}
+def _beyond_noise(quality: Sequence[SignalQuality]) -> Iterator[str]:
+    """One warning on all signals with residuals above their noise."""
+    large = [q for q in quality if q.rms > BEYOND_NOISE * q.noise > 0.0]
+    beyond = {f"`{q.signal}` {q.rms / q.noise:.0f}": q.rms / q.noise for q in large}
     if beyond:
         worst = sorted(beyond, key=lambda text: -beyond[text])[:NAMED]
         more = f" and {len(beyond) - NAMED} more" if len(beyond) > NAMED else ""
         yield (
             f"residuals are many times the signals' noise ({', '.join(worst)} times{more}): something that is not "
-            "fitted is wrong too, the fitted values take up a part of it, and the intervals do not hold that; look at "
-            "the picture, and free what may be wrong"
+            "fitted is wrong too; the fitted values compensate a part of it, and the intervals do not cover that; look "
+            "at the picture, and free what may be wrong"
         )
+
+
+def _not_identifiable(known: Information) -> Iterator[str]:
+    for text in known.not_identifiable:
+        yield f"the logs do not identify {text}: the prior determines it; add logs that separate them"
 
 
 def _together(task: Task, known: Information) -> Iterator[str]:
     names = [u.name for u in task.unknowns]
     correlation = known.correlation
     for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
-        # Of two errors of sensors nobody asks which it is.
+        # Two sensor errors need not be distinguished.
         if i < task.keys and abs(correlation[i, j]) > TOGETHER:
             pair = f"`{names[i]}` and `{names[j]}` have the same effect"
             yield f"{pair} (correlation {correlation[i, j]:.3f}); hold one of them"
@@ -131,8 +137,8 @@ def _together(task: Task, known: Information) -> Iterator[str]:
 def _blocks(known: Information) -> Iterator[str]:
     if known.blocks <= LEAST_BLOCKS:
         yield (
-            f"residuals stay alike for {known.correlation_time:.3g} s, long against the logs: intervals rest on "
-            f"{known.blocks} blocks of time and are rough; longer logs or a better model make them trustworthy"
+            f"residuals are correlated over {known.correlation_time:.3g} s, long against the logs: intervals "
+            f"follow from {known.blocks} blocks of time and are inaccurate; use longer logs or a better model"
         )
 
 

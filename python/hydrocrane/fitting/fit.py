@@ -26,7 +26,7 @@ from hydrocrane.scenario.scenario_file import load_scenario
 
 MOTIONS = ("simulated", "measured")
 MotionKind: TypeAlias = Literal["simulated", "measured"]
-# Starts of a search: beyond that it is no search.
+# Most starts of a search.
 MOST_STARTS = 1000
 
 
@@ -92,7 +92,7 @@ def fit(
     sensor_errors : bool
         Let zero and span of signals vary within the accuracy that the machine file states for their sensors.
     robust : bool
-        Weigh outliers down (Huber).
+        Reduce the weight of outliers (Huber).
     ties : mapping, optional
         Keys that change in proportion to a parameter, with the ratio of the machine file, by the parameter:
         ``{"friction.lift.breakaway": "friction.lift.coulomb"}``. Without a tie a fitted Coulomb friction leaves
@@ -134,7 +134,7 @@ def fit(
     tell("reading the logs")
     listed = list(logs) if isinstance(logs, list | tuple) else [logs]
     if not listed:
-        raise InputError("no log was handed over; a fit needs one or more")
+        raise InputError("no log was given; a fit needs one or more")
     found_mapping = log_mapping(mapping)
     windows = [window_of(opened(log, found_mapping), window) for log in listed]
     bound = ties_of(machine, ties or {}, parameters)

@@ -1,8 +1,8 @@
-"""How well a fit knows its parameters, and what its logs cannot tell.    theory: docs/theory/identification/fitting.md
+"""How well a fit determines its parameters, and which it cannot.    theory: docs/theory/identification/fitting.md
 
-Residuals of a real log are no white noise: neighbours agree, since a model is wrong for some time and not for a sample.
-Their covariance is therefore estimated from sums over blocks of time that are long against the residuals' correlation
-(the sandwich estimate with clusters: Huber 1967; Liang and Zeger, Biometrika 73, 1986).
+Residuals of a real log are not white noise: neighbours are correlated, because a model error lasts longer than a
+sample. The covariance is therefore estimated from sums over blocks of time that are much longer than the correlation
+time of the residuals (the sandwich estimate with clusters: Huber 1967; Liang and Zeger, Biometrika 73, 1986).
 """
 
 from __future__ import annotations
@@ -17,40 +17,40 @@ from hydrocrane.arrays import Array
 from hydrocrane.fitting.search import Task, Weights, residuals
 from hydrocrane.signals.statistics import correlation_samples
 
-# Blocks of time in all logs together: so many where the correlation allows it, and never fewer than the second.
+# Most and least number of blocks of time in all logs together; the correlation time decides between them.
 MOST_BLOCKS, LEAST_BLOCKS = 40, 6
-# A block is so many correlation times long.
+# Length of a block in correlation times.
 BLOCK = 4.0
-# A combination of parameters is told by the data if they narrow its prior to less than this share.
-TOLD = 0.7
-# Parts of a combination below this share of the largest are left out of its sentence.
+# The data identify a combination of parameters if they reduce the deviation of its prior to less than this share.
+IDENTIFIED = 0.7
+# A component of a combination below this share of the largest is not named.
 NAMED = 0.15
-# Without a prior a combination is not told where its deviation exceeds so many scales.
+# Without a prior a combination is not identifiable if its deviation exceeds this many scales.
 UNBOUNDED = 10.0
 
 
 @dataclass(frozen=True)
 class Information:
-    """What a fit knows.
+    """Covariance of a fit and what follows from it.
 
     Attributes
     ----------
     covariance : (k, k) array
         Of all unknowns, SI.
     blocks : int
-        Blocks of time that it was estimated from.
+        Number of blocks of time that it was estimated from.
     correlation_time : float
-        Of the residuals, s, the longest of all signals and logs.
-    untold : tuple of str
-        Combinations of keys that the data do not tell, the least known first.
+        Correlation time of the residuals, s; the longest of all signals and logs.
+    not_identifiable : tuple of str
+        Combinations of keys that the data do not identify, the least known first.
     narrowed : (k,) array
-        Standard deviation after over before the fit; 0 without a prior.
+        Standard deviation after the fit over that of the prior; 0 without a prior.
     """
 
     covariance: Array
     blocks: int
     correlation_time: float
-    untold: tuple[str, ...]
+    not_identifiable: tuple[str, ...]
     narrowed: Array
 
     @property
@@ -59,7 +59,7 @@ class Information:
         return np.sqrt(np.diag(self.covariance))
 
     def factor(self, level: float) -> float:
-        """Half of an interval of this `level` in standard deviations (Student's t by the number of blocks)."""
+        """Half width of an interval of this `level`, in standard deviations (Student's t by the number of blocks)."""
         return float(student.ppf(0.5 + 0.5 * level, max(self.blocks - 1, 1)))
 
     @property
@@ -69,28 +69,30 @@ class Information:
 
 
 def information(task: Task, weights: Weights, values: Array) -> Information:
-    """What is known at the fitted `values`."""
-    rows, slopes, places = residuals(task, weights, values)
+    """The covariance at the fitted `values`."""
+    rows, derivatives, places = residuals(task, weights, values)
     scales = np.array([u.scale for u in task.unknowns])
-    told = np.array([1.0 / u.prior[1] if u.prior is not None else 0.0 for u in task.unknowns]) * scales
-    slopes = slopes * scales
+    prior_weight = np.array([1.0 / u.prior[1] if u.prior is not None else 0.0 for u in task.unknowns]) * scales
+    derivatives = derivatives * scales
     longest, labels = _blocks(task, rows, places)
     count = int(labels.max()) + 1
     sums = np.zeros((count, scales.size))
-    np.add.at(sums, labels, slopes * rows[:, None])
-    # What the weights promise is the least: few blocks may agree by chance.
-    meat = _larger(sums.T @ sums * count / max(count - 1, 1), slopes.T @ slopes)
-    bread = _inverse(slopes.T @ slopes + np.diag(told**2))
-    covariance = bread @ (meat + np.diag(told**2)) @ bread
+    np.add.at(sums, labels, derivatives * rows[:, None])
+    # Not below the covariance that the weights imply: a few blocks may agree by chance.
+    meat = _larger(sums.T @ sums * count / max(count - 1, 1), derivatives.T @ derivatives)
+    bread = _inverse(derivatives.T @ derivatives + np.diag(prior_weight**2))
+    covariance = bread @ (meat + np.diag(prior_weight**2)) @ bread
     names = [u.name for u in task.unknowns]
-    before = np.where(told > 0.0, 1.0 / np.where(told > 0.0, told, 1.0), UNBOUNDED)
+    before = np.where(prior_weight > 0.0, 1.0 / np.where(prior_weight > 0.0, prior_weight, 1.0), UNBOUNDED)
     deviations = np.sqrt(np.diag(covariance))
     return Information(
         covariance=covariance * np.outer(scales, scales),
         blocks=count,
         correlation_time=longest,
-        untold=_untold(names[: task.keys], covariance[: task.keys, : task.keys], before[: task.keys]),
-        narrowed=np.where(told > 0.0, deviations * told, 0.0),
+        not_identifiable=_not_identifiable(
+            names[: task.keys], covariance[: task.keys, : task.keys], before[: task.keys]
+        ),
+        narrowed=np.where(prior_weight > 0.0, deviations * prior_weight, 0.0),
     )
 
 
@@ -119,7 +121,7 @@ def _blocks(task: Task, rows: Array, places: Array) -> tuple[float, np.ndarray]:
 
 
 def _larger(one: Array, other: Array) -> Array:
-    """The smallest covariance that is not below either: in the axes in which `other` is the unit."""
+    """The smallest covariance that is not below either, found in the axes in which `other` is the unit matrix."""
     values, axes = np.linalg.eigh(other)
     root = axes * np.sqrt(np.maximum(values, 1e-12 * max(values[-1], 1e-300)))
     back = np.linalg.inv(root)
@@ -132,17 +134,17 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray((axes / np.maximum(values, 1e-14 * values[-1])) @ axes.T)
 
 
-def _untold(names: Sequence[str], covariance: Array, before: Array) -> tuple[str, ...]:
-    """Combinations of keys that are known no better than before; all in scales of the unknowns.
+def _not_identifiable(names: Sequence[str], covariance: Array, before: Array) -> tuple[str, ...]:
+    """Combinations of keys that the fit knows no better than the prior; all in scales of the unknowns.
 
-    The axes are those of the covariance (k, k) after the fit, each key over its standard deviation `before` (k,).
+    They are eigenvectors of the covariance (k, k) after the fit, scaled by the standard deviations `before` (k,) it.
     """
     values, axes = np.linalg.eigh(covariance / np.outer(before, before))
-    return tuple(_sentence(names, axes[:, i]) for i in np.argsort(-values) if values[i] > TOLD**2)
+    return tuple(_sentence(names, axes[:, i]) for i in np.argsort(-values) if values[i] > IDENTIFIED**2)
 
 
 def _sentence(names: Sequence[str], axis: Array) -> str:
-    """A direction in the space of the unknowns in words."""
+    """A direction in the space of the unknowns, in words."""
     order = [i for i in np.argsort(-np.abs(axis)) if abs(axis[i]) > NAMED * np.abs(axis).max()]
     if len(order) == 1:
         return f"`{names[order[0]]}` alone"

@@ -4,9 +4,9 @@
     A_1 p_1 - A_2 p_2 = F(q, q', q'') + F_f(v)
 
 with the force F that the mechanism needs (inverse dynamics over the lever arm) and the static friction map F_f. Nothing
-is integrated: a wrong valve, supply or oil does not matter. Motion and forces pass the same filter, forwards and
-backwards, before the motion is differentiated (as Gautier, Dynamic identification of robots with power model, ICRA
-1997): what it takes away is missing on both sides.
+is integrated, so errors of valve, supply or oil do not matter. Motion and forces pass the same filter, forwards and
+backwards, before the motion is differentiated (Gautier, Dynamic identification of robots with power model, ICRA 1997).
+The filter removes the same components from both sides.
 """
 
 from __future__ import annotations
@@ -27,12 +27,14 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.signals.filters import low_pass
 
 FORCE = "cylinder.{}.pressure_force"
-# A piston slower than so many standard errors of its speed, or than this (m/s), may stand still: friction is anything.
+# A piston slower than this many standard errors of its speed, or than this speed (m/s), may be at rest; its friction is
+# then indeterminate.
 CLEAR, LEAST_SPEED = 3.0, 5e-4
-# After it turns, a piston's friction comes to its static map within this way, m: bristles bend, seals roll.
+# Displacement after a reversal within which the friction of a piston reaches its static map, m: bristles bend, seals
+# roll.
 WAY = 1e-3
 LEAST_READINGS = 20
-# A filter remembers for this share of a period of its bandwidth.
+# Memory of the filter as a share of a period of its bandwidth.
 MEMORY = 0.5
 
 
@@ -59,11 +61,11 @@ class MeasuredMotion:
     machine : Machine
         With the values that are not fitted.
     inputs : tuple of SensorError
-        Zeros of the joints' sensors, zeros and spans of the pressures', among the unknowns after the keys.
+        Zeros of the joint sensors, zeros and spans of the pressure sensors; among the unknowns they follow the keys.
     pressures : dict of (m,) arrays
         Readings of the pressures by their signals, Pa.
     moves : dict of (m,) arrays of bool
-        Where a piston moves for certain, by its cylinder; elsewhere its friction is taken as zero.
+        True where a piston certainly moves, by cylinder; elsewhere its friction counts as zero.
     scales : tuple of float
         Standard deviations of keys and inputs, SI.
     """
@@ -114,7 +116,8 @@ def pressure_forces(
 
 
 def motion_of(machine: Machine, log: Log, joints: dict[str, float], bandwidth: float) -> Motion:
-    """The motion of a log by its joints' sensors below `bandwidth`, Hz; those without one stand where `joints` says."""
+    """The motion of a log by its joints' sensors below `bandwidth`, Hz; joints without a sensor have the value in
+    `joints`."""
     columns = []
     for joint, signal in zip(machine.joint_names, joint_signals(machine, log), strict=True):
         name = f"joint.{joint}.q"
@@ -133,7 +136,7 @@ def motion_of(machine: Machine, log: Log, joints: dict[str, float], bandwidth: f
 
 
 def joint_signals(machine: Machine, log: Log) -> list[str | None]:
-    """The signal that tells each joint: its own, the stroke of its cylinder, or None."""
+    """The signal that measures each joint: its own, the stroke of its cylinder, or None."""
     found: list[str | None] = []
     for j, joint in enumerate(machine.joint_names):
         own = f"joint.{joint}.q"
@@ -144,7 +147,7 @@ def joint_signals(machine: Machine, log: Log) -> list[str | None]:
 
 
 def _joint_readings(machine: Machine, log: Log, joint: str, signal: str) -> Array:
-    """Readings (m,) of a joint, rad or m; NaN where there is none."""
+    """Readings (m,) of a joint, rad or m; NaN if a reading is missing."""
     readings = np.where(log.spoilt(signal), np.nan, log[signal])
     if not signal.startswith("cylinder."):
         return readings
@@ -163,13 +166,14 @@ def _joint(log: Log, readings: Array, bandwidth: float) -> tuple[Array, Array, A
     rate = (log.time.size - 1) / float(log.time[-1] - log.time[0])
     q = _below(log.time, readings, bandwidth)
     qd = np.gradient(q, log.time)
-    # White noise below the bandwidth, once differentiated.
+    # Standard deviation of white noise below the bandwidth after one differentiation.
     error = noise_of(readings).total * 2.0 * np.pi * bandwidth * np.sqrt(2.0 * bandwidth / (3.0 * rate))
     return q, qd, np.gradient(qd, log.time), np.full(q.size, error)
 
 
 def _below(time: Array, values: Array, bandwidth: float) -> Array:
-    """A signal (m,) without what is faster than `bandwidth`, Hz, not shifted; gaps are bridged by straight lines."""
+    """A signal (m,) without components above `bandwidth`, Hz, without phase shift; gaps are filled by straight
+    lines."""
     good = np.isfinite(values)
     even = np.linspace(time[0], time[-1], time.size)
     rate = (time.size - 1) / float(time[-1] - time[0])
@@ -181,10 +185,10 @@ def measured_forces(
     machine: Machine, log: Log, motion: Motion, bandwidth: float, at_rest: bool
 ) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
     """Measured A_1 p_1 - A_2 p_2 (m,) of each cylinder with both pressures below `bandwidth`, Hz, in N; and where its
-    piston moves for certain (m,), by its name.
+    piston certainly moves (m,), by its name.
 
-    NaN where it touches an end stop and, unless `at_rest`, where it may stand still, and as long as the filter
-    remembers before and after.
+    NaN where it touches an end stop and, unless `at_rest`, where it may be at rest, and within the memory of the filter
+    before and after.
     """
     found, moves = {}, {}
     lever = machine.stroke_jacobian(motion.q)
@@ -216,7 +220,7 @@ def measured_forces(
 
 
 def force_noise(machine: Machine, log: Log, signals: Sequence[str]) -> Array:
-    """(n,) standard deviation of a force's fast noise by those of its pressures, N, before any filter."""
+    """(n,) standard deviation of a force's fast noise from those of its pressures, N, before any filter."""
     found = []
     for signal in signals:
         name = signal.split(".")[1]
@@ -236,7 +240,7 @@ def _at_an_end(machine: Machine, c: int, q: Array) -> np.ndarray:
 
 
 def _way_since_turn(time: Array, speed: Array) -> Array:
-    """(m,) m that a piston has gone since it last turned; counted from the start before its first turn."""
+    """(m,) displacement of a piston since its last reversal, m; before the first reversal, since the start."""
     way = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(speed[1:] + speed[:-1]) * np.diff(time))])
     turned = np.concatenate([[True], np.sign(speed[1:]) != np.sign(speed[:-1])])
     return way - np.maximum.accumulate(np.where(turned, way, 0.0))

@@ -1,4 +1,4 @@
-"""What a fit leaves free, and what is known of it beforehand.          theory: docs/theory/identification/fitting.md
+"""The unknowns of a fit and their priors.          theory: docs/theory/identification/fitting.md
 
 A parameter is a key of the machine file, ``friction.lift.coulomb[0]``, or an error of the sensor of a logged signal:
 ``cylinder.lift.p1.zero`` (in the signal's unit), ``.span`` (a share of the reading) or ``.delay`` (s).
@@ -21,16 +21,16 @@ from hydrocrane.errors import HydrocraneError, InputError, unknown
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.machine.machine import Machine
 
-# Standard deviation of a value's prior as a share of it, by where the machine file has the value from.
+# Standard deviation of a value's prior as a share of the value, by its provenance class in the machine file.
 SHARES = {"measured": 0.02, "setting": 0.05, "fitted": 0.1, "literature": 0.2, "assumed": 1.0}
-# How far a key is tried beforehand, in standard deviations, and how finely the end of its values is found.
+# Range in which the bounds of a key are searched, in standard deviations, and the resolution of the search.
 FARTHEST, HALVINGS = 10.0, 30
-# Of a value that was given in the call: a guess.
+# The same for a value that was given in the call, which is a guess.
 GUESSED = 1.0
-# Standard deviations of a data sheet's accuracy, taken as a bound within which errors are evenly likely: half of it at
-# zero, the other half by the span (docs/theory/sensor/analogue.md).
+# Standard deviations of a data sheet's accuracy, taken as the bound of a uniform distribution: half of it at zero, the
+# other half by the span (docs/theory/sensor/analogue.md).
 ZERO_SHARE, SPAN_SHARE = 1 / np.sqrt(6.0), 1 / np.sqrt(3.0)
-# A delay whose prior nobody states, and the most it may be, s.
+# Default standard deviation of a delay, and its bound, s.
 DELAY, LONGEST_DELAY = 0.02, 0.5
 ERRORS = ("zero", "span", "delay")
 
@@ -43,8 +43,7 @@ Priors: TypeAlias = "Mapping[str, Prior]"
 class SensorError:
     """An error of the sensor of a signal: ``reading = (1 + span) signal(t - delay) + zero``.
 
-    The kind ``start`` is the error of the place that a run starts from, which was read from a log: a zero of that `log`
-    alone.
+    The kind ``start`` is the error of the start value that was read from a log: a zero of that `log` alone.
     """
 
     signal: str
@@ -57,13 +56,13 @@ class SensorError:
 
 
 def sensor_error(name: str, signals: Sequence[str]) -> SensorError | None:
-    """The sensor's error of that name; None where it is a key of the machine file."""
+    """The sensor error of that name; None if it is a key of the machine file."""
     signal, _, kind = name.rpartition(".")
     return SensorError(signal, kind) if kind in ERRORS and signal in signals else None
 
 
 def key_value(machine: Machine, key: str) -> float:
-    """Value of a key, or of one of a pair there, SI."""
+    """Value of a key, or one value of a pair, SI."""
     path, _, element = key.partition("[")
     values = np.atleast_1d(real_array(machine.value(path).si, path))
     if element not in ("", "0]", "1]") or (element and values.size < 2):
@@ -78,8 +77,8 @@ def key_value(machine: Machine, key: str) -> float:
 def unknown_key(machine: Machine, key: str, priors: Priors, alone: bool, along: Mapping[str, float]) -> Unknown:
     """A key of the machine file as an unknown, with a prior by the provenance of its value unless one is given.
 
-    It may go as far as the file allows; where it is not `alone`, as another unknown of its table may move that end, as
-    far as its sign allows. `along` are keys that move with it, by their ratio to it.
+    Its bounds are those of the file. If it is not `alone`, another unknown of its table may move these bounds, and only
+    its sign bounds it. `along` are keys that change with it, by their ratio to it.
     """
     path = key.partition("[")[0]
     value, known = key_value(machine, key), machine.value(path)
@@ -89,7 +88,7 @@ def unknown_key(machine: Machine, key: str, priors: Priors, alone: bool, along: 
     deviation = share * (abs(value) if values.size < 2 or signed(path) is False else float(np.linalg.norm(values)))
     if key not in priors and deviation == 0.0:
         raise InputError(
-            f"`{key}` is zero, so nothing says how far it may be off; give its standard deviation with "
+            f"`{key}` is zero, so a relative prior is impossible; give its standard deviation with "
             f"priors={{{key!r}: ...}} in {known.unit or 'its unit'}"
         )
     prior = _prior(key, value, priors.get(key, deviation))
@@ -104,7 +103,7 @@ def unknown_key(machine: Machine, key: str, priors: Priors, alone: bool, along: 
 
 
 def _end(machine: Machine, together: Mapping[str, float], start: float, far: float) -> float:
-    """Where a value, times each key's ratio, ends on the way from `start` to `far`; infinity where `far` is allowed."""
+    """Bound of a value, times each key's ratio, between `start` and `far`; infinity if `far` is allowed."""
     if _allowed(machine, together, far):
         return float(np.copysign(np.inf, far - start))
     good = start
@@ -123,7 +122,7 @@ def _allowed(machine: Machine, together: Mapping[str, float], value: float) -> b
 
 
 def unknown_error(machine: Machine, error: SensorError, spread: float, priors: Priors) -> Unknown:
-    """A sensor's error as an unknown; `spread` is how far the signal varies, in its unit."""
+    """A sensor error as an unknown; `spread` is the range of the signal, in its unit."""
     deviation = _stated_error(machine, error)
     if error.kind == "delay":
         deviation = DELAY
@@ -136,7 +135,7 @@ def unknown_error(machine: Machine, error: SensorError, spread: float, priors: P
 
 
 def unknown_start(signal: str, log: int, deviation: float) -> tuple[SensorError, Unknown]:
-    """The error of a start that was read within this standard deviation."""
+    """The error of a start value that was read with this standard deviation."""
     error = SensorError(signal, "start", log)
     return error, Unknown(error.name, 0.0, deviation, (0.0, deviation))
 
@@ -152,7 +151,7 @@ def stated_errors(machine: Machine, signals: Sequence[str]) -> list[SensorError]
 
 
 def check_names(names: Sequence[str], priors: Priors) -> None:
-    """Refuse parameters named twice, and priors of what is not fitted."""
+    """Refuse parameters named twice, and priors of parameters that are not fitted."""
     if isinstance(names, str) or not names or not all(isinstance(name, str) for name in names):
         raise InputError(f'parameters must be a list of keys, such as ["payload.mass"]; got {names!r}')
     for name in names:

@@ -1,4 +1,4 @@
-"""Whether a log can be of the machine at all, before anything is fitted."""
+"""Checks before a fit whether a log can come from the machine."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import numpy as np
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
 
-# Poses of a log that are looked at.
+# Number of poses of a log that are checked.
 POSES = 50
-# The load may be this much more than the file's, kg.
+# Largest load in excess of that of the file, kg.
 MORE = 300.0
-# Forces differ clearly beyond this share of what the supply pressure gives.
+# Difference of forces that counts as clear, as a share of the force at supply pressure.
 CLEAR = 0.1
 
 
 def swapped_pressures(machine: Machine, log: Log) -> list[str]:
-    """Cylinders whose pressures carry the crane if they are exchanged, and not as they are.
+    """Cylinders whose pressures carry the crane only if p1 and p2 are exchanged.
 
-    Needed is the static force along the log's poses for any load from none to :data:`MORE` above the file's.
+    The required static force is that along the log's poses for any load from zero to :data:`MORE` above that of the
+    file.
     """
     names = [f"joint.{j}.q" for j in machine.joint_names]
     if not all(name in log for name in names):
@@ -42,7 +43,7 @@ def swapped_pressures(machine: Machine, log: Log) -> list[str]:
         ]
         if outside[0] > CLEAR * piston * machine.supply_pressure and outside[1] < 0.2 * outside[0]:
             found.append(
-                f"{log.source}: the pressures of `{name}` do not carry the crane by {outside[0]:.3g} N, and would if "
+                f"{log.source}: the pressures of `{name}` do not carry the crane by {outside[0]:.3g} N, but would if "
                 f"`{signals[0]}` and `{signals[1]}` were exchanged: are the columns swapped?"
             )
     return found

@@ -1,4 +1,4 @@
-"""What a model says about a log, and what sensors make of it."""
+"""Prediction of a log by a model and by the errors of the sensors."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from hydrocrane.arrays import Array
 from hydrocrane.fitting.parameters import SensorError
 from hydrocrane.fitting.records import Record
 
-# Half of a central difference, in standard deviations of a parameter: of smooth functions.
+# Half step of a central difference for smooth functions, in standard deviations of a parameter.
 DIFFERENCE = 1e-2
 
 
 class LogModel(Protocol):
-    """A model of one log, with values of the unknowns that are its own."""
+    """A model of one log, as a function of its own unknowns."""
 
     @property
     def record(self) -> Record: ...
@@ -77,7 +77,7 @@ def by_differences(
 ) -> tuple[Array, Array]:
     """A function's value (m, n) and its derivatives (m, n, k) by central differences over a `share` of `scales` (k,).
 
-    Where one side cannot be evaluated, the difference is taken to the other.
+    If one side cannot be evaluated, the difference is one-sided.
     """
     y = function(values)
     slopes = np.zeros((*y.shape, values.size))

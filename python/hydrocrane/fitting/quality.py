@@ -1,4 +1,4 @@
-"""How well a fitted model follows a signal."""
+"""Agreement of a fitted model with a signal."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 
 @dataclass(frozen=True)
 class SignalQuality:
-    """How well the fitted model follows a signal of a log.
+    """Agreement of the fitted model with a signal of a log.
 
     Attributes
     ----------
     log, signal, unit : str
     rms, held_out : float
-        Root mean square of the residuals that were fitted, and of those held out (NaN without any), in `unit`.
+        Root mean square of the fitted residuals, and of the held-out ones (NaN without any), in `unit`.
     span : float
         Range of the readings, in `unit`.
     noise : float
         Standard deviation of the signal's fast noise, in `unit`.
     outliers : float
-        Share of the readings that were weighed down.
+        Share of the readings with a reduced weight.
     """
 
     log: str

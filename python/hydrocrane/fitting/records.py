@@ -1,4 +1,4 @@
-"""Logs made ready for a fit: readings of signals by the names of the model, what is left out, what is held out."""
+"""Logs prepared for a fit: readings by the names of the model's signals, excluded and held-out samples."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from hydrocrane.logs import Log, noise_of, read_log
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.mapping import LogMapping
 
-# Most samples of a log that are compared; of a longer one every so-many-th is.
+# Most samples of a log that are compared; a longer log is decimated.
 MOST_SAMPLES = 6000
 LEAST_SAMPLES = 10
-# A start is read to this share of the signal's range, where the log has the samples for it.
+# Wanted standard error of a start value, as a share of the signal's range.
 AT_START = 1e-4
-# The last share of each log, or from when to when, s of the log's clock.
+# The last share of each log, or (from, to), s of the log's clock.
 HoldOut: TypeAlias = "float | tuple[float, float] | None"
 
 
 @dataclass(frozen=True)
 class Record:
-    """What of a log is fitted.
+    """The part of a log that is fitted.
 
     Attributes
     ----------
@@ -35,20 +35,20 @@ class Record:
     time : (m,) array
         s from the start of the window.
     begin : float
-        The log's clock at that start, s.
+        Time of that start on the log's clock, s.
     signals : tuple of str
     readings : (m, n) array
-        SI; NaN where nothing usable was read.
+        SI; NaN where there is no usable reading.
     noise : (n,) array
         Standard deviation of one reading's fast noise and rounding.
     held_out : (m,) array of bool
     log : Log
         The window of the log, all samples.
     every : int
-        Of these samples every so-many-th is a row of the record.
+        Decimation: every `every`-th sample is a row of the record.
     notes : tuple of str
     unmodelled : (m, n) array or float
-        Standard deviation of what the model leaves out by its nature, such as friction at rest, SI.
+        Standard deviation of effects that the model cannot describe, such as friction at rest, SI.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Record:
 
     @property
     def used(self) -> np.ndarray:
-        """(m, n) True where a reading takes part in the fit."""
+        """(m, n) True where a reading is fitted."""
         return np.asarray(np.isfinite(self.readings) & ~self.held_out[:, None])
 
     @property
@@ -81,7 +81,7 @@ def opened(log: LogLike, mapping: LogMapping | None) -> Log:
 
 
 def window_of(log: Log, window: tuple[float, float] | None) -> Log:
-    """The part of a log that is looked at."""
+    """The part of a log that is used."""
     if window is None:
         return log
     start, end = _stretch("window", window)
@@ -91,7 +91,7 @@ def window_of(log: Log, window: tuple[float, float] | None) -> Log:
 def record_of(
     log: Log, signals: Sequence[str], units: Mapping[str, str], hold_out: HoldOut, values: Mapping[str, Array]
 ) -> Record:
-    """The record of the `signals` of a log, whose model has these `units`; `values` stand in for columns."""
+    """The record of the `signals` of a log, whose model has these `units`; `values` replace columns."""
     notes = [str(flag) for flag in log.flags]
     every = max(-(-log.time.size // MOST_SAMPLES), 1)
     if every > 1:
@@ -116,7 +116,7 @@ def record_of(
 def chosen_signals(
     log: Log, asked: Sequence[str] | None, known: Mapping[str, str], also: Sequence[str] = ()
 ) -> list[str]:
-    """Names of what is fitted: those asked for, or all that both the log and the model have and that change."""
+    """Names of the fitted signals: the requested ones, or all that both the log and the model have and that change."""
     there = [*map(str, log.data.data_vars), *also]
     if asked is None:
         found = [name for name in known if name in there and (name in also or _changes(log, name))]
@@ -145,7 +145,7 @@ class Start:
 
 
 def at_start(log: Log, name: str, longest: float) -> Start:
-    """A signal at the start: a line through as many samples as its noise asks for, at most `longest` s of them."""
+    """A signal at the start: from a line through as many samples as its noise requires, at most `longest` s."""
     values = log[name]
     span = float(np.nanmax(values) - np.nanmin(values)) if np.isfinite(values).any() else 0.0
     noise = noise_of(values).total
@@ -158,13 +158,13 @@ def at_start(log: Log, name: str, longest: float) -> Start:
         raise InputError(f"{log.source}: `{name}` has no readings in its first {longest:g} s; begin later with window=")
     if good.sum() < 3:
         return Start(float(first[good][0]), noise)
-    # The end of a line is twice as uncertain as the mean of its samples.
+    # The end of a regression line has twice the standard error of the mean.
     line = np.polynomial.polynomial.polyfit(time[good], first[good], 1)
     return Start(float(line[0]), 2.0 * noise / float(np.sqrt(good.sum())))
 
 
 def _changes(log: Log, name: str) -> bool:
-    """Whether a column holds more than one value."""
+    """Whether a column has more than one value."""
     values = log[name][np.isfinite(log[name])]
     return values.size > 0 and float(np.ptp(values)) > 0.0
 

@@ -1,4 +1,4 @@
-"""Result of a fit: values with intervals, how well the model follows the logs, and what the logs cannot identify."""
+"""Result of a fit: values with intervals, agreement of model and logs, and combinations that are not identifiable."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class Fit:
     @property
     def cannot_tell(self) -> tuple[str, ...]:
         """Combinations of parameters that the logs identify no better than the priors."""
-        return self.information.untold
+        return self.information.not_identifiable
 
     @cached_property
     def machine(self) -> Machine:
@@ -150,7 +150,7 @@ class Fit:
 
     @cached_property
     def quality(self) -> tuple[SignalQuality, ...]:
-        """How well each signal of each log is followed."""
+        """Agreement of the model with each signal of each log."""
         rows = []
         for model, (y, _), outliers in zip(self.task.models, self._read, self.found.weights.outliers, strict=True):
             record = model.record

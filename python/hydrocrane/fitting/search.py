@@ -1,12 +1,14 @@
-"""The search of a fit: least squares whose weights follow from the residuals, from one start or from many.
+"""The search of a fit: least squares with weights from the residuals, from one or several starts.
                                                               theory: docs/theory/identification/fitting.md
 
 With residuals r of the signals, each over its standard deviation, the fit minimises sum w r^2 and the priors' terms.
-A crane swings on its oil, and a swing of the wrong frequency falls out of step: the squares of its residuals have many
-minima. Means over stretches of time have few, so the first searches compare means over long stretches, then over short.
+A crane oscillates on its oil column. If the model has another frequency, the phase error grows and the sum of squares
+has many minima. Means over intervals of time have few, so the first searches compare means over long, then over short
+intervals.
 
-No standard deviation is known beforehand: a model is never as good as the sensors. That of a signal is the larger of
-its noise and of what the residuals of the last pass show; weights w are Huber's. Both are found anew until they stay.
+The standard deviations are not known in advance, because model errors exceed those of the sensors. That of a signal is
+the larger one of its noise and of the residuals of the last pass; weights w are Huber's. Both are iterated to
+convergence.
 """
 
 from __future__ import annotations
@@ -27,37 +29,37 @@ from hydrocrane.identification.output_error import fit as output_error_fit
 from hydrocrane.logs.checks import runs
 from hydrocrane.signals.statistics import correlation_samples
 
-# As an executor's ``map``: a function over sequences of arguments.
+# Like the ``map`` of an executor: a function and sequences of arguments.
 RunAll: TypeAlias = "Callable[..., Iterable[Estimate | None]]"
-# Residuals beyond so many standard deviations count by their size, not by its square (Huber 1964).
+# Residuals above this many standard deviations count linearly and not by their square (Huber 1964).
 HUBER = 2.5
-# Standard deviation of a normal sample by its median absolute value.
+# Standard deviation of a normal sample over its median absolute value.
 BY_MEDIAN = 1.4826
-# Stretches of time whose means the first searches compare, s.
+# Intervals of the means in the first searches, s.
 STRETCHES = (1.0, 0.2)
-# At first a signal's standard deviation is taken as this share of its range.
+# Initial standard deviation of a signal, as a share of its range.
 FIRST_SHARE = 0.05
-# Relative change of cost or unknowns at which a search stops whose weights are not the last.
+# Relative change of cost or unknowns at which a search stops if its weights are not final.
 ROUGHLY = 1e-3
-# Passes at most, and the relative change of the standard deviations at which they end.
+# Most passes, and the relative change of the standard deviations at convergence.
 PASSES, SETTLED = 8, 0.02
-# Of other starts: spread in standard deviations of the priors.
+# Spread of further starts, in standard deviations of the priors.
 SPREAD = 1.0
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is fitted to what.
+    """A fit: unknowns, models and logs.
 
     Attributes
     ----------
     unknowns : tuple of Unknown
         Keys of the machine, inputs' zeros, then errors of the sensors.
     models : tuple of LogModel
-        One of each log.
+        One per log.
     reading : Reading
     own, keys : int
-        How many unknowns are the models', the rest are the reading's; and how many are keys of the machine file.
+        Number of unknowns of the models (the others belong to the reading), and number of keys of the machine file.
     robust : bool
     """
 
@@ -84,17 +86,17 @@ class Task:
 
 @dataclass(frozen=True)
 class Weights:
-    """What a residual counts.
+    """Weights of the residuals.
 
     Attributes
     ----------
     deviations : dict of float
         Standard deviation of each signal, SI.
     roots : tuple of (m, n) arrays
-        Square root of each reading's weight, log by log. Neighbours that agree share one weight: Huber's weight is
-        divided by the correlation time of the signal's residuals in samples.
+        Square root of each reading's weight, by log. Correlated neighbours share one weight: Huber's weight is divided
+        by the correlation time of the signal's residuals in samples.
     outliers : tuple of (m, n) arrays of bool
-        Readings that Huber's weight takes down.
+        Readings whose weight Huber's function reduces.
     """
 
     deviations: dict[str, float]
@@ -104,7 +106,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found.
+    """Result of a search.
 
     Attributes
     ----------
@@ -113,7 +115,7 @@ class Found:
         Of the last pass.
     passes : int
     costs : tuple of float
-        Sum of squares that each start ended at, the best first.
+        Final sum of squares of each start, the best first.
     """
 
     estimate: Estimate
@@ -123,7 +125,7 @@ class Found:
 
 
 def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable[[str], None]) -> Found:
-    """The best of several starts, with weights that follow from its residuals."""
+    """The best of several starts, with weights from its residuals."""
     first = first_weights(task)
     rng = np.random.default_rng(seed)
     others = [tuple(_drawn(unknown, rng) for unknown in task.unknowns) for _ in range(starts - 1)]
@@ -145,7 +147,7 @@ def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable
 
 
 def first_weights(task: Task) -> Weights:
-    """Signals by their range, all readings alike."""
+    """Initial weights: signals by their range, equal for all readings of a signal."""
     deviations = {}
     for signal in task.signals:
         columns = [readings(model, signal) for model in task.models if signal in model.record.signals]
@@ -156,7 +158,7 @@ def first_weights(task: Task) -> Weights:
 
 
 def next_weights(task: Task, values: Array, before: Weights) -> Weights:
-    """Weights by the residuals at `values`."""
+    """Weights from the residuals at `values`."""
     records = [model.record for model in task.models]
     differences = [y - record.readings for record, (y, _) in zip(records, task.read(values), strict=True)]
     deviations, shares = {}, {}
@@ -181,12 +183,13 @@ def next_weights(task: Task, values: Array, before: Weights) -> Weights:
 
 
 def _modelled(record: Record) -> np.ndarray:
-    """(m, n) True where a reading takes part in the fit and the model leaves nothing out."""
+    """(m, n) True where a reading is fitted and the model describes it."""
     return np.asarray(record.used & (_rests(record) == 0))
 
 
 def _rests(record: Record) -> np.ndarray:
-    """(m, n) in how many readings on end the model leaves something out, the same in all of them; 0 where in none."""
+    """(m, n) number of readings in a contiguous stretch that the model does not describe, for all of its readings; else
+    0."""
     missing = np.broadcast_to(record.unmodelled, record.used.shape) > 0.0
     lengths = np.zeros(missing.shape, dtype=int)
     for k, column in enumerate(missing.T):
@@ -196,7 +199,8 @@ def _rests(record: Record) -> np.ndarray:
 
 
 def means(task: Task, weights: Weights, values: Array, stretch: float) -> tuple[Array, Array]:
-    """Weighted residuals and their derivatives, means over stretches of time (s) times the root of their number."""
+    """Weighted residuals and their derivatives: means over intervals of time (s) times the root of the number of
+    readings."""
     rows, slopes = [], []
     for i, (model, (y, by)) in enumerate(zip(task.models, task.read(values), strict=True)):
         record, scale = model.record, weights.roots[i] / _deviations(model.record, weights)
@@ -226,7 +230,7 @@ def residuals(task: Task, weights: Weights, values: Array) -> tuple[Array, Array
 
 
 def readings(model: LogModel, signal: str) -> Array:
-    """A signal's readings that take part in the fit (r,)."""
+    """The fitted readings of a signal (r,)."""
     column = model.record.signals.index(signal)
     return model.record.readings[model.record.used[:, column], column]
 
@@ -238,13 +242,13 @@ def _deviations(record: Record, weights: Weights) -> Array:
 
 
 def _noise(task: Task, signal: str) -> float:
-    """Fast noise of a signal, of the quietest log that has it."""
+    """Fast noise of a signal in the log with the least noise."""
     logs = [m.record for m in task.models if signal in m.record.signals]
     return min(float(record.noise[record.signals.index(signal)]) for record in logs)
 
 
 def _one_pass(task: Task, weights: Weights, given: bool) -> Estimate | None:
-    """A search with weights that stay; None where a start that was drawn, and not `given`, cannot be run."""
+    """A search with constant weights; None if a random start, one that is not `given`, cannot be run."""
     try:
         for stretch in STRETCHES:
             coarse = output_error_fit(task.unknowns, partial(means, task, weights, stretch=stretch), tolerance=ROUGHLY)
@@ -266,7 +270,7 @@ def _fitted(task: Task, weights: Weights, tolerance: float) -> Estimate:
 
 
 def _drawn(unknown: Unknown, rng: np.random.Generator) -> Unknown:
-    """Another start: positive quantities by their logarithm, the others by their value."""
+    """A random start: positive quantities are drawn by their logarithm, the others by their value."""
     low, high = unknown.bounds
     draw = float(rng.standard_normal())
     if low == 0.0 and unknown.start > 0.0:

@@ -1,4 +1,4 @@
-"""From what a caller says to unknowns and models of logs."""
+"""From the arguments of a fit to its unknowns and models."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.supply import MAINS, SUPPLY
 
-# Stands for a piston about to move, m/s: friction is at its largest there.
+# Speed of a piston about to move, m/s, where friction is largest.
 SLOW = 1e-3
 
 
 @dataclass(frozen=True)
 class Setup:
-    """The arguments of a fit, checked one by one as they are used."""
+    """The arguments of a fit; each is checked when it is used."""
 
     plan: Scenario
     machine: Machine
@@ -59,7 +59,7 @@ class Setup:
     ties: tuple[Tie, ...] = ()
 
     def simulated(self, windows: Sequence[Log]) -> tuple[Task, list[str]]:
-        """Logs whose motion follows from commands, and what was noticed in them."""
+        """Models of logs whose motion follows from commands, and notes."""
         units = modelled_signals(self.machine)
         if self.plan.supply is not None:
             units.pop(MAINS)
@@ -95,16 +95,18 @@ class Setup:
         return self._task(keys, len(keys), models, errors, records), [note for note in notes if note]
 
     def measured(self, windows: Sequence[Log]) -> tuple[Task, list[str]]:
-        """Logs whose motion is measured, and what was noticed in them."""
+        """Models of logs with measured motion, and notes."""
         records, motions, notes = [], [], []
         for log in windows:
             motion = motion_of(self.machine, log, dict(self.plan.joints), self.bandwidth)
             forces, moves = measured_forces(self.machine, log, motion, self.bandwidth, self.at_rest)
             idle = [name for name, force in forces.items() if np.isfinite(force).sum() < LEAST_SAMPLES]
-            notes += [f"{log.source}: `{name}` is not compared: its piston never moves for certain" for name in idle]
+            notes += [f"{log.source}: `{name}` is not compared: its piston may be at rest throughout" for name in idle]
             forces = {name: force for name, force in forces.items() if name not in idle}
             if not forces:
-                raise InputError(f"{log.source}: no piston moves for certain; compare them at rest with at_rest=True")
+                raise InputError(
+                    f"{log.source}: all pistons may be at rest throughout; compare them at rest with at_rest=True"
+                )
             units = dict.fromkeys(forces, "N")
             records.append(self._record(log, chosen_signals(log, self.signals, units, list(forces)), units, forces))
             records[-1] = replace(records[-1], noise=force_noise(self.machine, log, records[-1].signals))
@@ -137,7 +139,7 @@ class Setup:
         return self._task(own, len(keys), models, self._errors(_signals(records), records), records), notes
 
     def _with_ties(self, keys: Sequence[Unknown]) -> tuple[tuple[str, ...], tuple[float, ...]]:
-        """Names and scales of the keys and of those tied to them."""
+        """Names and scales of the keys and of the tied keys."""
         scales = {unknown.name: unknown.scale for unknown in keys}
         scales |= {tie.key: abs(tie.ratio) * scales[tie.leader] for tie in self.ties}
         return tuple(scales), tuple(scales.values())
@@ -146,7 +148,8 @@ class Setup:
         return tied(model, self.ties, [unknown.name for unknown in keys], others)
 
     def _friction_at_rest(self, record: Record, moves: dict[str, np.ndarray]) -> np.ndarray:
-        """Standard deviation (m, n) of the friction of pistons that may stand still, N: evenly likely to break-away."""
+        """Standard deviation (m, n) of the friction of pistons that may be at rest, N: uniform up to the break-away
+        force."""
         columns = []
         for signal in record.signals:
             name = signal.split(".")[1]
@@ -165,7 +168,7 @@ class Setup:
         return record
 
     def _named(self, signals: Sequence[str]) -> list[SensorError | None]:
-        """For each parameter the error of a sensor of these signals that it is."""
+        """The sensor error behind each parameter that names one of these signals."""
         return [sensor_error(name, signals) for name in self.parameters]
 
     def _keys(self, signals: Sequence[str], inputs: Sequence[str]) -> list[Unknown]:
@@ -182,7 +185,7 @@ class Setup:
         ]
 
     def _errors(self, signals: Sequence[str], records: Sequence[Record]) -> list[tuple[SensorError, Unknown]]:
-        """Errors of the signals' sensors: those named, and those that the machine file bounds."""
+        """Sensor errors of the signals: the named ones, and those bounded by the machine file."""
         errors = [e for e in self._named(signals) if e is not None]
         if self.sensor_errors:
             errors += [e for e in stated_errors(self.machine, signals) if e not in errors]
@@ -210,7 +213,7 @@ def _signals(records: Sequence[Record]) -> list[str]:
 
 
 def _spread(records: Sequence[Record], name: str) -> float:
-    """How far a signal varies in any log, in its unit."""
+    """Largest range of a signal in a log, in its unit."""
     columns = [
         record.readings[:, record.signals.index(name)] if name in record.signals else record.log[name]
         for record in records
@@ -220,7 +223,7 @@ def _spread(records: Sequence[Record], name: str) -> float:
 
 
 def _at_rest(log: Log, moves: dict[str, np.ndarray], compared: bool) -> str:
-    """How often pistons may stand still, and what that means."""
+    """Note on the share of samples in which pistons may be at rest."""
     shares = ", ".join(f"`{name}` in {1.0 - float(moving.mean()):.0%}" for name, moving in moves.items())
     then = "compared without friction, which may be anything up to the break-away force" if compared else "left out"
-    return f"{log.source}: pistons may stand still, {shares} of the samples; these are {then}"
+    return f"{log.source}: pistons may be at rest in {shares} of the samples; these are {then}"

@@ -22,21 +22,21 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.supply import MAINS, SUPPLY, SUPPLY_SIGNALS, SupplyPressure
 from hydrocrane.simulation.running import simulate
 
-# Half of a difference between runs with a sampled controller, in standard deviations of a parameter: what it decides at
-# thresholds makes its runs rough functions of everything.
+# Half step of a difference between runs with a sampled controller, in standard deviations of a parameter. It is large
+# because decisions at thresholds make these runs non-smooth functions of the parameters.
 SAMPLED = 0.1
-# Least and most time at the start of a log over which its pose and pressures are read, s.
+# Least and most time at the start of a log for the reading of pose and pressures, s.
 START = (0.1, 2.0)
 
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """A run by spool commands.
+    """A run with spool commands.
 
     Parameters
     ----------
     plan : Scenario
-        As :func:`replayed` gives it.
+        As from :func:`replayed`.
     keys : tuple of str
     """
 
@@ -46,9 +46,9 @@ class OpenLoop:
 
     @cached_property
     def _experiment(self) -> Experiment:
-        # A search needs its derivatives to a per mille: the states alone choose the steps.
+        # A search needs derivatives to one per mille only, so the step size control uses the states alone.
         return Experiment(
-            self.plan, self.keys, signals=self.record.signals, times=self.record.time, resolve_slopes=False
+            self.plan, self.keys, signals=self.record.signals, times=self.record.time, resolve_sensitivities=False
         )
 
     def __getstate__(self) -> dict[str, object]:
@@ -58,12 +58,12 @@ class OpenLoop:
         found = solve(self._experiment, values)
         if found.times.size < self.record.time.size:
             raise _broken_off(self.record, found.outcome.kind, found.outcome.time, found.outcome.message)
-        return found.y, found.slopes
+        return found.y, found.sensitivities
 
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """A run with a controller, whose derivatives are differences between whole runs.
+    """A run with a controller; its derivatives are differences between runs.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class ClosedLoop:
 
 @dataclass(frozen=True)
 class Replay:
-    """A scenario over the time of a log, and standard errors of where its joints start by the log, SI."""
+    """A scenario over the time of a log, and standard errors of the start values of its joints, SI."""
 
     plan: Scenario
     errors: dict[str, float]
@@ -107,8 +107,9 @@ class Replay:
 def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> Replay:
     """The scenario over the time of a log, with the log's spool commands, pose and pressures at its start.
 
-    Spool commands are columns ``cylinder.<name>.command``; without any the scenario's own hold, and the log's clock is
-    the scenario's. A measured supply pressure is the column ``supply.pressure``, or ``mains.p`` as runs are saved with.
+    Spool commands are columns ``cylinder.<name>.command``; without these columns the scenario's own commands are used,
+    and the log's clock is the scenario's. A measured supply pressure is the column ``supply.pressure``, or ``mains.p``
+    as in saved runs.
     """
     begin = float(log.time[0])
     changes: Changes = {"duration": float(log.time[-1]) - begin}
@@ -120,7 +121,7 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
         )
     if begin > 0.0 and plan.closed_loop:
         raise InputError(
-            f"{log.source} begins at {begin:g} s; a controller has a memory, so its run begins at 0 s: omit window"
+            f"{log.source} begins at {begin:g} s; a controller has internal states, so its run begins at 0: omit window"
         )
     if logged:
         changes["commands"] = {c: _command(log, c, begin, interpolation) for c in logged}
@@ -148,7 +149,7 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
 
 
 def _still(plan: Scenario, machine: Machine) -> float:
-    """For how long nothing is commanded at the start of a run, s, within :data:`START`."""
+    """Time without a command at the start of a run, s, within :data:`START`."""
     if plan.closed_loop:
         return START[0]
     times, spools, _ = plan.command_grid(machine)
@@ -159,12 +160,12 @@ def _still(plan: Scenario, machine: Machine) -> float:
 
 
 def starts_doubtfully(plan: Scenario, log: Log) -> list[str]:
-    """What makes the start of the run over a log doubtful, its supply pressure too."""
+    """Warnings on the start of the run over a log, including its supply pressure."""
     return [f"{log.source}: {doubt.text}; {doubt.cure}" for doubt in plan.start(plan.load_machine())[1]]
 
 
 def starts_moving(machine: Machine, log: Log) -> str:
-    """What is wrong where a log begins in motion; empty where it begins at rest."""
+    """Warning if a log begins in motion; empty if it begins at rest."""
     span = min(0.5, 0.2 * float(log.time[-1] - log.time[0]))
     early = log.time <= log.time[0] + span
     for joint in machine.joint_names:
@@ -177,14 +178,14 @@ def starts_moving(machine: Machine, log: Log) -> str:
         travel = float(np.nanmax(log[name]) - np.nanmin(log[name]))
         if abs(slope) * span > max(0.02 * travel, 5.0 * noise_of(values).total) and travel > 0.0:
             return (
-                f"{log.source} begins in motion (`{name}` changes by {slope:.3g} per s), the run at rest; begin the "
-                "window where the crane is at rest, window=(from, to)"
+                f"{log.source} begins in motion (`{name}` changes by {slope:.3g} per s), but the run begins at rest; "
+                "begin the window where the crane is at rest, window=(from, to)"
             )
     return ""
 
 
 def _check_unit(log: Log, name: str, unit: str) -> None:
-    """Refuse a column in another unit than the one that the model replays it in."""
+    """Refuse a column whose unit differs from that of the replayed signal."""
     stated = str(log.data[name].attrs.get("units", ""))
     if stated not in ("", unit):
         cure = 'state what one of its numbers means in a mapping, unit = "0.5 mm"' if unit == "m" else "state its unit"
@@ -201,11 +202,11 @@ def _command(log: Log, cylinder: str, begin: float, interpolation: str) -> Comma
 
 
 def _supply(log: Log, machine: Machine, begin: float, interpolation: str) -> SupplyPressure | None:
-    """The measured pressure of the supply, of a machine whose pressure follows from no pump."""
+    """The measured supply pressure, for a machine without a pump model."""
     pumped = "mains.volume" in machine.keys
     if pumped and SUPPLY in log:
         raise InputError(
-            f"{log.source} has `{SUPPLY}` to be replayed, and the supply pressure of the machine follows from its "
+            f"{log.source} has `{SUPPLY}` to be replayed, but the supply pressure of the machine follows from its "
             f"pump; map the column to `{MAINS}` to compare the two, or leave it out of the mapping"
         )
     name = next((signal for signal in SUPPLY_SIGNALS if signal in log and not pumped), None)
@@ -224,7 +225,7 @@ def _later_supply(supply: SupplyPressure | None, begin: float) -> SupplyPressure
 
 
 def _later(command: Command, begin: float) -> Command:
-    """What of a command comes after `begin`, s."""
+    """The part of a command after `begin`, s."""
     after = command.time > begin
     now = command.at(np.array([begin]))
     return Command([0.0, *(command.time[after] - begin)], [*now, *command.spool[after]], command.interpolation)

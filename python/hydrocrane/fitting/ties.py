@@ -1,6 +1,7 @@
-"""Values of the machine file that move in proportion to fitted ones.      theory: docs/theory/identification/fitting.md
+"""Values of the machine file that change in proportion to fitted ones.      theory:
+docs/theory/identification/fitting.md
 
-Break-away friction is the usual case: a fit of the Coulomb force alone leaves it where it was.
+Break-away friction is the usual case: a fit of the Coulomb force alone does not change it.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from hydrocrane.fitting.prediction import LogModel
 from hydrocrane.fitting.records import Record
 from hydrocrane.machine.machine import Machine
 
-# By the key that moves along, the parameter that it is held in proportion to.
+# The leading parameter of each tied key.
 Ties: TypeAlias = Mapping[str, str]
-# Break-away over Coulomb friction may change by this share before it is told.
+# Change of the ratio of break-away to Coulomb friction above which a warning is given.
 SHIFT = 0.1
 
 
@@ -34,7 +35,7 @@ class Tie:
 
 
 def ties_of(machine: Machine, ties: Ties, parameters: Sequence[str]) -> tuple[Tie, ...]:
-    """The ties between keys of a machine, in the proportion that they have there."""
+    """The ties between keys of a machine, with the ratios of its file."""
     if not isinstance(ties, Mapping) or not all(isinstance(name, str) for pair in ties.items() for name in pair):
         raise InputError(
             f'ties are pairs of keys, such as {{"friction.lift.breakaway": "friction.lift.coulomb"}}; got {ties!r}'
@@ -62,7 +63,7 @@ def _overlap(one: str, other: str) -> bool:
 
 @dataclass(frozen=True)
 class TiedModel:
-    """A model whose keys are those of the fit and those tied to them.
+    """A model whose keys are those of the fit and the tied ones.
 
     Parameters
     ----------
@@ -83,7 +84,8 @@ class TiedModel:
 
 
 def tied(model: LogModel, ties: Sequence[Tie], keys: Sequence[str], others: int = 0) -> LogModel:
-    """`model`, which takes values of the `keys`, of the ties and of so many `others`, without those of the ties."""
+    """`model`, whose arguments are values of the `keys`, of the ties and of the `others`, as a function without the
+    ties."""
     if not ties:
         return model
     rows = np.zeros((len(ties), len(keys) + others))
@@ -94,7 +96,7 @@ def tied(model: LogModel, ties: Sequence[Tie], keys: Sequence[str], others: int 
 
 
 def left_behind(before: Machine, after: Machine, keys: Sequence[str], ties: Sequence[Tie]) -> Iterator[str]:
-    """Break-away friction that has stayed while the Coulomb friction below it moved."""
+    """Warnings on break-away friction that was constant while the Coulomb friction changed."""
     moved = (*keys, *(tie.key for tie in ties))
     for key in keys:
         partner = key.replace(".coulomb", ".breakaway")
@@ -103,6 +105,6 @@ def left_behind(before: Machine, after: Machine, keys: Sequence[str], ties: Sequ
         coulomb = key_value(before, key), key_value(after, key)
         if abs(coulomb[1] - coulomb[0]) > SHIFT * abs(coulomb[0]):
             yield (
-                f"`{partner}` has stayed while `{key}` went from {coulomb[0]:.4g} to {coulomb[1]:.4g} N: their "
-                f"proportion is another; fit both, or let it move along with ties={{{partner!r}: {key!r}}}"
+                f"`{partner}` is unchanged while `{key}` went from {coulomb[0]:.4g} to {coulomb[1]:.4g} N, so their "
+                f"ratio has changed; fit both, or tie them with ties={{{partner!r}: {key!r}}}"
             )

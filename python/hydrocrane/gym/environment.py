@@ -14,7 +14,7 @@ from hydrocrane.machine.machine import MachineLike
 
 
 class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
-    """Bring the tip of a crane to a target and keep it there; what that means in numbers: :class:`TipTask`.
+    """Bring the tip of a crane to a target and keep it there; :class:`TipTask` has the numbers.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The task: bring the tip to a place and keep it there."""
+"""The task: bring the tip to a target and keep it there."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from hydrocrane.simulation.batch import BatchObservation, BatchSimulator
 
 Numbers = NDArray[np.float32]
 
-# Share of every joint's range, at either end, that starts and targets keep clear of.
+# Share of every joint's range, at either end, without starts and targets.
 MARGIN = 0.15
-# Bounds of an observation, which is clipped there: share of a range, rad/s or m/s, share of the supply pressure, m.
+# Bounds to which an observation is clipped: share of a range, rad/s or m/s, share of the supply pressure, m.
 SHARE, RATE, PRESSURE, WAY = 2.0, 20.0, 20.0, 100.0
-# Reward of losing the crane, m s: a minute far away.
+# Reward if the crane is lost, m s: that of a minute at 1 m distance.
 LOSS = -60.0
 
 
 @dataclass(frozen=True)
 class TipTask:
-    """What an episode is made of; the same for one crane and for many.
+    """Definition of an episode, for one crane and for many.
 
     An action is one number per cylinder in -1 to 1, the spool command as a share of the spool's stroke. An observation
     is, per joint, the coordinate as a share of its range (-1 to 1) and the rate (rad/s or m/s), the chamber pressures
-    as shares of the supply pressure, and the way from the tip to the target (x, z in m). The reward of a sample is
-    minus the distance of the tip from the target times the sample time, m s, and -60 m s where the crane is lost, which
-    ends the episode; time ends it otherwise. Starts at rest and targets are those of random poses.
+    as shares of the supply pressure, and the vector from the tip to the target (x, z in m). The reward of a sample is
+    minus the distance of the tip from the target times the sample time, m s, and -60 m s if the crane is lost, which
+    ends the episode; otherwise it ends after `duration`. Starts (at rest) and targets belong to random poses.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class TipTask:
 
     @property
     def samples(self) -> int:
-        """Actions of an episode."""
+        """Number of actions of an episode."""
         return max(1, round(self.duration / self.sample_time))
 
     @property
@@ -69,7 +69,7 @@ class TipTask:
         return gymnasium.spaces.Box(-bounds, bounds, dtype=np.float32)
 
     def simulator(self, n: int, threads: int | None = None) -> BatchSimulator:
-        """Cranes to play with."""
+        """A simulator of the cranes."""
         return BatchSimulator(self.machine, n, self.sample_time, payload=self.payload, threads=threads)
 
     def draw(self, random: np.random.Generator) -> tuple[Array, Array]:
@@ -83,7 +83,7 @@ class TipTask:
         return np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0) * self.machine.spool_strokes
 
     def observation(self, seen: BatchObservation, target: Array) -> Numbers:
-        """(n, width) of what is seen of n cranes and their targets (n, 2)."""
+        """(n, width) observations of n cranes and their targets (n, 2)."""
         lower, upper = self.machine.joint_limits.T
         share = (2.0 * seen.q - lower - upper) / (upper - lower)
         pressures = seen.p.reshape(len(seen.q), -1) / self.machine.supply_pressure
@@ -92,6 +92,6 @@ class TipTask:
         return np.clip(together, space.low, space.high).astype(np.float32)
 
     def reward(self, seen: BatchObservation, target: Array, lost: NDArray[np.bool_]) -> Array:
-        """(n,) m s."""
+        """(n,) rewards, m s."""
         distance = np.linalg.norm(seen.tip - target, axis=1)
         return np.where(lost, LOSS, -distance * self.sample_time)

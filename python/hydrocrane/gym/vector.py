@@ -16,7 +16,7 @@ from hydrocrane.machine.machine import MachineLike
 class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool_]]):
     """:class:`~hydrocrane.gym.CraneTipEnv` for many cranes per call, on a :class:`hydrocrane.BatchSimulator`.
 
-    An episode that is over starts anew at the next step, whose action it ignores and whose reward is zero
+    A finished episode restarts at the next step, whose action it ignores and whose reward is zero
     (gymnasium's autoreset mode ``NEXT_STEP``).
 
     Parameters
@@ -55,7 +55,8 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, object] | None = None
     ) -> tuple[Numbers, dict[str, object]]:
-        """Start an episode with every crane; with the seed s, crane i draws what one crane alone draws with s + i."""
+        """Start an episode with every crane; with the seed s, crane i has the random numbers of a single crane with the
+        seed s + i."""
         numbers = range(self.num_envs)
         seeds = seed if isinstance(seed, list) else [None if seed is None else seed + i for i in numbers]
         self._random = [np.random.default_rng(s) for s in seeds]

@@ -22,11 +22,11 @@ def akaike_weights(aicc: ArrayLike) -> Array:
 
 
 def averaged(weights: ArrayLike, values: Sequence[float], intervals: Sequence[Ends], level: float) -> Ends:
-    """The interval outside of which the weighted tails of all models hold (1 - level)/2 each.
+    """The interval with probability (1 - level)/2 on either side, averaged over all models by their weights.
 
-    Turek and Fletcher, Computational Statistics and Data Analysis 56, 2012. A model's tails are those of a normal
-    distribution about its value that has its interval, with a width of its own to either side. The interval of one
-    model alone is its own.
+    Turek and Fletcher, Computational Statistics and Data Analysis 56, 2012. Each model's distribution is taken as two
+    half normal distributions about its value, whose widths follow from both ends of its interval. A single model keeps
+    its own interval.
 
     Parameters
     ----------
@@ -56,14 +56,14 @@ def averaged(weights: ArrayLike, values: Sequence[float], intervals: Sequence[En
 
 
 def _between(ends: Sequence[float], near: float, width: float, excess: Callable[[float], float]) -> float:
-    """Where the excess vanishes: between the least and the greatest of the ends.
+    """The zero of the excess, between the least and the greatest of the ends.
 
-    Ends may lie many orders of magnitude apart, so that the search goes over the logarithm of the distance from the
-    end `near` of the narrowest interval, in units of its `width`.
+    Ends may lie many orders of magnitude apart. The search therefore uses the logarithm of the distance from the end
+    `near` of the narrowest interval, in units of its `width`.
     """
     target = min(ends) if excess(near) >= 0.0 else max(ends)
     sign = 1.0 if target > near else -1.0
-    # At the last end all models agree; rounding alone may hide it.
+    # At the last end the excess has its final sign for every model; only rounding can hide this.
     if width <= 0.0 or target == near or sign * excess(target) <= 0.0:
         return target
 

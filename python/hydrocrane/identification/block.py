@@ -34,7 +34,7 @@ def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
 
 
 def signature(date: str = "") -> str:
-    """Who fitted, and on which day; today by default."""
+    """Program, version and day of the fit; today by default."""
     from hydrocrane import __version__
 
     return f"hydrocrane {__version__}, {date or datetime.date.today().isoformat()}"
@@ -46,7 +46,8 @@ def interval(low: float, high: float) -> str:
 
 
 def shown(value: float, low: float, high: float) -> str:
-    """A value beside its interval; what only a prior or an edge decides comes out as rounding errors of zero."""
+    """A value beside its interval. Rounding errors of zero, where only a prior or a bound determines a value, are shown
+    as zero."""
     return "0" if abs(value) < 1e-6 * max(abs(low), abs(high)) else f"{value:.4g}"
 
 

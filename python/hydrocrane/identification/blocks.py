@@ -1,4 +1,4 @@
-"""A log in few numbers: means over stretches that grow where nothing happens.
+"""A log condensed to means over blocks, which are longer where the signals hardly change.
 theory: docs/theory/identification/dynamic.md"""
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ LONGEST = 1.0 / 400.0
 
 @dataclass(frozen=True)
 class Blocks:
-    """A log in stretches: every sample where things happen, means of many where nothing does.
+    """A log in blocks: single samples after a change of the command, means of many samples later.
 
-    What a step of the spool sets in motion dies away, so that stretches may grow with the time since the last corner of
-    the command. A mean has the information of its samples as long as a parabola describes the signal within it.
+    The response to a step of the spool decays, so blocks may grow with the time since the last corner of the command. A
+    mean has the information of its samples as long as a parabola describes the signal within the block.
 
     Attributes
     ----------
     first, count : (b,) arrays
-        Index of a block's first sample, and how many it has.
+        Index of a block's first sample, and its number of samples.
     nodes : (k,) array
         Times, s, at which a simulated signal must be known for its means: one to three per block.
     places : (b, 3) array
-        Which nodes are a block's first sample, middle and last sample.
+        Indices of the nodes at a block's first sample, middle and last sample.
     """
 
     first: NDArray[np.intp]
@@ -39,7 +39,7 @@ class Blocks:
 
     @classmethod
     def of(cls, time: Array, corners: Array) -> Blocks:
-        """Blocks of samples at `time` (n,), s, of which none reaches across one of the `corners`, s."""
+        """Blocks of samples at `time` (n,), s. No block contains one of the `corners`, s, in its interior."""
         first = _starts(time, corners)
         count = np.diff(np.append(first, time.size))
         begin, end = time[first], time[first + count - 1]

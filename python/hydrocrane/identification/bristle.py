@@ -1,11 +1,11 @@
-"""First readings of the bristle parameters from a ramp and a step, before anything is simulated.
+"""Initial estimates of the bristle parameters from a ramp and a step, without a simulation.
                                                               theory: docs/theory/identification/dynamic.md
 
-The bristle deflection is the part of the piston's way that the seal does not slip,
+The bristle deflection is the part of the piston's displacement in which the seal does not slip,
 
     z(t) = z(0) + int (1 - sgn(v) F / g(v)) dx,                         thesis (124), (125) with the sign of E18
 
-where F is the measured friction force; from rest with straight bristles, for F = c t and g = alpha_0 + alpha_1, that is
+where F is the measured friction force. From rest with straight bristles, F = c t and g = alpha_0 + alpha_1, this is
 x - c/(alpha_0 + alpha_1) (x t - int x dt), (125) as corrected. Then
 
     sigma_0: slope of F over z while the piston creeps                                  (123), (126)
@@ -29,7 +29,7 @@ from hydrocrane.signals import RigParameters, friction_force
 
 # The spool counts as open beyond this share of its largest opening.
 OPEN = 1e-3
-# Samples before the spool opens that belong to a motion.
+# Number of samples before the opening of the spool that count to a motion.
 RESTING_SAMPLES = 5
 
 
@@ -42,8 +42,8 @@ class Motion:
     name : str
         Log and time.
     time, position, velocity, friction : (n,) arrays
-        s, m from the place of rest, m/s, N. Friction counts from its value at the log's beginning, where the bristles
-        are straight and what is read is the sensors' zero; later motions begin with bent bristles.
+        s, m from the place of rest, m/s, N. Friction counts from its value at the beginning of the log, where the
+        bristles are straight and the reading is the zero of the sensors. Later motions begin with bent bristles.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Motion:
 
 
 def motions(log: Log, rig: Machine, payload: float | None) -> list[Motion]:
-    """All motions of a log of x, p1, p2 and command; none where the spool never opens."""
+    """All motions of a log of x, p1, p2 and command; empty if the spool never opens."""
     data = friction_force(log.usable("x", "p1", "p2", "command"), RigParameters.of(rig, payload=payload))
     time, velocity, friction = (np.asarray(data[name].values) for name in ("time", "velocity", "friction"))
     command = np.interp(time, log.time, log["command"])
@@ -81,7 +81,7 @@ BEYOND = 2.0
 
 
 def goes_beyond(log: Log, rig: Machine, law: StaticMap, payload: float | None) -> bool:
-    """Whether a motion of a ramp goes on past break-away, to more than :data:`BEYOND` Stribeck velocities."""
+    """Whether a motion of a ramp continues after break-away to more than :data:`BEYOND` Stribeck velocities."""
     for motion in motions(log, rig, payload):
         way = np.sign(np.mean(motion.velocity))
         if _smooth(way * motion.velocity).max() > BEYOND * law.pairs["stribeck-velocity"][0 if way > 0 else 1]:
@@ -89,28 +89,26 @@ def goes_beyond(log: Log, rig: Machine, law: StaticMap, payload: float | None) -
     return False
 
 
-# Friction as a share of the static friction: how far it must have changed from rest, out of the noise, and up
-# to where the
-# ramp is read, before the bristles slip.
+# Range of friction in which a ramp is read, as a share of the static friction: from above the noise to below slip.
 RESTING, SLIPPING = 0.05, 0.7
-# A step is read while the bristles follow the piston: dz/dt at least this share of the velocity and of its
-# largest value.
+# A step is read while the bristles follow the piston: dz/dt is at least this share of the velocity and of its largest
+# value.
 FOLLOWING, LEAST_RATE = 0.3, 0.2
 LEAST_SAMPLES = 8
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One parameter read from one experiment.
+    """One parameter from one experiment.
 
     Attributes
     ----------
     value, error : float
-        And its standard error from the scatter about the straight line, SI.
+        Value and its standard error from the scatter about the straight line, SI.
     abscissa, ordinate : (n,) arrays
-        What the line was drawn through: deflection (m) and friction (N), or dz/dt (m/s) and the damped part (N).
+        Points of the straight line: deflection (m) and friction (N), or dz/dt (m/s) and the damping force (N).
     start, end : float
-        Of the stretch that was read, s.
+        Start and end of the stretch that was used, s.
     """
 
     value: float
@@ -125,7 +123,7 @@ def without_slip(law: StaticMap, motion: Motion) -> Array:
     """Change of the bristle deflection (n,), m, along a motion."""
     seal = np.abs(dry(law).force(_moving(motion.velocity)))
     way = np.sign(np.mean(motion.velocity))
-    # Where the piston turns, friction still helps it and the bristles straighten faster than it moves.
+    # After a reversal friction still acts along the motion, and the bristles straighten faster than the piston moves.
     held = 1.0 - np.clip(way * (motion.friction - viscous(law, motion.velocity)) / seal, -1.0, 1.0)
     steps = np.diff(motion.position)
     return np.concatenate([[0.0], np.cumsum(0.5 * (held[1:] + held[:-1]) * steps)])
@@ -134,8 +132,8 @@ def without_slip(law: StaticMap, motion: Motion) -> Array:
 def stiffness(motion: Motion, law: StaticMap) -> Reading:
     """sigma_0 (N/m) from one motion of a ramp.
 
-    The line is drawn through both quantities with their own noise (total least squares), as the position sensor's
-    noise on the deflection would flatten an ordinary regression.
+    The line is fitted by total least squares, with noise in both quantities. Ordinary regression would give too small a
+    slope, because of the position sensor's noise in the deflection.
     """
     _check(motion)
     way = np.sign(np.mean(motion.velocity))
@@ -159,7 +157,7 @@ def stiffness(motion: Motion, law: StaticMap) -> Reading:
 def damping(motion: Motion, law: StaticMap, bristle_stiffness: float) -> Reading:
     """sigma_1 (N s/m) from one motion of a step.
 
-    The deflection follows (116) with the measured velocity, from what the friction at rest says it is.
+    The deflection follows (116) with the measured velocity. Its initial value follows from the friction at rest.
     """
     _check(motion)
     z, rate = _deflection(motion, law, bristle_stiffness)
@@ -190,7 +188,7 @@ def viscous(law: StaticMap, velocity: Array) -> Array:
 
 
 def _deflection(motion: Motion, law: StaticMap, bristle_stiffness: float) -> tuple[Array, Array]:
-    """z and dz/dt of (116) along a measured velocity; each interval is solved as if its velocity were constant."""
+    """z and dz/dt of (116) along a measured velocity; each interval is solved with constant velocity."""
     velocity, moving = motion.velocity, _moving(motion.velocity)
     rest = dry(law).force(moving) / bristle_stiffness
     decay = np.abs(velocity / rest)
@@ -223,7 +221,7 @@ def _smooth(signal: Array) -> Array:
 
 
 def _moving(velocity: Array) -> Array:
-    """Velocities kept off zero, where the map has no direction."""
+    """Velocities kept away from zero, where the sign of friction is undefined."""
     return np.where(np.abs(velocity) < 1e-9, np.copysign(1e-9, velocity), velocity)
 
 
@@ -245,7 +243,7 @@ def first_readings(
     *,
     payload: float | None = None,
 ) -> tuple[Readings, list[str]]:
-    """Stiffness from the ramps, then damping from the steps.
+    """Initial estimates: stiffness from the ramps, then damping from the steps.
 
     Parameters
     ----------
@@ -262,7 +260,7 @@ def first_readings(
     readings : dict
         ``bristle-stiffness`` and ``bristle-damping``, each by the name of a motion.
     warnings : list of str
-        What could not be read, and why.
+        Estimates that failed, and why.
     """
     law = rig_map(rig) if law is None else law
     found: Readings = {name: {} for name in DYNAMIC}

@@ -1,4 +1,5 @@
-"""From the logs of a rig to the friction of its cylinder: all stages in order, with their failures."""
+"""Identification of a cylinder's friction from the logs of a rig: all stages in order. A failed stage does not end
+it."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ LOGS, WINDOWS, STATIC, COMPARISON, BRISTLES = (
 )
 # A difference between loads or pressures that would matter, as a share of the friction.
 MARGIN = 0.1
-# Errors of the sensors are not held responsible beyond this many standard deviations.
+# Sensor errors explain a deviation up to this many standard deviations.
 CLEAR = 3.0
 
 
@@ -91,7 +92,7 @@ def identify_friction(
     Returns
     -------
     Identification
-        Everything that could be identified, and why the rest could not.
+        All identified parameters, and for each failed stage the reason.
 
     Raises
     ------
@@ -122,7 +123,7 @@ def identify_friction(
 
 
 def held_exponents(rig: Machine) -> dict[str, Array]:
-    """Exponents of the friction of a rig's cylinder, (extending, retracting), as far as its file has them."""
+    """Exponents of the friction of a rig's cylinder, (extending, retracting), that its file states."""
     found = {}
     for name in EXPONENTS:
         for key in rig.keys:
@@ -132,7 +133,7 @@ def held_exponents(rig: Machine) -> dict[str, Array]:
 
 
 class _Campaign:
-    """The stages, one after the other, on what the earlier ones left."""
+    """The stages in order; each uses the results of the earlier ones."""
 
     def __init__(
         self,
@@ -172,7 +173,7 @@ class _Campaign:
         return f"no {what} can be used" if given else f"no {what} was handed over"
 
     def _stage(self, name: str, make: Callable[[], T]) -> T | None:
-        """What `make` returns; where it fails, the message takes its place."""
+        """The result of `make`; if it fails, its message becomes that of the stage."""
         try:
             result = make()
         except (ValueError, ArithmeticError) as error:
@@ -185,7 +186,7 @@ class _Campaign:
     # --- logs -------------------------------------------------------------------------------------------------------
 
     def _check(self) -> None:
-        """Logs with a fatal flag are left out; what else was noticed becomes a warning."""
+        """Leaves out logs with a fatal flag; other flags become warnings."""
         spoilt = []
         for record in self.found.records:
             self.found.warnings += [f"{record.name} {note}" for note in record.notes]
@@ -214,7 +215,8 @@ class _Campaign:
             )
 
     def _biases(self) -> float | list[float]:
-        """Zero calibrations err independently; without any, all logs share the error of their sensors."""
+        """Errors of zero calibrations are independent. Without a calibration all logs share the zero error of the
+        sensors."""
         if all(record.zero is None for record in self.steady):
             return max(self._bias(record) for record in self.steady)
         return [self._bias(record) for record in self.steady]
@@ -232,7 +234,7 @@ class _Campaign:
     # --- static map -------------------------------------------------------------------------------------------------
 
     def _windows(self) -> None:
-        """Windows of every steady log; logs without any, or in which friction drives, are left out."""
+        """Windows of every steady log. Logs without windows, or with friction that drives the piston, are left out."""
         reasons = []
         for record in self._of(STEADY):
             self.tell(f"searching steady motion in {record.name}")
@@ -287,7 +289,7 @@ class _Campaign:
 
     def _compare(self) -> FrictionComparison:
         self.tell("comparing loads and pressures")
-        # The same sensors read all logs, so that their constant error does not differ between groups.
+        # The same sensors read all logs, so their constant error is the same in all groups.
         groups = {name: self._points(numbers) for name, numbers in self._groups().items()}
         found = compare_friction(groups, margin=MARGIN, exponents=self.exponents, held=held_exponents(self.found.rig))
         if found.conclusion.startswith("different"):
@@ -319,7 +321,7 @@ class _Campaign:
         return fit
 
     def _whole_map(self) -> StaticFit | None:
-        """The fitted map where it has both directions."""
+        """The fitted map if it has both directions."""
         fit = self.found.static.fit if self.found.static is not None else None
         return fit if fit is not None and np.isfinite(fit.law.values).all() else None
 
@@ -342,24 +344,24 @@ def _one_alone(what: str, unit: str, values: set[float]) -> None:
 
 
 def _why(windows: SteadyWindows) -> str:
-    """Why a log has no window: the reasons of its stretches, the most frequent first."""
+    """Reasons why a log has no window, the most frequent first."""
     reasons = Counter(re.sub(r" for [\d.e-]+ s only", " for too short a time", r.reason) for r in windows.rejected)
     shown = "; ".join(f"{reason} ({count} x)" if count > 1 else reason for reason, count in reasons.most_common(3))
     return (
         f"no steady motion: {shown or 'the piston never moves along a straight line'}. Is it a log of constant "
-        "velocities? Ramps and steps are handed over as such"
+        "velocities? Pass ramps and steps as `ramps` and `steps`"
     )
 
 
 def _dead(record: Record) -> str:
-    """What else is wrong with a log whose friction cannot be: pressures that never change."""
+    """Note on pressures that never change, for a log with impossible friction."""
     still = [name for name in PRESSURES if np.ptp(record.log[name]) == 0.0]
     texts = (f"; `{name}` never changes: its sensor is dead or at the end of its range" for name in still)
     return "".join(texts)
 
 
 def _driving(windows: SteadyWindows, bias: float, span: float) -> str:
-    """What is wrong where friction drives the piston by more than its sensors explain; empty where it does not."""
+    """Message if friction drives the piston by more than sensor errors explain; else empty."""
     for sign, name in zip((1, -1), DIRECTIONS, strict=True):
         here = [w for w in windows if w.direction == sign]
         chambers = [span * np.hypot(*w.chambers) if w.chambers else 0.0 for w in here]

@@ -1,4 +1,4 @@
-"""What a campaign of measurement says about friction, and how each stage of the identification went."""
+"""Result of an identification from several logs: friction parameters, and the outcome of each stage."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FADING = "bristle-damping-velocity"
 
 @dataclass(frozen=True)
 class Stage:
-    """How one stage went.
+    """Outcome of one stage.
 
     Attributes
     ----------
@@ -55,25 +55,25 @@ class LeftOut:
 
 @dataclass
 class Identification:
-    """What the logs of a rig tell about the friction of its cylinder; what a failed stage would have given is None.
+    """Friction of a rig's cylinder as identified from its logs. The result of a failed stage is None.
 
     Attributes
     ----------
     rig : Machine
     records : list of Record
-        The logs, with what each is for.
+        The logs, each with its role.
     stages : list of Stage
-        In their order.
+        In order of execution.
     windows : list of SteadyWindows
-        Of each steady log that could be used.
+        Windows of each usable steady log.
     static : StaticIdentification or None
         The static map (119), (122).
     comparison : FrictionComparison or None
-        Whether load or supply pressure matter, where logs of several were handed over.
+        Whether friction depends on load or supply pressure; None if all logs have the same.
     dynamic : DynamicFit or None
         Bristle stiffness and damping.
     warnings : list of str
-        What a reader must know before trusting the numbers.
+        Limits of the results.
 
     Examples
     --------
@@ -100,13 +100,13 @@ class Identification:
 
     @property
     def failures(self) -> tuple[Stage, ...]:
-        """The stages that did not end."""
+        """The stages that failed."""
         return tuple(stage for stage in self.stages if stage.outcome == "failed")
 
     def toml(self, cylinder: str | None = None, *, date: str = "", file_name: str = "friction.toml") -> str:
         """The block ``[friction.<cylinder>]`` for a machine file, with comments on its origin.
 
-        Without a static map the block holds the bristles alone, to be laid over a file that has the rest.
+        Without a static map the block holds only the bristle parameters; the including file must have the others.
         """
         return _friction_file(self, cylinder or self.cylinder, date=date, file_name=file_name)
 
@@ -147,7 +147,7 @@ def _report(found: Identification) -> Report:
     if found.comparison is not None:
         report.stage("Load and pressure", lambda: _comparison(found))
     if found.dynamic is not None:
-        # Of a fit that did not end there are first readings alone.
+        # A fit that failed has only initial estimates.
         ended = found.dynamic.estimate is not None
         for name, make in found.dynamic.stages()[: -1 if ended else 1]:
             report.stage(name, make)
@@ -171,7 +171,7 @@ def _result(found: Identification) -> Section:
 
 
 def _parameters(found: Identification) -> list[tuple[str, str, str, str, str]]:
-    """(label, unit, value, low, high) of everything that was fitted."""
+    """(label, unit, value, low, high) of all fitted parameters."""
     rows = []
     if found.static is not None:
         fit = found.static.fit
@@ -231,7 +231,7 @@ def _summary(found: Identification) -> str:
 
 
 def _friction_file(found: Identification, cylinder: str, *, date: str = "", file_name: str = "friction.toml") -> str:
-    """Comments on the origin, then ``[friction.<cylinder>]`` with what was fitted."""
+    """Comments on the origin, then ``[friction.<cylinder>]`` with the fitted values."""
     bristles = _bristles(found)
     static = None if found.static is None else found.static.fit
     if static is None and not bristles:
@@ -267,7 +267,7 @@ def _dynamic_names(found: Identification) -> tuple[str, ...]:
 
 
 def _bristles(found: Identification) -> list[str]:
-    """Lines of the fitted bristles; the fading of their damping was held."""
+    """Lines of the fitted bristle parameters; the velocity over which damping fades was held."""
     fit = found.dynamic
     if fit is None or fit.estimate is None:
         return []

@@ -1,4 +1,4 @@
-"""The search for what friction depends on beside the map: each cause tested by itself.
+"""Tests of further dependences of friction, beside the velocity in the map; each cause is tested by itself.
 
 Source: the F-test of one more term in a regression, Draper and Smith, Applied Regression Analysis, 1998, section 6.1.
 """
@@ -14,22 +14,22 @@ from scipy.stats import f as fisher
 
 from hydrocrane.arrays import Array
 from hydrocrane.identification.least_squares import Problem, floor_is_found, level_means
-from hydrocrane.identification.misfit import Cause, Misfit
 from hydrocrane.identification.points import FrictionPoints
+from hydrocrane.identification.residual_analysis import Cause, ResidualAnalysis
 
-# A cause needs points at so many places, and so many points to spare.
+# Least number of distinct values of a cause, and of points beyond the number of parameters.
 PLACES, SPARE = 4, 3
-# Waves over the logarithm of the speed, in each direction, that stand for another form of the map.
+# Cosines over the logarithm of the speed, in each direction, that stand for another form of the map.
 WAVES = (1, 2, 3)
-# Chamber forces hold the friction: what they tell apart from it must exceed the residuals by this factor.
+# Chamber forces contain the friction: their part independent of it must exceed the residuals by this factor.
 APART = 10.0
 
 
-def misfit_of(problem: Problem, x: Array) -> Misfit:
-    """The misfit of a fit, with its causes tested one by one.
+def residual_analysis(problem: Problem, x: Array) -> ResidualAnalysis:
+    """Residuals of a fit, with their possible causes tested one by one.
 
-    Each cause adds a term to the fitted map, and an F-test asks whether the points are described better than by
-    chance, with all parameters of the map free to follow.
+    Each cause adds a term to the fitted map, with all parameters of the map free. An F-test decides whether the points
+    are described better than by chance.
     """
     points = problem.points
     residuals, slopes = problem.residuals(x)
@@ -42,7 +42,7 @@ def misfit_of(problem: Problem, x: Array) -> Misfit:
     counts = points.levels.count[points.level]
     sigma = np.sqrt(own**2 + (sigma**2 - own**2) / counts)
     sigma = np.maximum(sigma, 1e-9 * float(np.abs(points.force).max()))
-    # Errors that a prior bounds are as found: left free they would take the place of causes.
+    # Errors with a prior keep their fitted values: if left free, they would absorb the causes.
     free = slopes[:, : problem.unknowns + len(problem.sensors.offsets)]
     left = -residuals
     causes = [_cause(name, values, left, free, sigma, points, size) for name, values in _candidates(points, free, left)]
@@ -50,9 +50,9 @@ def misfit_of(problem: Problem, x: Array) -> Misfit:
     stated = np.maximum(own if problem.free_floor else problem.standard_deviation(theta), 1e-9 * size)
     weight, means, _ = level_means(points, residuals, stated)
     spare = means.size - problem.unknowns
-    # Bounds may keep a map off its levels that has parameters enough for all of them.
+    # Bounds may keep a map away from its levels even if it has as many parameters as levels.
     freedom = max(spare, 1)
-    return Misfit(
+    return ResidualAnalysis(
         p_value=float(chi2.sf(np.sum(weight * means**2), freedom)),
         spare=spare,
         floor=problem.floor if floor_is_found(problem) else float(np.sqrt(np.sum(means**2) / freedom)),
@@ -65,7 +65,7 @@ def misfit_of(problem: Problem, x: Array) -> Misfit:
 
 
 def _candidates(points: FrictionPoints, free: Array, left: Array) -> Iterator[tuple[str, Array]]:
-    """Names and values (n,) of what friction may depend on, as far as the points know it."""
+    """Names and values (n,) of the possible causes that the points have."""
     yield "velocity", points.speed
     if points.position is not None:
         yield "position", points.position
@@ -93,7 +93,7 @@ def _cause(
     base = _basis(free / sigma[:, np.newaxis])
     rest, new = left / sigma, added - base @ (base.T @ added)
     rest = rest - base @ (base.T @ rest)
-    # What the map's own parameters imitate cannot be told.
+    # A dependence that the map's own parameters can represent is not identifiable.
     extra = _basis(new, np.linalg.norm(added, axis=0).max())
     spare = values.size - base.shape[1] - extra.shape[1]
     if extra.shape[1] == 0 or spare < SPARE:
@@ -102,7 +102,7 @@ def _cause(
     remaining = max(float(rest @ rest) - gained, 1e-12)
     p_value = float(fisher.sf(gained / extra.shape[1] / (remaining / spare), extra.shape[1], spare))
     if name == "velocity":
-        # Waves that the map nearly imitates have no sizes worth stating; what they add to the map has one.
+        # The coefficients of cosines that the map can nearly represent mean nothing; their joint contribution does.
         fitted = extra @ (extra.T @ rest) * sigma * points.sign / size
         return Cause(name, values, p_value, float(np.sqrt(np.mean(fitted**2))), fitted)
     change = float(new[:, 0] @ rest / (new[:, 0] @ new[:, 0]))
@@ -131,7 +131,7 @@ def _waves(points: FrictionPoints) -> Array:
 
 
 def _basis(columns: Array, against: float = 0.0) -> Array:
-    """Orthonormal basis (n, r) of what the columns span."""
+    """Orthonormal basis (n, r) of the space of the columns."""
     size = np.linalg.norm(columns, axis=0)
     scaled = columns / (np.maximum(size, 1e-300) if against == 0.0 else against)
     u, s, _ = np.linalg.svd(scaled, full_matrices=False)

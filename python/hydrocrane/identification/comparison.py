@@ -54,11 +54,11 @@ class Difference:
 
     @property
     def share(self) -> Array:
-        """Difference as a share of the reference's friction."""
+        """Difference over the reference's friction."""
         return self.force / self.reference_force
 
     def interval(self, level: float = 0.95) -> tuple[Array, Array]:
-        """Confidence interval at each velocity by itself, N."""
+        """Pointwise confidence interval, N."""
         reach = student.ppf(0.5 + level / 2, self.degrees_of_freedom) * self.error
         return self.force - reach, self.force + reach
 
@@ -68,7 +68,7 @@ class Difference:
         return int(np.argmax(np.abs(self.share)))
 
     def equivalence_p(self, margin: float) -> float:
-        """Chance to see so small a difference if somewhere it were `margin` of the friction or more.
+        """Probability of a difference this small if the true one were `margin` of the friction or more somewhere.
 
         Two one-sided tests at every velocity; the worst velocity counts.
         """
@@ -79,7 +79,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class FrictionComparison:
-    """One friction map for all groups, or one for each?
+    """Comparison of the friction maps of several groups.
 
     Attributes
     ----------
@@ -88,13 +88,13 @@ class FrictionComparison:
     differences : tuple of Difference
         Each group against the first.
     p_value : float
-        Chance of groups that differ this much if one map held for all (nested F-test).
+        Probability of groups that differ this much if one map holds for all (nested F-test).
     equivalence_p : float
-        Chance of differences this small if one of them reached the margin (two one-sided tests).
+        Probability of differences this small if one of them reached the margin (two one-sided tests).
     statistic, degrees_of_freedom
         Of the F-test.
     margin, significance : float
-        Margin of equivalence, as a share of the friction, and the level at which is decided.
+        Margin of equivalence, as a share of the friction, and significance level of the decision.
     """
 
     fits: dict[str, StaticFit]
@@ -145,7 +145,7 @@ class FrictionComparison:
 
     @property
     def verdict(self) -> str:
-        """The same as `conclusion`, under its name from before."""
+        """The same as `conclusion`, under its former name."""
         return self.conclusion
 
     def plot(self) -> Figure:
@@ -173,13 +173,13 @@ def compare_friction(
     margin : float
         Share of the friction below which a difference does not matter.
     significance : float
-        Chance of a wrong conclusion that is accepted.
+        Accepted probability of a wrong conclusion.
     exponents, held
-        As for :func:`fit_static`; what is chosen is chosen once, from the points of all groups.
+        As for :func:`fit_static`; a choice is made once, from the points of all groups.
     offset_deviation : float
-        Standard deviation, N, of a constant force error that differs from group to group and, as the pressures do,
-        from direction to direction: from the span error of pressure transmitters under another load or supply, or a
-        weight that is not exactly known. Zero: one and the same error.
+        Standard deviation, N, of a constant force error that differs between groups and between directions, such as the
+        effect of a span error of the pressure transmitters at another load or supply pressure, or of an inexact weight.
+        Zero: all groups have the same error.
     """
     _check(groups, margin, significance, offset_deviation)
     everything = np.concatenate([points.force for points in groups.values()])
@@ -225,7 +225,8 @@ def _solved(fit: StaticFit) -> Solved:
 def _nested_test(
     fits: list[StaticFit], fitted: Callable[[FrictionPoints], StaticFit], deviation: float
 ) -> tuple[float, tuple[int, int]]:
-    """F statistic of one map against one map per group, from the levels' scatter about the separate maps."""
+    """F statistic of one common map against one map per group. The scatter of the levels about the separate maps is the
+    scale."""
     solved = [_solved(fit) for fit in fits]
     levels = [s.problem.points.levels.count.size for s in solved]
     unknowns = [s.problem.unknowns for s in solved]
@@ -250,8 +251,7 @@ def _nested_test(
 def _pooled(
     solved: list[Solved], sigma: Array, fitted: Callable[[FrictionPoints], StaticFit], deviation: float
 ) -> tuple[float, int]:
-    """Least sum of squares of one map for all groups, each with an offset of its own per direction where one is
-    allowed; the first group has none."""
+    """Least sum of squares of one map for all groups. All groups but the first may have an offset per direction."""
     groups = [s.problem.points for s in solved]
     points = FrictionPoints.joined(groups)
     first = fitted(points)
@@ -293,7 +293,7 @@ def _difference(fits: Mapping[str, StaticFit], name: str, reference: str, deviat
     sign = np.sign(v)
     errors = [other.force_error(v), one.force_error(v)]
     freedoms = [fit.spread.degrees_of_freedom for fit in (other, one) if fit.spread]
-    # Welch: the degrees of freedom of a sum of two estimated variances, at the velocity where they are fewest.
+    # Welch: degrees of freedom of a sum of two estimated variances; the least over all velocities counts.
     with np.errstate(divide="ignore", invalid="ignore"):
         total = errors[0] ** 2 + errors[1] ** 2
         freedom = total**2 / sum(e**4 / f for e, f in zip(errors, freedoms, strict=True))
@@ -309,7 +309,7 @@ def _difference(fits: Mapping[str, StaticFit], name: str, reference: str, deviat
 
 
 def _common_velocities(one: StaticFit, other: StaticFit) -> Array:
-    """Levels of the first fit inside of what the second was measured at, m/s."""
+    """Levels of the first fit within the velocity range of the second, m/s."""
     found = []
     for side in range(len(DIRECTIONS)):
         speeds = [np.abs(f.points.levels.velocity[f.points.levels.direction == side]) for f in (one, other)]

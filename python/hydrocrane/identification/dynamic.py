@@ -1,8 +1,8 @@
 """Dynamic friction from logs of ramps and steps (thesis 5.2.3).   theory: docs/theory/identification/dynamic.md
 
-First the readings of :mod:`~hydrocrane.identification.bristle`; from there the simulated rig is fitted to all logs at
-once. What the fit does not want to know but cannot leave out goes along with a prior: the static map, valve, oil and
-leakage of the rig, and the errors of each sensor.
+The initial estimates come from :mod:`~hydrocrane.identification.bristle`. The simulated rig is then fitted to all logs
+at once. Nuisance parameters are fitted too, each with a prior: the static map, valve, oil and leakage of the rig, and
+the errors of each sensor.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ from hydrocrane.machine.machine import Machine
 TOO_FAR = 1.5
 # A parameter with a wider 95 % interval than this share of its value is not identifiable.
 TOO_WIDE = 0.5
-# Further from its prior, in standard deviations, no unknown of a right model is expected.
+# Largest distance from its prior, in standard deviations, that is expected of an unknown in a correct model.
 STRAINED = 4.5
-# Tolerance of the fit that finds the starts, and the variance above which the model is far off.
+# Tolerance of the fit that finds the start values, and the variance above which the model counts as wrong.
 ROUGH, FAR_OFF = 1e-3, 100.0
-# What the noise is taken for on the way there, as a multiple, and to what tolerance.
+# Factor on the noise in the first, softened fit, and its tolerance.
 SOFTENED, ON_THE_WAY = (100.0, 10.0), 0.1
-# Unknowns that the simulation starts from, with the largest move, Pa, m and s, that needs no other start, and how often
-# the fit is repeated from where they led at most.
+# Unknowns in the start of the simulation, with the largest change, Pa, m and s, that needs no new start, and the most
+# repetitions of the fit from a new start.
 MOVED = {"p1.start": 0.1 * OTHER_PRESSURE, "x.start": 0.1 * OTHER_PLACE, "delay": OTHER_DELAY}
 MOST_MOVES = 5
 
@@ -67,7 +67,7 @@ def fit_dynamic(
     calibrated: Calibrated = False,
     progress: Progress | None = None,
 ) -> DynamicFit:
-    """Find the bristles' stiffness and damping.
+    """Fit stiffness and damping of the bristles.
 
     Parameters
     ----------
@@ -76,20 +76,20 @@ def fit_dynamic(
     rig : Machine
         With bristle friction, whose parameters are guesses, and sensors as they were.
     static : StaticFit, optional
-        The static map; without it the rig's own is taken, and allowed to be off by 10 %, its exponents by 20 % where a
-        ramp goes on past break-away.
+        The static map. Default is that of the rig with a standard deviation of 10 %, and of 20 % for its exponents if a
+        ramp continues after break-away.
     payload : float, optional
         kg.
     calibrated : bool or (float, float)
-        The zeros of the pressure transmitters have been subtracted; or what is left of those of p1 and p2, standard
-        errors in Pa, as :attr:`hydrocrane.signals.ZeroCalibrated.errors` has them.
+        Whether the zeros of the pressure transmitters have been subtracted; or the remaining standard errors of p1 and
+        p2 in Pa, as in :attr:`hydrocrane.signals.ZeroCalibrated.errors`.
     progress : callable, optional
         Called with evaluations of the fit and the root-mean-square residual in standard deviations.
 
     Returns
     -------
     DynamicFit
-        With the readings alone, and a warning that says why, where the simulated rig could not be fitted.
+        If the simulated rig cannot be fitted, it has only the initial estimates and a warning with the reason.
     """
     logs = [*ramps, *steps]
     if not logs:
@@ -114,7 +114,7 @@ def fit_dynamic(
 
         estimate, residuals, unknowns = fitted_from(read)
         if estimate.variance > FAR_OFF:
-            # Readings may mislead the search: once more from the rig's own values.
+            # Initial estimates may mislead the search: repeat it from the values of the rig's file.
             other = fitted_from(dict.fromkeys(DYNAMIC, ()))
             estimate, residuals, unknowns = min(
                 (estimate, residuals, unknowns), other, key=lambda found: found[0].variance
@@ -123,7 +123,7 @@ def fit_dynamic(
     except HydrocraneError as error:
         if not any(readings.values()):
             raise
-        warnings.append(f"the simulated rig could not be fitted, what is left are first readings: {error}")
+        warnings.append(f"the simulated rig could not be fitted; only the initial estimates are given: {error}")
     if static is None and estimate is not None and not any("exponent" in name for name in estimate.names):
         warnings.append(
             "the static map was not fitted and its exponents are those of the rig's file: viscous friction of another "
@@ -140,9 +140,10 @@ def fit_dynamic(
 def _fitted(
     unknowns: Sequence[Unknown], residuals: RigResiduals, joint: JointPrior | None
 ) -> tuple[Estimate, RigResiduals, list[Unknown]]:
-    """The fit, and again from the starts that it found until they stay: their effects are straight lines only nearby.
+    """The fit, repeated from the start values that it found until they no longer change: their effects are linear only
+    nearby.
 
-    A model that is far off stays so: it is not fitted again.
+    A model with large residuals is not fitted again.
     """
     for softened in SOFTENED:
         near = output_error.fit(unknowns, residuals, joint=joint, tolerance=ON_THE_WAY, softened=softened)
@@ -160,7 +161,7 @@ def _fitted(
 
 
 def _near(estimate: Estimate) -> bool:
-    """Whether the starts were left where the simulation had them."""
+    """Whether the fitted start values are close to those of the simulation."""
     by_name = zip(estimate.names, estimate.values, strict=True)
     return all(abs(value) <= MOVED.get(name.rsplit(" ", 1)[0], np.inf) for name, value in by_name)
 
@@ -170,7 +171,7 @@ def _started(unknown: Unknown, value: float) -> Unknown:
 
 
 def _moved(unknown: Unknown, value: float) -> Unknown:
-    """The unknown where the fit left it; what the simulation starts from counts from there."""
+    """The unknown with the fitted value as start; start values count from those of the new simulation."""
     if not unknown.name.startswith(tuple(MOVED)):
         return _started(unknown, value)
     assert unknown.prior is not None
@@ -187,10 +188,10 @@ def expected(
     payload: float | None = None,
     calibrated: Calibrated = False,
 ) -> dict[str, float]:
-    """Smallest standard deviations (Cramer-Rao), SI, that such logs allow where the rig's file is the truth.
+    """Smallest standard deviations (Cramer-Rao), SI, that such logs allow if the values of the rig's file are true.
 
-    By name: the bristle parameters, then everything else that :func:`fit_dynamic` leaves free. The readings in the logs
-    do not matter, but their times, the command, and where they begin: an experiment can be judged before it is run.
+    By name: the bristle parameters, then all other unknowns of :func:`fit_dynamic`. Only the times, the command and the
+    initial state of the logs matter, not their readings, so an experiment can be judged before it is run.
     """
     check_bristles(rig)
     sensors = RigSensors.of(rig, calibrated=calibrated)
@@ -204,7 +205,7 @@ def expected(
 
 
 def _doubts(estimate: Estimate, residuals: RigResiduals, rig: Machine) -> list[str]:
-    """What the data do not tell, and what does not fit them."""
+    """Warnings on parameters that are not identifiable and on large residuals."""
     found = [] if estimate.converged else [f"the fit stopped early: {estimate.message}"]
     for log, signal, white in residuals.of_signals(estimate.values):
         size = float(np.sqrt(np.mean(white[:, 0] ** 2)))
@@ -222,16 +223,14 @@ def _doubts(estimate: Estimate, residuals: RigResiduals, rig: Machine) -> list[s
         value, half = estimate[key], 1.96 * estimate.deviation(key)
         unit = rig.value(key).unit
         if key in estimate.at_bound:
-            found.append(
-                f"{name} ended at the edge of what is physical, {value:.4g} {unit}: not identifiable from these logs"
-            )
+            found.append(f"{name} ended at its physical bound, {value:.4g} {unit}: not identifiable from these logs")
         elif half > TOO_WIDE * abs(value):
             found.append(f"{name} is not identifiable from these logs: {value:.4g} +- {half:.2g} {unit}")
     return found
 
 
 def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior | None) -> list[str]:
-    """Unknowns that the logs pull further from what is known of them than chance does: something else is wrong."""
+    """Warning on unknowns further from their priors than chance explains, which points to another error."""
     priors = {u.name: u.prior for u in unknowns if u.prior is not None}
     if joint is not None:
         priors |= {
@@ -243,13 +242,13 @@ def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior
     if far[worst] < STRAINED:
         return []
     return [
-        f"the logs pull {worst} to {far[worst]:.0f} standard deviations from its prior; check load, rig file "
+        f"the fit moves {worst} by {far[worst]:.0f} standard deviations from its prior; check load, rig file "
         "and sensors before trusting anything here"
     ]
 
 
 def _passive_up_to(rig: Machine, estimate: Estimate | None) -> float:
-    """Lowest speed, m/s, at which friction with the fitted damping gives energy back; infinite: nowhere."""
+    """Lowest speed, m/s, at which friction with the fitted damping returns energy; infinite if there is none."""
     if estimate is None:
         return float("inf")
     keys = [key_of(rig, "friction", name) for name in DYNAMIC]

@@ -1,4 +1,4 @@
-"""Bristle parameters found in measurements, with everything that says how far they can be trusted."""
+"""Bristle parameters from measurements, with their uncertainty and the warnings."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ class DynamicFit:
     Attributes
     ----------
     rig : Machine
-        With the static map that was taken.
+        With the static map that was used.
     table : str
-        Of the machine file, as ``friction.test``.
+        Table of the machine file, such as ``friction.test``.
     readings : dict
-        By parameter and motion, the first readings.
+        Initial estimates by parameter and motion.
     estimate : Estimate or None
-        Of all unknowns, nuisances too; None where the fit failed.
+        Estimate of all unknowns, nuisance parameters included; None if the fit failed.
     rig_residuals : RigResiduals or None
-        The logs with what predicts them.
+        The logs with their models.
     passive_up_to : float
-        Lowest speed (m/s) at which friction with these parameters gives energy back; infinite: nowhere.
+        Lowest speed (m/s) at which friction with these parameters returns energy; infinite if there is none.
     static : StaticFit or None
-        What the static map was taken from.
+        Source of the static map.
     warnings : tuple of str
     """
 
@@ -62,7 +62,8 @@ class DynamicFit:
 
     @property
     def params(self) -> dict[str, float]:
-        """``bristle-stiffness`` (N/m) and ``bristle-damping`` (N s/m): fitted, else the mean of the readings."""
+        """``bristle-stiffness`` (N/m) and ``bristle-damping`` (N s/m): fitted, or else the mean of the initial
+        estimates."""
         if self.estimate is not None:
             return {name: self.estimate[self._key(name)] for name in DYNAMIC}
         return {
@@ -71,7 +72,7 @@ class DynamicFit:
 
     @property
     def delay(self) -> float:
-        """How much later than the command the readings were logged, s."""
+        """Delay of the readings against the command, s."""
         found = self.fitted()
         return float(self._from_logs()[found.names.index("delay")])
 
@@ -106,7 +107,7 @@ class DynamicFit:
         return {name: (value - half[name], value + half[name]) for name, value in self.params.items()}
 
     def predicted(self, log: int) -> Array:
-        """x, p1, p2 of a log (b, 3), SI, as the fitted rig and its sensors give them at the times of its model."""
+        """x, p1, p2 of a log (b, 3), SI, predicted by the fitted rig and its sensors at the times of its model."""
         found = self.fitted()
         assert self.rig_residuals is not None
         return self.rig_residuals.predicted(found.values, log)
@@ -124,13 +125,13 @@ class DynamicFit:
         return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
 
     def plot(self) -> Figure:
-        """The logs with what the fitted rig would have given, and what is left."""
+        """Logs, predictions of the fitted rig, and residuals."""
         from hydrocrane.plots.dynamic_friction import dynamic_fit
 
         return dynamic_fit(self)
 
     def toml(self, *, source: Iterable[str] = (), date: str = "") -> str:
-        """The block ``[friction.<name>]`` for a machine file, with the static map where it was fitted too.
+        """The block ``[friction.<name>]`` for a machine file, with the static map if it was fitted too.
 
         Parameters
         ----------
@@ -156,7 +157,7 @@ class DynamicFit:
     def stages(self) -> list[Stage]:
         """(title, function that makes the section) for :meth:`Report.stage`, in the order of a report."""
         return [
-            ("Dynamic friction, first readings", self._first_readings),
+            ("Dynamic friction, initial estimates", self._first_readings),
             ("Dynamic friction", self._fit),
             ("Correlations and nuisance parameters", self._unknowns),
             ("Block with bristles for the machine file", self._block),
@@ -168,9 +169,9 @@ class DynamicFit:
             for name, found in self.readings.items()
             for motion, r in found.items()
         )
-        text = "Straight lines through each motion, as the thesis reads them; the fit starts here."
+        text = "Straight lines through each motion, as in the thesis; the fit starts from these estimates."
         heads = ("parameter", "motion", "reading", "scatter of the line", "unit")
-        return Section("Dynamic friction, first readings", text, Table(heads, rows))
+        return Section("Dynamic friction, initial estimates", text, Table(heads, rows))
 
     def _fit(self) -> Section:
         ends, best = self.intervals(0.95), self.bound
@@ -198,13 +199,13 @@ class DynamicFit:
         return Section("Block with bristles for the machine file", code=self.toml())
 
     def fitted(self) -> Estimate:
-        """The estimate, or an error that says why there is none."""
+        """The estimate; an error with the reason if there is none."""
         if self.estimate is None:
             raise InputError("the fit did not come to an end: " + "; ".join(self.warnings))
         return self.estimate
 
     def _from_logs(self) -> Array:
-        """Values of all unknowns, SI; starts and delay as against the logs."""
+        """Values of all unknowns, SI; start values and delay relative to the logs."""
         found = self.fitted()
         assert self.rig_residuals is not None
         return self.rig_residuals.counted_from_logs(found.values)

@@ -1,4 +1,4 @@
-"""Which terms a static map has and which exponents are free, and which of these forms a wish admits."""
+"""Forms of a static map: its terms and its free exponents; and the forms that a request admits."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.static_map import EXPONENTS
 
 Exponents = Literal["chosen", "fixed", "free"] | Mapping[str, ArrayLike | str]
-# An exponent is held, free and the same in both directions, or free in each.
+# An exponent is held, free with one value for both directions, or free in each direction.
 HELD, SHARED, EACH = "held", "shared", "each"
 CHOICES = ("chosen", "fixed", "free")
-# Coulomb, break-away, Stribeck velocity and viscous coefficient of one direction need so many levels.
+# Least number of levels in a direction for Coulomb, break-away, Stribeck velocity and viscous coefficient.
 LEAST_LEVELS = 4
-# A fall of friction with speed must stand out of the errors of its levels.
+# A decrease of friction with speed must exceed the errors of its levels by this factor.
 SEEN = 3.0
 
 
@@ -62,12 +62,12 @@ class Form:
 
 @dataclass(frozen=True)
 class Wish:
-    """What is asked of the exponents.
+    """The request for the exponents.
 
     Attributes
     ----------
     held : dict of (2,) arrays
-        Value of each exponent where it is held, (extending, retracting).
+        Value of each exponent if it is held, (extending, retracting).
     freedoms : dict of tuple of str
         Which freedoms each exponent may have.
     """
@@ -101,7 +101,7 @@ class Wish:
         return cls(values, freedoms)
 
     def forms(self, points: FrictionPoints, symmetric: bool) -> Iterator[Form]:
-        """Every form that the points may tell, the Stribeck exponent as little free as is admitted."""
+        """All forms that the points may identify, with the fewest free Stribeck exponents that are admitted."""
         measured = [bool((points.direction == side).any()) for side in (0, 1)]
         sides = stribeck_possible(points)
         for pattern in product((False, True), repeat=2):
@@ -115,14 +115,14 @@ class Wish:
 
 
 def stribeck_possible(points: FrictionPoints) -> tuple[bool, bool]:
-    """Whether the levels could tell a Stribeck term, (extending, retracting)."""
+    """Whether the levels can identify a Stribeck term, (extending, retracting)."""
     enough = [int((points.levels.direction == side).sum()) >= LEAST_LEVELS for side in (0, 1)]
     falls = _falls(points)
     return enough[0] or falls[0], enough[1] or falls[1]
 
 
 def _falls(points: FrictionPoints) -> tuple[bool, bool]:
-    """Whether friction is seen to fall with speed, (extending, retracting)."""
+    """Whether friction decreases with speed, (extending, retracting)."""
     levels = points.levels
     error = np.fmax(levels.error, levels.scatter) / np.sqrt(levels.count)
     seen = []

@@ -1,4 +1,4 @@
-"""The reading of a friction curve by ruler, as Figure 67 does it, by code.   (121)"""
+"""The graphical construction of Figure 67 on a friction curve, as code.   (121)"""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.static_map import EXPONENTS, PARAMETERS, StaticMap
 
-# Beyond this many Stribeck velocities the Stribeck effect is gone (0.2 % of it is left with exponent 2).
+# Beyond this many Stribeck velocities the Stribeck effect is negligible (0.2 % with exponent 2).
 FAR = 2.5
 
 
 def graphical(points: FrictionPoints, *, exponents: Mapping[str, float] | None = None) -> StaticFit:
-    """Read the parameters off the averaged curve, without any optimisation.
+    """Read the parameters from the averaged curve, without optimisation.
 
     Per direction: a straight line of force over \\|v\\|^delta_v through the fast levels gives Coulomb force (where it
     meets zero velocity) and viscous coefficient (its slope); the slowest level, taken for v -> 0, gives the
     break-away force; the Stribeck velocity is where the force without its viscous part has fallen to
-    alpha_0 + alpha_1/e   (121). Exponents cannot be read and are taken as given.
+    alpha_0 + alpha_1/e   (121). The exponents are taken as given.
 
     Returns
     -------
     StaticFit
-        Without intervals: a reading has none. `warnings` says what limits each number.
+        It has no intervals. `warnings` states what limits each number.
     """
     taken = {**EXPONENTS, **(exponents or {})}
     pairs = np.full((len(PARAMETERS), 2), np.nan)
@@ -51,7 +51,7 @@ def graphical(points: FrictionPoints, *, exponents: Mapping[str, float] | None =
 
 
 def _read(speed: Array, force: Array, exponent: float) -> tuple[list[float], list[str]]:
-    """Coulomb, break-away, Stribeck velocity, viscous coefficient of one direction, and what limits them."""
+    """Coulomb, break-away, Stribeck velocity, viscous coefficient of one direction, with warnings."""
     said = []
     if speed.size < 3:
         said.append(f"{speed.size} velocity level(s): Coulomb, Stribeck and viscous friction cannot be distinguished")
@@ -92,7 +92,8 @@ def _line(speed: Array, force: Array, exponent: float) -> tuple[float, float]:
 
 
 def _stribeck_velocity(speed: Array, dry: Array, coulomb: float) -> float:
-    """Where `dry` friction falls through coulomb + rise/e, between levels by the logarithm of the speed   (121)."""
+    """Speed at which `dry` friction falls below coulomb + rise/e, interpolated in the logarithm of the speed
+    (121)."""
     order = np.argsort(speed)
     speed, dry = speed[order], dry[order]
     target = coulomb + (dry[0] - coulomb) / np.e

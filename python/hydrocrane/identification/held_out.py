@@ -1,4 +1,4 @@
-"""How well a form of the map predicts levels that it was not fitted to."""
+"""Prediction of held-out levels by a form of the map."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 
-# Predictions of so many levels are needed before anything is said of all of them.
+# Least number of predicted levels for a statement on all of them.
 LEAST = 4
-# Held-out levels further off than promised by this factor, root mean square, are told; so is a single level.
+# Ratio of the errors (root mean square) to the promised ones above which a warning is given; the second is for a single
+# level.
 FACTOR, SINGLE = 1.5, 4.0
-# What lies closer to its prediction than this share of the friction does not matter.
+# Errors below this share of the friction do not matter.
 SHARE = 0.01
 
 
@@ -28,15 +29,15 @@ class HeldOut:
     error : ndarray
         Mean of the measured less the predicted force, N; NaN where the other levels cannot predict the level.
     promised : ndarray
-        Standard deviation of `error` by the covariance of the fit without the level and the errors of the level, N.
+        Standard deviation of `error`, N, from the covariance of the fit without the level and the errors of the level.
     within : ndarray
-        The same mean less the force of the fit to all levels, N.
+        Mean of the measured less the force of the fit to all levels, N.
     force : float
         Median magnitude of the friction, N.
     reach : float
-        Greatest less least force of the levels, N, both directions in one.
+        Greatest less least force of the levels of both directions, N.
     fits : int
-        Number of fits; as many as levels where each was left out by itself.
+        Number of fits; equals the number of levels if each was left out by itself.
     """
 
     velocity: Array
@@ -50,7 +51,7 @@ class HeldOut:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Levels that the others predict."""
+        """Levels that can be predicted from the others."""
         return np.isfinite(self.error)
 
     @property
@@ -70,12 +71,12 @@ class HeldOut:
 
     @property
     def ratio(self) -> float:
-        """Root mean square of the errors in units of what was promised; about one where the form carries over."""
+        """Root mean square of the errors over the promised deviations; about one if the form predicts well."""
         return _rms(self.error[self.known] / self.promised[self.known])
 
     @property
     def notable(self) -> bool:
-        """Whether held-out levels are further off than promised, and further than matters."""
+        """Whether the errors of held-out levels exceed the promised ones and are large enough to matter."""
         here = self.known
         if np.count_nonzero(here) < LEAST or not self.rms > SHARE * self.force:
             return False
@@ -83,7 +84,7 @@ class HeldOut:
 
     @property
     def sentence(self) -> str:
-        """The figures in words."""
+        """The numbers in a sentence."""
         if not self.known.any():
             return "No level can be predicted from the others: as many parameters as levels."
         how = "one after the other" if self.fits == self.error.size else f"in {self.fits} groups"
@@ -92,12 +93,12 @@ class HeldOut:
             f"Levels were left out of the fit {how} and predicted by the same form from the rest: "
             f"rms {self.rms:.3g} N, where {self.rms_promised:.3g} N is promised and the fit to all levels leaves "
             f"{self.rms_within:.3g} N; the forces reach over {self.reach:.3g} N."
-            + (f" {lost} of {self.error.size} levels cannot be predicted without themselves." if lost else "")
+            + (f" {lost} of {self.error.size} levels cannot be predicted from the others." if lost else "")
         )
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is to be said of it, with cause and cure."""
+        """Warnings with cause and cure."""
         if not self.notable:
             return ()
         share = np.where(self.known, np.abs(self.error) / self.promised, 0.0)

@@ -17,22 +17,22 @@ from hydrocrane.identification.result import LINEARITY, OFFSET, SPANS, fitted_ve
 from hydrocrane.identification.static_map import Coordinates
 
 Loss = Literal["soft_l1", "huber", "cauchy", "arctan", "linear"]
-# A further residual and its slopes over the unknowns.
+# A further residual and its derivatives by the unknowns.
 Row = Callable[[Array], tuple[float, Array]]
-# Edges of the exponents; Coulomb force, rise and viscous force are not negative.
+# Bounds of the exponents; Coulomb force, rise and viscous force are not negative.
 STRIBECK_EXPONENT = (0.3, 6.0)
 VISCOUS_EXPONENT = (0.3, 3.0)
-# The Stribeck velocity is sought this far outside of the measured speeds.
+# The Stribeck velocity may lie outside the measured speeds by this factor.
 OUTSIDE = 10.0
-# A robust loss bends at this many standard deviations.
+# A robust loss departs from the square at this many standard deviations.
 BEND = 1.5
-# Singular values below this share of the largest belong to combinations that the points do not contain.
+# Singular values below this share of the largest belong to combinations that the points do not identify.
 NULL = 1e-9
 
 
 @dataclass(frozen=True)
 class OffsetPrior:
-    """What is known beforehand of a constant error of the measured force, N.
+    """Prior of a constant error of the measured force, N.
 
     Attributes
     ----------
@@ -54,25 +54,25 @@ class OffsetPrior:
         areas : (float, float)
             Piston-side and rod-side area, m^2.
         deviations : (float, float)
-            Standard deviations of the zero errors of p1 and p2, Pa. A data sheet states limits; a limit held to be
-            evenly likely everywhere inside has a deviation of limit/sqrt(3). After a zero calibration it is the
-            standard error of the mean reading at zero pressure.
+            Standard deviations of the zero errors of p1 and p2, Pa. A data sheet states limits; a uniform distribution
+            within them has a standard deviation of limit/sqrt(3). After a zero calibration it is the standard error of
+            the mean reading at zero pressure.
         """
         return cls(float(np.hypot(areas[0] * deviations[0], areas[1] * deviations[1])))
 
 
 @dataclass(frozen=True)
 class SensorErrors:
-    """What is known beforehand of the errors that all readings of a sensor share.
+    """Priors of the errors that all readings of a sensor share.
 
     Attributes
     ----------
     offsets : tuple of OffsetPrior
-        Constant force error: one for all logs, or one for each; empty: there is none.
+        Constant force error: one for all logs, or one for each; empty if there is none.
     span : float
-        Standard deviation of the relative error of each transmitter's span; zero: there is none.
+        Standard deviation of the relative error of each transmitter's span; zero if there is none.
     linearity_error : float
-        Standard deviation of the relative error of the velocity per metre of position, 1/m; zero: there is none.
+        Standard deviation of the relative error of the velocity per metre of position, 1/m; zero if there is none.
     """
 
     offsets: tuple[OffsetPrior, ...] = ()
@@ -96,17 +96,17 @@ class Problem:
     ----------
     points : FrictionPoints
     start : ndarray, shape (12,)
-        Coordinates to begin with; those not free stay.
+        Start values of the coordinates; held ones keep them.
     column : ndarray of int, shape (12,)
-        Unknown that a coordinate follows, -1 where it is held; two coordinates may share one.
+        Number of the unknown of each coordinate, -1 if it is held; two coordinates may share one.
     floor : float
-        Standard deviation of a whole level about any map, N: keeps a level of many points from outweighing others.
+        Standard deviation of a whole level about the map, N. It keeps a level of many points from outweighing others.
     sensors : SensorErrors
-        Its errors are the last unknowns: offsets, both spans, linearity.
+        Priors of the sensor errors, which are the last unknowns: offsets, both spans, linearity.
     not_identifiable : tuple of str
         Labels of parameters that were held because they are not identifiable from these points.
     free_floor : bool
-        The floor is to be found, and `floor` is a guess.
+        Whether the floor is to be found; `floor` is then a guess.
     """
 
     points: FrictionPoints
@@ -120,17 +120,17 @@ class Problem:
 
     @property
     def unknowns(self) -> int:
-        """Free coordinates, errors of the sensors not counted."""
+        """Number of free coordinates, without the sensor errors."""
         return int(self.column.max()) + 1
 
     @property
     def priors(self) -> dict[str, OffsetPrior]:
-        """What is known beforehand of each error of the sensors, in the order of the unknowns."""
+        """Priors of the sensor errors, in the order of the unknowns."""
         return self.sensors.priors
 
     @cached_property
     def of_force(self) -> Array:
-        """(n, k) force, N, that each error of the force's sensors adds to each point, per unit of it."""
+        """(n, k) force, N, that a unit of each sensor error adds to each point."""
         count = len(self.sensors.offsets)
         columns = [self.points.log == k for k in range(count)] if count > 1 else [np.ones(len(self.points))] * count
         if self.sensors.span and self.points.chambers is not None:
@@ -145,12 +145,12 @@ class Problem:
         return theta
 
     def begin(self, theta: Array) -> Array:
-        """Unknowns at the coordinates `theta`; shared ones at their mean."""
+        """Unknowns at the coordinates `theta`; the mean where two coordinates share one."""
         x = [float(np.mean(theta[self.column == k])) for k in range(self.unknowns)]
         return np.array(x + [prior.mean for prior in self.priors.values()])
 
     def bounds(self) -> tuple[Array, Array]:
-        """Edges of the unknowns."""
+        """Bounds of the unknowns."""
         moving = self.points.speed[self.points.speed > 0.0]
         ends = (moving.min() / OUTSIDE, moving.max() * OUTSIDE) if moving.size else (1e-6, 1.0)
         low = np.repeat([0.0, 0.0, np.log(ends[0]), np.log(STRIBECK_EXPONENT[0]), 0.0, VISCOUS_EXPONENT[0]], 2)
@@ -162,10 +162,11 @@ class Problem:
         return np.concatenate([low[first], -extra]), np.concatenate([high[first], extra])
 
     def standard_deviation(self, theta: Array) -> Array:
-        """What one point may scatter, N: force, velocity through the slope of the map, its share of the level's floor.
+        """Standard deviation of a point, N: force error, velocity error times the slope of the map, its share of the
+        floor.
 
-        A level of n points then has the variance floor^2 + sigma^2/n: with a floor above the errors every level
-        weighs the same, however many points it has.
+        A level of n points then has the variance floor^2 + sigma^2/n. With a floor far above the errors all levels
+        weigh the same, whatever their number of points.
         """
         points = self.points
         slope = self.coordinates.to_map(theta).evaluate(fitted_velocity(points))[1]
@@ -175,7 +176,7 @@ class Problem:
         return np.sqrt(force**2 + velocity**2 + levels.count[points.level] * self.floor**2)
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
-        """Fitted less measured force (n,), N, and its slopes over the unknowns."""
+        """Fitted less measured force (n,), N, and its derivatives by the unknowns."""
         theta, points, of_force = self.theta(x), self.points, self.of_force
         velocity = fitted_velocity(points, float(x[-1]) if self.sensors.linearity_error else 0.0)
         force, over_velocity, over_parameters = self.coordinates.to_map(theta).evaluate(velocity)
@@ -190,7 +191,7 @@ class Problem:
         return force + of_force @ x[shared] - points.force, slopes
 
     def solve(self, x: Array, sigma: Array, *, loss: Loss = "linear", extra: Row | None = None) -> OptimizeResult:
-        """Minimise from `x`, with points of standard deviation `sigma`, and one more residual where it is given."""
+        """Minimise from `x`, with points of standard deviation `sigma`, and the residual `extra` if given."""
         low, high = self.bounds()
         inside = np.where(np.isfinite(high), np.clip(x, low, high), np.maximum(x, low))
         return least_squares(
@@ -208,7 +209,7 @@ class Problem:
         )
 
     def weighted_residuals(self, x: Array, sigma: Array, extra: Row | None = None) -> tuple[Array, Array]:
-        """Residuals in standard deviations, an extra one and the priors of the sensors last, and their slopes."""
+        """Residuals in standard deviations and their derivatives; the extra one and the sensor priors come last."""
         residuals, slopes = self.residuals(x)
         r, jac = residuals / sigma, slopes / sigma[:, None]
         rows = [extra(x)] if extra else []
@@ -224,12 +225,13 @@ class Problem:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Scatter of the levels about a map, in units of what was expected.
+    """Scatter of the levels about a map, relative to the expected one.
 
     Attributes
     ----------
     between, within : float
-        Mean square of the level means about the map and of the points about their level; NaN where there are none.
+        Mean square of the level means about the map and of the points about their level; NaN without degrees of
+        freedom.
     between_freedom, within_freedom : int
     """
 
@@ -248,7 +250,7 @@ def level_means(points: FrictionPoints, residuals: Array, sigma: Array) -> tuple
 
 
 def scatter(points: FrictionPoints, residuals: Array, sigma: Array, unknowns: int) -> Scatter:
-    """Variance of levels about the map and of points within levels; with independent errors both are equal."""
+    """Variances of levels about the map and of points within levels; with independent errors both are equal."""
     total, mean, level = level_means(points, residuals, sigma)
     between_freedom = int(total.size) - unknowns
     within_freedom = len(points) - int(total.size)
@@ -271,9 +273,9 @@ class Inverse:
     from_data : ndarray, shape (n, n)
         Covariance of the unknowns from the scatter of the points; zero where `undetermined`.
     over_prior : ndarray, shape (n, k)
-        Change of the unknowns with each error of the sensors that is one of its standard deviations.
+        Change of the unknowns per standard deviation of each sensor error.
     undetermined : ndarray of bool, shape (n,)
-        Unknowns that take part in a combination which leaves every point as it is.
+        Unknowns in a combination that does not affect any point.
     condition : float
     """
 
@@ -294,7 +296,7 @@ class Inverse:
 
 
 def invert(jacobian: Array, deviations: Array) -> Inverse:
-    """Covariance of the unknowns from the weighted slopes of the points (n_points, n).
+    """Covariance of the unknowns from the weighted derivatives of the points (n_points, n).
 
     `deviations` (k,) are those of the priors of the last k unknowns.
     """
@@ -312,20 +314,20 @@ def invert(jacobian: Array, deviations: Array) -> Inverse:
     return Inverse(inverse - weighted @ weighted.T, weighted, undetermined, condition)
 
 
-# With fewer levels to spare than this the floor is not found, and the scatter within the levels helps to scale.
+# Least degrees of freedom of the levels for an estimate of the floor; with fewer the scatter within levels is used too.
 FEW = 3
 
 
 def floor_is_found(problem: Problem) -> bool:
-    """Whether the scatter of the levels tells the floor; else it stays, and all errors are scaled alike."""
+    """Whether the scatter of the levels identifies the floor; else the floor is kept and all errors are scaled."""
     return problem.free_floor and _freedom(problem) >= FEW
 
 
 def of_the_bulk(problem: Problem, x: Array) -> Array:
-    """Standard deviation of each point, N, at which the median residual is as large as it should be.
+    """Standard deviation of each point, N, for which the median residual has its expected size.
 
-    A floor that is found grows until it is. It is never less than none: a point within its stated errors is not stray,
-    however close the others lie by chance.
+    A free floor is increased until this holds. It is never negative: a point within its stated errors is no outlier,
+    even if the other points happen to lie closer to the map.
     """
     theta, residuals = problem.theta(x), problem.residuals(x)[0]
     sigma = problem.standard_deviation(theta)
@@ -339,10 +341,11 @@ def of_the_bulk(problem: Problem, x: Array) -> Array:
 
 
 def with_floor(problem: Problem, x: Array) -> Problem:
-    """The problem with the floor at which the levels scatter about the map as expected; none where errors explain it.
+    """The problem with the floor for which the levels scatter about the map as expected; zero if the stated errors
+    explain the scatter.
 
-    Mandel and Paule, Analytical Chemistry 42, 1970: levels that are known to different precision neither weigh all the
-    same nor rule by the precision of their noise alone.
+    Mandel and Paule, Analytical Chemistry 42, 1970: the weights of levels of different precision follow from their
+    stated errors and from a common variance between levels.
     """
     if not floor_is_found(problem):
         return problem
@@ -356,12 +359,13 @@ def with_floor(problem: Problem, x: Array) -> Problem:
 
 
 def scale_of(problem: Problem, x: Array, sigma: Array) -> tuple[float, float]:
-    """Factor of all errors, and the degrees of freedom of what was found in the scatter: this factor or the floor.
+    """Factor on all errors, and degrees of freedom of the quantity estimated from the scatter: this factor or the
+    floor.
 
-    A floor that is found explains the scatter, and errors as stated are never made smaller. Else the levels about the
-    map count, because what is common to the points of a level does not average out within it. With few levels to spare
-    the points within the levels are taken in; they say nothing of a floor that is guessed, so that it is not made
-    smaller either. Without any points to spare, the errors handed in are trusted.
+    If the floor is estimated, it explains the scatter, and the factor is at least one. Else the scatter of the levels
+    about the map counts, because errors common to the points of a level do not average out within it. With few degrees
+    of freedom of the levels the scatter within the levels is used too. That scatter contains no information on a
+    guessed floor, so the factor is then at least one too. Without degrees of freedom the stated errors are used.
     """
     found = scatter(problem.points, problem.residuals(x)[0], sigma, problem.unknowns)
     if floor_is_found(problem):
@@ -377,14 +381,14 @@ def scale_of(problem: Problem, x: Array, sigma: Array) -> tuple[float, float]:
 
 
 def found_share(problem: Problem, sigma: Array) -> Array:
-    """(n,) share of each point's variance that was found in the scatter instead of stated."""
+    """(n,) share of each point's variance that was estimated from the scatter and not stated."""
     if not floor_is_found(problem):
         return np.ones(sigma.size)
     return problem.points.levels.count[problem.points.level] * (problem.floor / sigma) ** 2
 
 
 def _freedom(problem: Problem) -> int:
-    """Levels to spare."""
+    """Degrees of freedom of the levels."""
     return int(problem.points.levels.count.size) - problem.unknowns
 
 
@@ -397,8 +401,8 @@ def _bulk(standardised: Array, unknowns: int) -> float:
 
 
 def _without(excess: Callable[[float], float], problem: Problem, residuals: Array) -> float:
-    """Floor at which nothing is left in excess, N; next to none where there is no excess at all."""
+    """Floor at which the excess vanishes, N; nearly zero if there is no excess."""
     smallest = 1e-9 * float(np.abs(problem.points.force).max())
-    # With the whole residuals as the floor nothing is left in excess.
+    # A floor as large as the largest residual leaves no excess.
     largest = 10.0 * float(np.abs(residuals).max()) + smallest
     return float(brentq(excess, smallest, largest)) if excess(smallest) > 0.0 else smallest

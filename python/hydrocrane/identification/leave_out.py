@@ -1,4 +1,4 @@
-"""Levels left out of a fit and predicted by the same form from the rest.
+"""Cross-validation: levels are left out of a fit and predicted by the same form from the other levels.
 
 Source: cross-validation, Stone, Journal of the Royal Statistical Society B 36, 1974.
 """
@@ -15,14 +15,14 @@ from hydrocrane.identification.held_out import HeldOut
 from hydrocrane.identification.least_squares import Inverse, Problem, invert, level_means, scale_of
 from hydrocrane.identification.static_choice import Candidate
 
-# Up to so many levels are left out one by one, more in so many groups.
+# Up to this many levels are left out one by one; more are left out in this many groups.
 PARTS = 24
 
 
 def leave_out(fitted: Candidate) -> HeldOut | None:
-    """Predictions of all levels of a form that was fitted to them; None where there is a single level.
+    """Predictions of all levels by a form that was fitted to them; None for a single level.
 
-    The weights and the floor stay as the fit to all levels found them.
+    Weights and floor are those of the fit to all levels.
     """
     problem, x = fitted.problem, fitted.x
     sigma = fitted.sigma * scale_of(problem, x, fitted.sigma)[0]
@@ -35,7 +35,7 @@ def leave_out(fitted: Candidate) -> HeldOut | None:
     left = problem.residuals(x)[0]
     _, within, level = level_means(points, left, sigma)
     error, promised = np.full(count, np.nan), np.full(count, np.nan)
-    # Levels are numbered by speed, so that the levels of a group lie apart.
+    # Levels are numbered by speed, so the levels of a group are not neighbours.
     for part in range(fits):
         out = level % fits == part
         for k, found in _predicted(problem, x, sigma, level, out).items():
@@ -60,7 +60,7 @@ def _predicted(
     rest = replace(problem, points=points.select(~out))
     moved = rest.solve(x, sigma[~out]).x
     residuals = problem.residuals(moved)[0]
-    # Slopes of one place alone may not know of a Stribeck term that hides between two levels.
+    # Derivatives at one point may not show a Stribeck term between two levels.
     places = [_Place.of(problem, at, sigma, out) for at in (moved, x)]
     found = {}
     for k in np.unique(level[out]):
@@ -78,7 +78,7 @@ def _predicted(
 
 @dataclass(frozen=True)
 class _Place:
-    """Slopes of all points at some unknowns, and what the points that were left know of these."""
+    """Derivatives of all points at given unknowns, and the information of the remaining points on these."""
 
     slopes: Array
     inverse: Inverse
@@ -90,7 +90,7 @@ class _Place:
         return cls(slopes, invert(slopes[~out] / sigma[~out, None], deviations))
 
     def variance(self, here: NDArray[np.bool_], weight: Array) -> float:
-        """Of the predicted mean of a level, N^2; infinite where it is not determined."""
+        """Variance of the predicted mean of a level, N^2; infinite if it is not determined."""
         slope = weight @ self.slopes[here]
         if (slope[self.inverse.undetermined] != 0.0).any():
             return np.inf
@@ -98,9 +98,10 @@ class _Place:
 
 
 def _spare(problem: Problem, side: int) -> int:
-    """Levels of a direction less the parameters that it alone has.
+    """Levels of a direction less the parameters that only this direction has.
 
-    With none to spare a Stribeck term may hide between two levels, which the slopes at the solution do not know.
+    If the difference is zero, a Stribeck term may lie between two levels, and the derivatives at the solution do not
+    show it.
     """
     own, other = problem.column[side::2], problem.column[1 - side :: 2]
     levels = np.unique(problem.points.level[problem.points.direction == side])

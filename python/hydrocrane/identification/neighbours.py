@@ -1,4 +1,4 @@
-"""The correlation of a fit's residuals along time and velocity, tested against what the fit itself brings about.
+"""Test of the correlation of a fit's residuals along time and velocity, corrected for the effect of the fit itself.
 
 Source: the ratio of quadratic forms of Durbin and Watson, Biometrika 37, 1950, with its exact mean and variance.
 """
@@ -18,12 +18,12 @@ from hydrocrane.identification.least_squares import Problem, level_means, scatte
 from hydrocrane.identification.points import EXTENDING, RETRACTING, FrictionPoints
 from hydrocrane.identification.succession import Succession
 
-# Pairs of neighbours and degrees of freedom below which nothing is said.
+# Least number of pairs of neighbours and of degrees of freedom for a test.
 LEAST = 6
 
 
 def successions(problem: Problem, x: Array) -> tuple[Succession, ...]:
-    """Correlations of the residuals of a fit at its solution `x`, as far as there are readings enough."""
+    """Correlations of the residuals of a fit at its solution `x`, for each order with enough readings."""
     points = problem.points
     residuals, slopes = problem.residuals(x)
     stated = replace(problem, floor=0.0).standard_deviation(problem.theta(x))
@@ -34,7 +34,7 @@ def successions(problem: Problem, x: Array) -> tuple[Succession, ...]:
     means = np.stack([level_means(points, column, stated)[1] for column in both.T], axis=-1)
     found = []
     if points.time is not None:
-        # Windows within their level and levels about the map have a scatter of their own each.
+        # The scatter of windows within their level differs from that of levels about the map.
         counts = np.bincount(level)
         total = scatter(points, residuals, stated, problem.unknowns)
         inner = stated * np.sqrt(np.nan_to_num(total.within, nan=1.0) or 1.0)
@@ -46,14 +46,14 @@ def successions(problem: Problem, x: Array) -> tuple[Succession, ...]:
 
 
 def _size(means: Array, unknowns: int) -> float:
-    """Scatter of standardised means about a map; one where there are none to spare."""
+    """Scatter of standardised means about a map; one without degrees of freedom."""
     spare = means.size - unknowns
     found = float(np.sqrt(np.sum(means**2) / spare)) if spare > 0 else 1.0
     return found if found > 1e-9 else 1.0
 
 
 def _in_time(points: FrictionPoints) -> Iterator[NDArray[np.intp]]:
-    """Numbers of the points of each log, the earliest first."""
+    """Indices of the points of each log, in order of time."""
     assert points.time is not None
     for log in range(points.logs):
         here = np.flatnonzero(points.log == log)
@@ -61,22 +61,22 @@ def _in_time(points: FrictionPoints) -> Iterator[NDArray[np.intp]]:
 
 
 def _by_speed(points: FrictionPoints, level: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
-    """Numbers of the levels of each direction, the slowest first, as they are counted."""
+    """Indices of the levels of each direction, the slowest first."""
     for side in (EXTENDING, RETRACTING):
         yield np.unique(level[points.direction == side])
 
 
 def succession(order: str, white: Array, rows: Iterable[NDArray[np.intp]]) -> Succession | None:
-    """The correlation of residuals along rows of neighbours; None where there are too few.
+    """The correlation of residuals along rows of neighbours; None if there are too few.
 
     Parameters
     ----------
     order : str
         One of :data:`~hydrocrane.identification.succession.ORDERS`.
     white : (n, 1 + k) array
-        Residuals in their standard deviations, then their slopes over the k unknowns that were fitted to them.
+        Residuals in standard deviations, then their derivatives by the k fitted unknowns.
     rows : iterable of int arrays
-        Numbers of residuals, neighbours after each other.
+        Indices of residuals, in the order of neighbours.
     """
     pairs = [np.stack([row[:-1], row[1:]]) for row in rows]
     first, second = np.concatenate(pairs, axis=1) if pairs else np.zeros((2, 0), dtype=int)
@@ -91,7 +91,8 @@ def succession(order: str, white: Array, rows: Iterable[NDArray[np.intp]]) -> Su
     half = np.full(first.size, 0.5)
     entries = np.concatenate([half, half]), (np.concatenate([first, second]), np.concatenate([second, first]))
     neighbours = coo_array(entries, shape=(residuals.size, residuals.size)).tocsr()
-    # Traces of M A and (M A)^2 with A the neighbours and M = 1 - Q Q^T, which takes away what the fit follows.
+    # Traces of M A and (M A)^2 with A the matrix of neighbours and M = 1 - Q Q^T the projection that removes the fitted
+    # part.
     moved = neighbours @ basis
     within = basis.T @ moved
     trace = -float(np.trace(within))
@@ -99,6 +100,6 @@ def succession(order: str, white: Array, rows: Iterable[NDArray[np.intp]]) -> Su
     mean = trace / freedom
     variance = (2.0 * square + trace**2) / (freedom * (freedom + 2.0)) - mean**2
     excess = float(residuals @ (neighbours @ residuals)) / power - mean
-    # A chain of n has n - 1 pairs: the sum over them is smaller than that of the squares by as much.
+    # A chain of n has n - 1 pairs: their sum is scaled to the n squares.
     correlation = excess * residuals.size / first.size
     return Succession(order, correlation, float(norm.sf(excess / np.sqrt(variance))), residuals.size)

@@ -1,14 +1,14 @@
 """Output-error fitting: a simulated experiment is fitted to its log.      theory: docs/theory/identification/dynamic.md
 
-The unknowns are *keys* of the machine, which the simulation depends on, and *nuisances*, which only change the readings
-(a sensor's zero, its span). Each may have a prior, where a data sheet or an earlier fit knows something. With residuals
-r, each in standard deviations, the fit minimises
+The unknowns are *keys* of the machine, on which the simulation depends, and *nuisances*, which only change the readings
+(a sensor's zero, its span). Each may have a prior from a data sheet or an earlier fit. With residuals r in standard
+deviations the fit minimises
 
     sum r^2 + sum ((theta - prior) / sigma_prior)^2 + (theta_j - mean_j)^T Cov_j^-1 (theta_j - mean_j)
 
-with the last term for unknowns theta_j that an earlier fit knows together. Its covariance is the inverse of the
-information matrix J^T J, with J the slopes of all terms. The same matrix at assumed values is the Fisher information of
-an experiment that nobody has run yet.
+with the last term for unknowns theta_j with a joint prior from an earlier fit. Its covariance is the inverse of the
+information matrix J^T J, with J the derivatives of all terms. At assumed values this matrix is the Fisher information
+of an experiment that has not been run.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from scipy import optimize
 from hydrocrane.arrays import Array
 from hydrocrane.errors import HydrocraneError, InputError
 
-# From the values (k,), SI, to residuals in standard deviations (m,) and their slopes (m, k) per SI unit.
+# From the values (k,), SI, to residuals in standard deviations (m,) and their derivatives (m, k) per SI unit.
 ResidualFunction = Callable[[Array], tuple[Array, Array]]
-# Relative change of cost or unknowns at which the search stops: far below what a standard deviation costs.
+# Relative change of cost or unknowns at which the search stops, far below that of one standard deviation.
 TOLERANCE = 1e-5
 MOST_EVALUATIONS = 40
-# Information below this share of the largest, unknowns in their scales, counts as none.
+# Information below this share of the largest counts as zero; unknowns are in units of their scales.
 BLIND = 1e-9
-# A combination of unknowns is not known better beforehand than by this share of the variance of the least known one.
+# Lower limit of the prior variance of a combination of unknowns, as a share of the largest variance.
 SINGULAR = 1e-10
 
 
@@ -40,13 +40,13 @@ class Unknown:
     Parameters
     ----------
     name : str
-        Key of the machine file, or of a nuisance.
+        Key of the machine file, or name of a nuisance.
     start : float
         SI.
     scale : float
-        A change that matters, SI; the search works in its multiples.
+        Typical change, SI; the search uses its multiples.
     prior : (float, float) or None
-        Mean and standard deviation known beforehand, SI.
+        Mean and standard deviation of the prior, SI.
     bounds : (float, float)
         SI.
     """
@@ -68,7 +68,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class JointPrior:
-    """What an earlier fit knows of several unknowns together; these have no prior of their own.
+    """Joint prior of several unknowns from an earlier fit; they have no other prior.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ class JointPrior:
     mean : (m,) array
         SI.
     covariance : (m, m) array
-        In products of SI units. A combination that it says is known exactly, as of two parameters that the earlier fit
-        held equal, is held all but exactly.
+        In products of SI units. A combination with zero variance, such as the difference of two parameters that the
+        earlier fit held equal, is held almost exactly.
     """
 
     names: tuple[str, ...]
@@ -110,7 +110,7 @@ class JointPrior:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a fit found.
+    """Result of a fit.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class Estimate:
     message : str
     evaluations : int
     at_bound : tuple of str
-        Unknowns that ended on a bound: their intervals mean nothing.
+        Unknowns that ended on a bound; their intervals are meaningless.
     """
 
     names: tuple[str, ...]
@@ -142,7 +142,7 @@ class Estimate:
 
     @property
     def covariance(self) -> Array:
-        """(k, k), SI: the bound, widened where the residuals are larger than the stated noise."""
+        """(k, k), SI: the bound, widened if the residuals exceed the stated noise."""
         return self.bound * max(self.variance, 1.0)
 
     def deviation(self, name: str) -> float:
@@ -165,17 +165,17 @@ def fit(
     tolerance: float = TOLERANCE,
     softened: float = 1.0,
 ) -> Estimate:
-    """Fit the unknowns; values that `function` cannot evaluate are stepped back from.
+    """Fit the unknowns. The search steps back from values that `function` cannot evaluate.
 
     Parameters
     ----------
     joint : JointPrior, optional
-        Of some of the unknowns.
+        Joint prior of some of the unknowns.
     tolerance : float
         The search stops where cost or unknowns change by less, relative.
     softened : float
-        Factor of all standard deviations of the data. Far from the answer straight lines promise too much of nuisances;
-        while the data count for little, their priors hold them.
+        Factor on all standard deviations of the data. Far from the solution the linearisation misjudges the nuisances;
+        with a small weight of the data their priors hold them.
     """
     evaluator = _Evaluator(unknowns, function, joint, softened)
     low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
@@ -215,14 +215,14 @@ def bound(
 
 
 class _Evaluator:
-    """Residuals and slopes of all logs and priors in scaled unknowns, turned into one more row than there are unknowns:
-    sums of squares stay, and the search need not decompose thousands of rows at every step. The last point is kept, as
-    it asks for both in turn.
+    """Residuals and derivatives of all logs and priors in scaled unknowns, reduced by an orthogonal transformation to
+    one row more than there are unknowns. Sums of squares are unchanged, and the search does not decompose thousands of
+    rows in each step. The last point is kept, because the search asks for residuals and derivatives in turn.
 
     Attributes
     ----------
     count : int
-        Residuals, priors included.
+        Number of residuals, priors included.
     """
 
     def __init__(
@@ -246,7 +246,7 @@ class _Evaluator:
         return self._residuals
 
     def slopes(self, scaled: Array) -> Array:
-        """Slopes per scaled unknown."""
+        """Derivatives by the scaled unknowns."""
         self._evaluate(scaled)
         return self._slopes
 
@@ -288,7 +288,7 @@ def _priors(unknowns: Sequence[Unknown], joint: JointPrior | None) -> tuple[Arra
 
 
 def _inverse(slopes: Array) -> Array:
-    """(J^T J)^-1; a combination of unknowns that the data say nothing of gets a huge variance in place of infinity."""
+    """(J^T J)^-1; a combination of unknowns without information gets a huge variance in place of infinity."""
     _, s, vt = np.linalg.svd(slopes, full_matrices=False)
     weight = 1.0 / np.maximum(s, BLIND * s[0]) ** 2
     return np.asarray((vt.T * weight) @ vt, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What static friction is identified from: steady velocity, friction force, and how well both are known."""
+"""Data for the identification of static friction: steady velocity, friction force, and the errors of both."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ EXTENDING, RETRACTING = 0, 1
 DIRECTIONS = ("extending", "retracting")
 # Points whose velocities differ by less than this share belong to one commanded level.
 LEVEL_SHARE = 0.1
-# Levels are told apart only by gaps that the errors of the velocities do not explain.
+# A new level begins only at a gap that the errors of the velocities do not explain.
 LEVEL_ERRORS = 3.0
-# What there is one of for each point.
+# Fields with one entry per point.
 COLUMNS = (
     "velocity", "force", "velocity_error", "force_error", "direction", "chambers", "position", "time", "load",
 )  # fmt: skip
 
 
 class SteadyWindow(Protocol):
-    """A stretch of a log at constant velocity; what finds them may keep more."""
+    """A stretch of a log at constant velocity; implementations may have further attributes."""
 
     @property
     def velocity(self) -> float: ...
@@ -49,7 +49,7 @@ class Levels:
     scatter : ndarray
         Standard deviation of the force over the points of a level, N; NaN for a single point.
     error : ndarray
-        Standard error of one point's force, N: the median of those handed in.
+        Standard error of one point's force, N: the median of the stated ones.
     count, direction : ndarray of int
         Number of points; 0 extending, 1 retracting.
     """
@@ -69,8 +69,8 @@ class FrictionPoints:
     Attributes
     ----------
     velocity : ndarray
-        Piston velocity, m/s, positive extending. Zero marks a break-away reading: the largest force that did not
-        move the piston.
+        Piston velocity, m/s, positive extending. Zero marks a break-away reading, the largest force without motion of
+        the piston.
     force : ndarray
         Friction, N, positive against positive velocity   (120).
     velocity_error, force_error : ndarray
@@ -80,13 +80,13 @@ class FrictionPoints:
     source : tuple of str
         Names of the files that the points come from.
     chambers : ndarray, shape (n, 2), optional
-        p1 A1 and p2 A2 as read, N: what errors of the transmitters' span grow with.
+        p1 A1 and p2 A2 as read, N; errors of the transmitters' span are proportional to them.
     position : ndarray, shape (n,), optional
-        x as read, m, from the middle of the position sensor's range: what the error of its slope grows with.
+        x as read, m, from the middle of the position sensor's range; the error of its slope is proportional to it.
     of_log : ndarray of int, shape (n,), optional
-        Number of the log that a point comes from, from 0; None where they all come from one.
+        Number of the log of each point, from 0; None if all come from one log.
     time : ndarray, shape (n,), optional
-        Middle of the window in its log, s: what friction changes with where the oil warms up.
+        Middle of the window in its log, s; friction changes with it while the oil warms up.
     load : ndarray, shape (n,), optional
         Mass on the rod, kg.
     """
@@ -118,14 +118,14 @@ class FrictionPoints:
     ) -> FrictionPoints:
         """Checked points from plain arrays; errors may be one number for all.
 
-        `direction` (+1 extending, -1 retracting) is needed for break-away readings only, whose velocity is zero.
+        Only break-away readings, whose velocity is zero, need `direction` (+1 extending, -1 retracting).
         """
         v = np.atleast_1d(real_array(velocity, "velocity"))
         f = np.atleast_1d(real_array(force, "force"))
         if v.ndim != 1 or v.shape != f.shape:
             raise InputError(f"velocity and force must be vectors of equal length, got shapes {v.shape} and {f.shape}")
         if v.size == 0:
-            raise InputError("no friction points: no steady window was accepted, or none was handed in")
+            raise InputError("no friction points: no steady window was accepted or given")
         of_v, of_f = _error(velocity_error, "velocity_error", v), _error(force_error, "force_error", f)
         sign = np.sign(v) if direction is None else _signs(direction, v)
         if (sign == 0).any():
@@ -139,10 +139,10 @@ class FrictionPoints:
 
     @classmethod
     def from_windows(cls, windows: Iterable[SteadyWindow], *, source: Iterable[str] = ()) -> FrictionPoints:
-        """Points from accepted steady windows: anything with velocity, force and their errors as attributes.
+        """Points from accepted steady windows: objects with velocity, force and their errors as attributes.
 
-        Windows of several logs may stand in one row; `chambers` (p1 A1, p2 A2), `position` and the time between
-        `start` and `end` are taken where every window has them.
+        Windows of several logs may be mixed. `chambers` (p1 A1, p2 A2), `position` and the time between `start` and
+        `end` are used if every window has them.
         """
         given = list(windows)
         table = [(w.velocity, w.force, w.velocity_error, w.force_error) for w in given]
@@ -163,9 +163,9 @@ class FrictionPoints:
 
     @classmethod
     def joined(cls, logs: Sequence[FrictionPoints]) -> FrictionPoints:
-        """Points of several logs in one row, those of each after the other.
+        """Points of several logs, one log after the other.
 
-        `chambers`, `position`, `time` and `load` stay where every log has them.
+        `chambers`, `position`, `time` and `load` are kept if every log has them.
         """
         if not logs:
             raise InputError("no friction points: no log was handed over")
@@ -195,7 +195,7 @@ class FrictionPoints:
         return self.velocity.size
 
     def select(self, keep: NDArray[np.bool_]) -> FrictionPoints:
-        """The points where `keep` is true."""
+        """The points for which `keep` is true."""
         columns = {name: getattr(self, name) for name in COLUMNS}
         kept: dict[str, Any] = {name: None if values is None else values[keep] for name, values in columns.items()}
         return replace(self, **kept, of_log=self.log[keep])
@@ -224,8 +224,8 @@ class FrictionPoints:
     def level(self) -> NDArray[np.int_]:
         """Number of the level of each point, counted over both directions, slowest first.
 
-        Sorted by speed, a level ends where the next point is faster by more than a tenth and by more than the errors
-        of both velocities explain.
+        Points are sorted by speed. A level ends where the next point is faster by more than a tenth and by more than
+        the errors of both velocities.
         """
         level = np.empty(len(self), dtype=int)
         count = 0
@@ -245,7 +245,7 @@ class FrictionPoints:
 
     @cached_property
     def levels(self) -> Levels:
-        """The points gathered by level."""
+        """The points grouped by level."""
         groups = [np.flatnonzero(self.level == k) for k in range(int(self.level.max()) + 1)]
         force = [self.force[g] for g in groups]
         return Levels(

@@ -1,4 +1,4 @@
-"""Intervals by profile likelihood: how far a parameter can be moved while all others follow."""
+"""Intervals by profile likelihood: one parameter is moved, and all others are fitted again."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from hydrocrane.arrays import Array
 from hydrocrane.identification.least_squares import Problem, Row
 from hydrocrane.identification.static_map import LABELS, LOGARITHMIC
 
-# A parameter is held at its target to this share of the first step.
+# A parameter is held at its target to within this share of the first step.
 HOLD = 1e-3
-# Steps double this many times before an end is called out of sight.
+# The step is doubled at most this many times; then the end counts as infinite.
 DOUBLINGS = 12
-# False positions tried, and the share of the reach at which an end is close enough.
+# Most iterations of the method of false position, and its tolerance as a share of the reach.
 CLOSINGS = 12
 CLOSE = 0.005
-# Parameters whose unknown has edges of its own; the others are forces and coefficients from zero upwards.
+# Parameters whose unknown has bounds of its own; the others are forces and coefficients not below zero.
 BOXED = ("stribeck-velocity", "stribeck-exponent", "viscous-exponent")
 
 
@@ -26,14 +26,14 @@ NATURAL, LOG = "natural", "logarithm"
 
 @dataclass(frozen=True)
 class Handle:
-    """One parameter, by which a fit is moved.
+    """The parameter of a profile.
 
     Attributes
     ----------
     index : int
-        Place among the parameters.
+        Index among the parameters.
     scale : str
-        Whether it is moved in steps of itself or of its logarithm.
+        Whether steps are in the parameter or in its logarithm.
     """
 
     problem: Problem
@@ -51,13 +51,13 @@ class Handle:
         return float(np.exp(place)) if self.scale is LOG else place
 
     def edge(self, upper: bool) -> float:
-        """Last physical place in one direction."""
+        """Last physical value in one direction."""
         if self.problem.column[self.index] >= 0 and LABELS[self.index].split(".")[0] in BOXED:
             return float(self.problem.bounds()[upper][self.problem.column[self.index]])
         return np.inf if upper else 0.0
 
     def hold(self, target: float, width: float) -> Row:
-        """A residual that keeps the parameter at `target` to within `width`."""
+        """A residual that holds the parameter at `target` to within `width`."""
 
         def row(x: Array) -> tuple[float, Array]:
             over_theta = self.problem.coordinates.slopes(self.problem.theta(x))[self.index]
@@ -72,14 +72,14 @@ class Handle:
 
 @dataclass(frozen=True)
 class Moved:
-    """A fit with one parameter held away from its best place.
+    """A fit with one parameter held away from its best value.
 
     Attributes
     ----------
     x : ndarray
         Unknowns.
     excess : float
-        Standard deviations that the likelihood has fallen, less those asked for.
+        Decrease of the likelihood in standard deviations, less the required one.
     """
 
     place: float
@@ -89,7 +89,7 @@ class Moved:
 
 @dataclass(frozen=True)
 class Solved:
-    """A fit at its minimum, kept to be moved away from it.
+    """A fit at its minimum, from which profiles start.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Solved:
     x : ndarray
         Unknowns at the minimum.
     sigma : ndarray, shape (n,)
-        Standard deviation of each point as found, N.
+        Standard deviation of each point as estimated, N.
     """
 
     problem: Problem
@@ -105,19 +105,19 @@ class Solved:
     sigma: Array
 
     def ends(self, label: str, deviation: float, reach: float) -> tuple[float, float]:
-        """Values of a parameter where the likelihood has fallen by reach^2/2, or the edge of what is physical.
+        """Values of a parameter at which the log likelihood is lower by reach^2/2, or the physical bound.
 
         Parameters
         ----------
         deviation : float
             Standard deviation of the parameter, a first guess.
         reach : float
-            Standard deviations, as Student's t.
+            Half width in standard deviations, such as Student's t.
 
         Returns
         -------
         low, high : float
-            `high` is infinite where the likelihood never falls that far.
+            `high` is infinite if the likelihood never decreases that much.
         """
         scale = LOG if label.split(".")[0] in LOGARITHMIC else NATURAL
         handle = Handle(self.problem, LABELS.index(label), scale)
@@ -125,7 +125,7 @@ class Solved:
         return self._end(handle, -step, reach), self._end(handle, step, reach)
 
     def _end(self, handle: Handle, step: float, reach: float) -> float:
-        """Step outwards until the likelihood has fallen far enough, then close in."""
+        """Step outwards until the likelihood is low enough, then interpolate."""
         edge = handle.edge(step > 0.0)
         near = Moved(handle.place(self.x), self.x, -reach)
         stride = reach * step
@@ -141,7 +141,7 @@ class Solved:
         return np.inf if step > 0.0 else 0.0
 
     def _between(self, handle: Handle, near: Moved, far: Moved, step: float, reach: float) -> float:
-        """Where the excess vanishes: it is nearly straight, so that few false positions do."""
+        """The zero of the excess by false position; it is nearly linear, so few iterations suffice."""
         for _ in range(CLOSINGS):
             share = float(np.clip(-near.excess / (far.excess - near.excess), 0.1, 0.9))
             place = near.place + share * (far.place - near.place)
@@ -157,6 +157,6 @@ class Solved:
         return Moved(place, x, float(fallen) - reach)
 
     def _cost(self, x: Array) -> float:
-        """Sum of squares, the priors of the sensors in it."""
+        """Sum of squares, the sensor priors included."""
         r = self.problem.weighted_residuals(x, self.sigma)[0]
         return float(r @ r)

@@ -1,4 +1,4 @@
-"""Logs of a rig made ready for identification: what each is for, under which load, and with its zero taken off."""
+"""Logs of a rig prepared for identification: role, load, and subtraction of the zero."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hydrocrane.signals import ZeroCalibrated, zero_calibrated
 from hydrocrane.signals.resample import at_common_rate
 
 STEADY, RAMP, STEP = "steady", "ramp", "step"
-# What a log that names its experiment is for; empty: no stage uses it.
+# Role of a log by the name of its experiment; empty if no stage uses it.
 ROLES = {
     "constant-velocity": STEADY,
     "load-variation": STEADY,
@@ -31,28 +31,28 @@ ROLES = {
     "break-away": "",
     "frictional-lag": "",
 }
-# With open chambers no pressure differs from zero by more than this many bounds of the data sheet.
+# With open chambers a pressure differs from zero by at most this multiple of the bound in the data sheet.
 MOST_ZERO = 3.0
 
 
 @dataclass(frozen=True)
 class Record:
-    """One log and what it is for.
+    """One log and its role.
 
     Attributes
     ----------
     log : Log
-        Less its zero, and from its end on.
+        The log with the zero subtracted, from the end of the zero on.
     role : {"steady", "ramp", "step", ""}
-        Empty where no stage has use for the log's experiment.
+        Empty if no stage uses the log's experiment.
     payload : float
         kg.
     supply : float
         Pa.
     zero : ZeroCalibrated or None
-        What was taken off, and how well it is known.
+        The subtracted zero and its standard error.
     notes : tuple of str
-        What was assumed.
+        Assumptions.
     """
 
     log: Log
@@ -64,13 +64,13 @@ class Record:
 
     @property
     def name(self) -> str:
-        """The file's name, or what else the log is called."""
+        """The file's name, or the name of the log."""
         return name_of(self.log)
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How logs are to be read: the options of :func:`~hydrocrane.identification.identify_friction`."""
+    """How logs are read: the options of :func:`~hydrocrane.identification.identify_friction`."""
 
     rig: Machine
     mapping: MappingLike = None
@@ -98,7 +98,7 @@ class Reading:
         payload, notes = self._payload(log)
         about = log.data.attrs
         if about.get("machine", self.rig.name) != self.rig.name:
-            notes.append(f"was recorded on {about['machine']} and is identified as of {self.rig.name}")
+            notes.append(f"was recorded on {about['machine']}, but is used for {self.rig.name}")
         notes += _cut_off(log)
         if role and not log.fatal:
             log = at_common_rate(log, *signals)
@@ -106,7 +106,7 @@ class Reading:
         if not role:
             notes.append(f"is of the experiment `{about['experiment']}`, which no stage uses")
         if log.fatal:
-            # The window may leave out what spoils the log.
+            # The window may exclude bad stretches of the log.
             log = self._within(log)
         record = Record(log, role, payload, supply, notes=tuple(notes))
         if log.fatal or not role:
@@ -115,7 +115,7 @@ class Reading:
         return replace(record, log=self._within(record.log))
 
     def _within(self, log: Log) -> Log:
-        """The log within the window; the zero is read before, and may lie outside of it."""
+        """The log within the window; the zero is read before and may lie outside it."""
         return log if self.window is None else log.between(*self.window)
 
     def _payload(self, log: Log) -> tuple[float, list[str]]:
@@ -131,7 +131,7 @@ class Reading:
         return mass, []
 
     def _less_zero(self, record: Record) -> Record:
-        """The record without its calibration, and with the zeros found there taken off."""
+        """The record without its calibration, and with the zeros found there subtracted."""
         log, stretch = record.log, self.zero
         stated = log.data.attrs.get("calibration", 0.0)
         if stretch is None and isinstance(stated, float | int) and stated > 0:
@@ -147,7 +147,7 @@ class Reading:
         return replace(record, log=zero.log, zero=zero)
 
     def _check_zero(self, log: Log, start: float, end: float) -> None:
-        """With open chambers no pressure differs from zero by more than its sensor may be off."""
+        """Checks that pressures with open chambers are zero within the errors of their sensors."""
         inside = (log.time >= start) & (log.time < end)
         for name in PRESSURES if inside.any() else ():
             mean, bound = float(np.nanmean(log[name][inside])), largest_error(self.rig, name)
@@ -159,7 +159,7 @@ class Reading:
 
 
 def _cut_off(log: Log) -> list[str]:
-    """A note where a log ends before the last piece of its experiment does."""
+    """A note if a log ends before the last piece of its experiment."""
     try:
         end = max(float(piece["end"]) for piece in json.loads(str(log.data.attrs.get("segments", "[]"))))
     except (ValueError, TypeError, KeyError):
@@ -170,16 +170,16 @@ def _cut_off(log: Log) -> list[str]:
 
 
 def name_of(log: Log) -> str:
-    """The file's name, or what else a log is called."""
+    """The file's name, or the name of a log."""
     return Path(log.source).name or "log"
 
 
 def _role(log: Log, asked: str) -> str:
-    """What a log is for: what it was handed over as, checked against what it says itself."""
+    """The role of a log as given by the caller, checked against its own experiment."""
     experiment = log.data.attrs.get("experiment")
     own = ROLES.get(str(experiment))
     if own is None:
         return asked or STEADY
     if asked and own != asked:
-        raise InputError(f"{log.source} was handed over as a {asked}, but states that it is a `{experiment}`")
+        raise InputError(f"{log.source} was given as a {asked}, but states that it is a `{experiment}`")
     return own

@@ -1,4 +1,4 @@
-"""A report in one HTML file: sections in the order of the stages, pictures inside, failures in their place."""
+"""A report in one HTML file: sections in the order of the stages, with embedded pictures and the failures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hydrocrane.files.whole_file import write_text
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# A drawing of more points, as the curves of a whole log, is embedded as pixels, so many per inch.
+# A drawing with more points, such as the curves of a whole log, is embedded as pixels, this many per inch.
 MOST_POINTS, RESOLUTION = 3000, 110
 
 STYLE = """
@@ -46,18 +46,18 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a report; what is empty is left out.
+    """One part of a report; empty fields are left out.
 
     Attributes
     ----------
     text : str
         Plain text, an empty line between paragraphs.
     warnings : tuple of str
-        What a reader must know before trusting the section.
+        Limits of the results of this section.
     code : str
         A block to be copied, as for a machine file.
     failure : str
-        Why the stage did not end.
+        Why the stage failed.
     """
 
     title: str
@@ -69,7 +69,7 @@ class Section:
     failure: str = ""
 
     def html(self, anchor: str) -> str:
-        """The section as HTML; everything that was handed in is escaped."""
+        """The section as HTML; all text is escaped."""
         parts = [f'<section id="{anchor}"><h2>{html.escape(self.title)}</h2>']
         if self.failure:
             parts.append(f'<div class="failure"><p>Not finished: {html.escape(self.failure)}</p></div>')
@@ -86,15 +86,15 @@ class Section:
         return "\n".join([*parts, "</section>"])
 
 
-# A title, and what makes the section under it.
+# A title, and the function that makes its section.
 Stage: TypeAlias = tuple[str, Callable[[], Section]]
 
 
 @dataclass
 class Report:
-    """Sections as the stages deliver them.
+    """A report that grows with each stage.
 
-    A stage that fails leaves its message in its place, and the report goes on.
+    A failed stage appears with its message, and the report continues.
     """
 
     title: str
@@ -106,7 +106,7 @@ class Report:
         self.sections += sections
 
     def stage(self, title: str, make: Callable[[], Section | Iterable[Section]]) -> bool:
-        """Append what `make` returns, or its error under `title`; true if it went well."""
+        """Append the section that `make` returns, or its error under `title`; true if it succeeded."""
         try:
             made = make()
             self.add(*([made] if isinstance(made, Section) else made))
@@ -117,7 +117,7 @@ class Report:
 
     @property
     def failures(self) -> list[str]:
-        """Titles of the stages that did not end."""
+        """Titles of the failed stages."""
         return [s.title for s in self.sections if s.failure]
 
     def html(self) -> str:
@@ -133,7 +133,7 @@ class Report:
         )
 
     def write(self, path: str | Path) -> Path:
-        """Write the page as one file that needs no other."""
+        """Write the page as one self-contained file."""
         target = Path(path)
         if target.suffix.lower() not in (".html", ".htm"):
             raise ResultFileError(f"a report is written as HTML: `{target.name}` should end in .html")
@@ -153,7 +153,8 @@ def _table(table: Table) -> str:
 
 
 def _picture(figure: Figure) -> str:
-    """A picture as a data address, apart from the page's own names: vectors, or pixels where they take far less."""
+    """A picture as a data URL, so that its names do not collide with those of the page: vectors, or pixels if these are
+    far smaller."""
     from matplotlib.lines import Line2D
 
     dense = sum(np.size(line.get_xdata()) for line in figure.findobj(Line2D)) > MOST_POINTS

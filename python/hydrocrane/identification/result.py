@@ -1,4 +1,4 @@
-"""A static friction map found in measurements, with everything that says how far it can be trusted."""
+"""A static friction map from measurements, with its uncertainty and the warnings."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrocrane._moved import former_attribute
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.averaging import akaike_weights, averaged
 from hydrocrane.identification.block import head, interval, signature
 from hydrocrane.identification.form import Form
 from hydrocrane.identification.held_out import HeldOut
-from hydrocrane.identification.misfit import Misfit
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.reach import BOUND, reach
+from hydrocrane.identification.residual_analysis import ResidualAnalysis
 from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, PARAMETERS, StaticMap, unit_of
 from hydrocrane.identification.succession import Succession
 
@@ -27,17 +28,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-# Forms within so much of Akaike's criterion are not told apart for certain: those beyond have considerably less support
-# (Burnham and Anderson, Model Selection, 2002, section 2.6).
+# Forms within this difference of Akaike's criterion cannot be distinguished with certainty; others have considerably
+# less support (Burnham and Anderson, Model Selection, 2002, section 2.6).
 ALIKE = 4.0
 OFFSET, SPANS, LINEARITY = "offset", ("span.p1", "span.p2"), "linearity"
-# Errors of the sensors that a fit may carry along; with one offset for each log these are offset.1, offset.2 ...
+# Sensor errors that a fit may include; with one offset per log these are offset.1, offset.2 ...
 OF_SENSORS = (OFFSET, *SPANS, LINEARITY)
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How well the free parameters are known; rows and columns in the order of `labels`.
+    """Covariance of the free parameters; rows and columns in the order of `labels`.
 
     Attributes
     ----------
@@ -45,21 +46,22 @@ class Spread:
         Free parameters as ``coulomb.extending``, then errors of the sensors that have a prior: ``offset``,
         ``span.p1``, ``span.p2``, ``linearity_error``.
     from_data, from_prior : ndarray, shape (m, m)
-        Covariance that stems from the scatter of the points and from the priors of the sensors' errors; infinite on
-        the diagonal of a parameter that the data say nothing about.
+        Covariance due to the scatter of the points and due to the priors of the sensor errors; infinite on the diagonal
+        of a parameter that the data do not identify.
     from_scatter : ndarray, shape (m, m)
-        The part of `from_data` whose size was found in the scatter of the levels; the rest is as the errors state.
+        The part of `from_data` whose size was estimated from the scatter of the levels; the rest follows from the
+        stated errors.
     bounds : ndarray, shape (m, k)
-        The part of `from_prior` that stems from errors which are evenly likely within bounds: how far each of them may
-        take each parameter.
+        The part of `from_prior` due to errors that are uniformly distributed within bounds: the largest effect of each
+        error on each parameter.
     degrees_of_freedom : float
-        Of the scatter; infinite where the errors handed in were trusted.
+        Degrees of freedom of the scatter; infinite if the stated errors were used.
     scale : float
-        Factor on the errors handed in; 1 where a floor explains the scatter.
+        Factor on the stated errors; 1 if a floor explains the scatter.
     condition : float
-        Condition number of the fit, columns scaled; large: parameters cannot be distinguished.
+        Condition number of the fit with scaled columns; if it is large, parameters cannot be distinguished.
     floor : float
-        Standard deviation of a whole level about the map beyond the errors handed in, N, as found or as given.
+        Standard deviation of a whole level about the map beyond the stated errors, N, as found or as given.
     """
 
     labels: tuple[str, ...]
@@ -74,10 +76,10 @@ class Spread:
 
 
 class Profile(Protocol):
-    """A solved fit in which parameters can be moved while all others follow."""
+    """A solved fit whose profile likelihood can be computed."""
 
     def ends(self, label: str, sigma: float, far: float) -> tuple[float, float]:
-        """The interval of a parameter whose standard error is `sigma`, `far` standard errors to either side."""
+        """The interval of a parameter with standard error `sigma`, `far` standard errors on either side."""
 
 
 @dataclass(frozen=True)
@@ -90,42 +92,44 @@ class Rejected:
 
 @dataclass(frozen=True)
 class StaticFit:
-    """A static friction map and what it was found from.
+    """A static friction map and the data of its fit.
 
     Attributes
     ----------
     points : FrictionPoints
-        All points that were handed in.
+        All given points.
     law : StaticMap
         The map; NaN in a direction without points.
     method : str
         ``least-squares`` or ``graphical``.
     offsets : tuple of float
-        Constant error of the force in both directions, N, as found: one for all logs, or one for each   (empty unless a
-        prior was given).
+        Fitted constant error of the force in both directions, N: one for all logs, or one for each; empty without a
+        prior.
     spans : (float, float)
-        Relative errors of the spans of p1 and p2, as found   (zero unless a prior was given).
+        Fitted relative errors of the spans of p1 and p2; zero without a prior.
     linearity_error : float
-        Relative error of the velocity per metre of position, 1/m, as found   (zero unless a prior was given).
+        Fitted relative error of the velocity per metre of position, 1/m; zero without a prior.
     rejected : tuple of Rejected
         Points left out.
     at_bounds : tuple of str
-        Parameters that ended at the edge of what is physical.
+        Parameters that ended at a physical bound.
     warnings : tuple of str
-        What is not identifiable from these data.
+        Parameters that are not identifiable from these data, and other limits.
     form, form_text
         Which terms the map has and which exponents are free; the same in words.
     unknowns : int
         Free parameters of the map.
-    misfit : Misfit
-        How far the levels lie off the map, and what the rest may depend on   (None of readings and alternatives).
+    residual_analysis : ResidualAnalysis
+        How far the levels lie off the map, and what the residuals may depend on; None for readings and
+        alternatives.
     held_out : HeldOut
-        How well the form predicts levels that it was not fitted to   (None as `misfit`, and of a single level).
+        How well the form predicts levels that it was not fitted to; None where `residual_analysis` is, and for a
+        single level.
     successions : tuple of Succession
-        Correlation of the residuals along time and velocity, as far as there are readings enough.
+        Correlation of the residuals along time and velocity, if there are enough readings.
     aicc : float
-        Akaike's information criterion, corrected for few levels; less is likelier, among fits of the same
-        points.
+        Akaike's information criterion, corrected for few levels; among fits of the same points a smaller value is
+        likelier.
     alternatives : tuple of StaticFit
         Fits of the other forms that were tried, the likeliest first. The `intervals` are averaged
         over those within 4 AICc, by their likelihood.
@@ -145,15 +149,17 @@ class StaticFit:
     form: Form = Form()
     form_text: str = ""
     unknowns: int = 0
-    misfit: Misfit | None = None
+    residual_analysis: ResidualAnalysis | None = None
     held_out: HeldOut | None = None
     successions: tuple[Succession, ...] = ()
     aicc: float = np.nan
     alternatives: tuple[StaticFit, ...] = field(default=(), repr=False)
 
+    misfit = former_attribute("misfit", "residual_analysis")
+
     @property
     def offset(self) -> float:
-        """Constant error of the force, N; the mean over the logs where each has its own."""
+        """Constant error of the force, N; the mean over the logs if each has its own."""
         return float(np.mean(self.offsets)) if self.offsets else 0.0
 
     @property
@@ -168,7 +174,7 @@ class StaticFit:
     def force_error(self, v: Array) -> Array:
         """Standard error of the map's force, N, at velocities v (n,), m/s, from the scatter of the points.
 
-        Infinite where a parameter that counts there is not identifiable. Errors of the sensors are not in it.
+        Infinite at velocities where a parameter that is not identifiable has an effect. Sensor errors are not included.
         """
         spread = self._known_spread()
         at = [i for i, label in enumerate(spread.labels) if not of_sensors(label)]
@@ -180,14 +186,14 @@ class StaticFit:
         return np.sqrt(np.maximum(variance, 0.0))
 
     def value(self, label: str) -> float:
-        """One parameter by its label, as ``coulomb.extending``."""
+        """One parameter by its label, such as ``coulomb.extending``."""
         if of_sensors(label):
             name, _, log = label.partition(".")
             return self.offsets[int(log) - 1] if name == OFFSET and log else self._of_sensors[label]
         return float(self.law.values[LABELS.index(label)])
 
     def unit(self, label: str) -> str:
-        """SI unit of a parameter by its label; that of the viscous coefficient follows its exponent as written."""
+        """SI unit of a parameter by its label; that of the viscous coefficient depends on its exponent."""
         if of_sensors(label):
             return {OFFSET: "N", LINEARITY: "1/m"}.get(label.partition(".")[0], "1")
         if not label.startswith("viscous."):
@@ -200,7 +206,7 @@ class StaticFit:
 
     @cached_property
     def of_sensors(self) -> Array:
-        """Force that the errors of the force's sensors add to each point, N, (n,), as found."""
+        """Force that the fitted sensor errors add to each point, N, (n,)."""
         offset = np.full(len(self.points), self.offset)
         if len(self.offsets) > 1:
             offset = np.array(self.offsets)[self.points.log]
@@ -212,7 +218,7 @@ class StaticFit:
 
     @cached_property
     def residuals(self) -> Array:
-        """Measured less fitted force, N, (n,), of all points, rejected ones too; errors of sensors count to the fit."""
+        """Measured less fitted force, N, (n,), of all points, rejected ones included; sensor errors count as fitted."""
         return self.points.force - self.law.force(fitted_velocity(self.points, self.linearity_error)) - self.of_sensors
 
     @cached_property
@@ -230,7 +236,7 @@ class StaticFit:
 
     @property
     def correlation(self) -> xr.DataArray:
-        """Correlation of the free parameters; NaN where one is not identifiable."""
+        """Correlation of the free parameters; NaN for one that is not identifiable."""
         spread = self._known_spread()
         total = spread.from_data + spread.from_prior
         sigma = np.sqrt(np.diag(total))
@@ -249,8 +255,8 @@ class StaticFit:
         method : {"t", "profile"}
             ``t``: Student's t with the degrees of freedom of the levels, widened by the priors of the sensors (taken
             as known, hence Welch's degrees of freedom for the sum), in the logarithm for Stribeck velocity and
-            exponent. ``profile``: how far a parameter can be moved while the others follow; slower, and right where
-            the map is far from linear in it. By default ``profile`` where an exponent is free.
+            exponent. ``profile``: profile likelihood; slower, and correct where the map is strongly nonlinear in the
+            parameter. The default is ``profile`` if an exponent is free.
         """
         if not 0.0 < level < 1.0:
             raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
@@ -265,21 +271,21 @@ class StaticFit:
 
     @property
     def interval_method(self) -> str:
-        """Method of the intervals by default: ``profile`` where an exponent is free, else ``t``."""
+        """Default method of the intervals: ``profile`` if an exponent is free, else ``t``."""
         return "profile" if any("exponent" in label for label in self._known_spread().labels) else "t"
 
     @cached_property
     def _intervals(self) -> dict[tuple[float, str], dict[str, tuple[float, float]]]:
-        """Intervals that were asked for, by level and method."""
+        """Computed intervals by level and method."""
         return {}
 
     @cached_property
     def rivals(self) -> tuple[StaticFit, ...]:
-        """The alternatives that the points hardly tell from this one."""
+        """The alternatives that the points hardly distinguish from this fit."""
         return tuple(fit for fit in self.alternatives if fit.aicc - self.aicc < ALIKE)
 
     def _interval(self, label: str, level: float, method: str) -> tuple[float, float]:
-        """The interval of a parameter over all forms that the points hardly tell apart."""
+        """The interval of a parameter over all forms that the points hardly distinguish."""
         alone = self._alone(label, level, method)
         rivals = self._rivals_in(label)
         if not rivals or not np.isfinite(alone).all():
@@ -291,14 +297,14 @@ class StaticFit:
         return (low if of_sensors(label) else max(low, min(0.0, alone[0]))), high
 
     def _rivals_in(self, label: str) -> list[StaticFit]:
-        """The rivals that know a parameter as well; viscous coefficients compare where their exponents do."""
+        """The rivals that have a parameter too; viscous coefficients are comparable only with equal exponents."""
         known = [fit for fit in self.rivals if np.isfinite(fit._deviation(label))]
         if not label.startswith("viscous."):
             return known
         return [fit for fit in known if fit.form.viscous_exponent == self.form.viscous_exponent]
 
     def _deviation(self, label: str) -> float:
-        """Standard deviation of a parameter; infinite where it is not identifiable or not there."""
+        """Standard deviation of a parameter; infinite if it is not identifiable or missing."""
         spread = self._known_spread()
         if label not in spread.labels:
             return np.inf
@@ -306,7 +312,7 @@ class StaticFit:
         return float(np.sqrt(spread.from_data[at, at] + spread.from_prior[at, at]))
 
     def _alone(self, label: str, level: float, method: str) -> tuple[float, float]:
-        """The interval of this form by itself."""
+        """The interval of this form alone."""
         spread = self._known_spread()
         at = spread.labels.index(label)
         variance, bounds = spread.from_data[at, at] + spread.from_prior[at, at], spread.bounds[at]
@@ -314,7 +320,7 @@ class StaticFit:
         if not np.isfinite(sigma):
             return -np.inf, np.inf
         normal = max(variance - float(bounds @ bounds) / BOUND**2, 0.0)
-        # What was found in the scatter is known as well as its degrees of freedom say, the rest as it is stated.
+        # The part estimated from the scatter has its degrees of freedom; the stated part counts as known.
         share = spread.from_scatter[at, at] / normal if normal > 0.0 else 0.0
         freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
         far = reach(level, float(np.sqrt(normal)), freedom, bounds)
@@ -342,11 +348,11 @@ class StaticFit:
         cylinder : str
             The cylinder it belongs to; also the table's name unless `name` is given.
         source : iterable of str
-            Names of the logs; by default those the points came from.
+            Names of the logs; default are those of the points.
         date : str
             Day of the fit, by default today.
         bristles : iterable of str
-            Lines of the bristles' values; with any, the model is LuGre's.
+            Lines of the bristle parameters; with them the model is LuGre.
 
         Comments give the 95 % intervals.
         """
@@ -360,7 +366,7 @@ class StaticFit:
         logs = ", ".join(source) or ", ".join(self.points.source) or "points handed over in Python"
         origin = f"{logs}; {self.method} fit of {int(self.accepted.sum())} points, {signature(date)}"
         lines = head(name or cylinder, cylinder, origin, "lugre" if added else "static")
-        # Exponents are rounded first, because the unit of the viscous coefficient carries them.
+        # Exponents are rounded first, because the unit of the viscous coefficient contains them.
         powers = [float(f"{p:.4g}") for p in self.params["viscous-exponent"]]
         return "\n".join([*lines, *(self._line(key, powers) for key in PARAMETERS), *added]) + "\n"
 
@@ -396,15 +402,15 @@ class StaticFit:
 
 
 def of_sensors(label: str) -> bool:
-    """Whether a label is that of an error of the sensors."""
+    """Whether a label is that of a sensor error."""
     return label in OF_SENSORS or label.startswith(f"{OFFSET}.")
 
 
 def fitted_velocity(points: FrictionPoints, linearity_error: float = 0.0) -> Array:
-    """Velocities at which a map is compared with points, (n,): break-away readings stand for v -> 0.
+    """Velocities at which a map is compared with points, (n,); break-away readings count as v -> 0.
 
-    The slope of a position sensor that reads along a parabola is off by `linearity_error` per metre from the
-    middle of its range.
+    A position sensor with a parabolic characteristic has a slope error of `linearity_error` per metre from the middle
+    of its range.
     """
     straight = (
         points.velocity if points.position is None else points.velocity * (1.0 - linearity_error * points.position)

@@ -1,10 +1,11 @@
-"""A log of the rig, predicted: simulated signals as its sensors would read them, with exact slopes.
+"""Prediction of a rig's log: simulated signals as its sensors would read them, with exact derivatives.
                                                               theory: docs/theory/identification/dynamic.md
 
 The rig starts at rest with its bristles straight. Its start pressures follow from the first readings of p1 and the
-balance of forces, so that an error of the transmitters' zero does not set the piston in motion. How far p1 may be off
-there, and the position, which decides on the oil in each chamber, are nuisances whose effects are found once, by other
-starts. So is the delay of the readings against the command, whose effect is less the rate of the signals.
+equilibrium of forces, so that a zero error of the transmitters does not move the piston. The errors of the start
+pressure p1 and of the start position, which determines the oil volumes, are nuisances. Their effects are found once, by
+simulations with other start values. The delay of the readings against the command is a nuisance too; its effect is
+minus the rate of the signals.
 """
 
 from __future__ import annotations
@@ -29,24 +30,25 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.solver import Solver
 
 SIGNALS = ("x", "p1", "p2")
-# Share of its own largest value to which the logged command is followed by straight lines.
+# Tolerance of the piecewise linear approximation of the logged command, as a share of its largest value.
 COMMAND_TOLERANCE = 1e-5
-# Seconds in which a transmitter may still be settling, and up to which the start pressures are read.
+# Seconds in which a transmitter may still be settling, and the end of the readings for the start pressures.
 SETTLING, START = 0.05, 0.5
 LEAST_SAMPLES = 10
-# Lowest start pressure, Pa: above what lets air out of the oil. And changes of p1, Pa, and x, m, that show
-# their effect.
+# Lowest start pressure, Pa, above the onset of air release; and changes of p1, Pa, and x, m, that determine their
+# effect.
 LEAST_PRESSURE = 1e5
 OTHER_PRESSURE, OTHER_PLACE = 1e4, 1e-3
-# A delay, s, that shows its effect: a small part of a pressure transmitter's lag.
+# Delay, s, that determines its effect: a small part of a pressure transmitter's lag.
 OTHER_DELAY = 1e-4
-# Steps are chosen by the states alone, so that slopes come twenty times as fast. They are taken far shorter than noise
-# asks for: where many unknowns act almost alike, slopes that are a percent off would pass for information.
+# The step size control uses the states alone, which makes sensitivities twenty times as fast. The tolerance is far
+# below the noise: where many unknowns have nearly the same effect, sensitivities with an error of a percent would count
+# as information.
 SOLVER = Solver(rtol=1e-8, max_step=10.0)
 
 
 class LogModel:
-    """One log and the simulation that shall explain it.
+    """One log and its simulation.
 
     Parameters
     ----------
@@ -57,18 +59,19 @@ class LogModel:
     payload : float or None
         kg.
     keys : sequence of str
-        Of the machine, to be changed.
+        Keys of the machine that are fitted.
     moved : (float, float, float)
-        By how much p1 (Pa) and x (m) start elsewhere than read, and how much later (s) than logged the command acts.
+        Differences of the start values p1 (Pa) and x (m) from the readings, and delay (s) of the command against the
+        log.
     near : (k,) array, optional
-        Values of the keys near which the effects of the start are found; default is the rig's file.
+        Values of the keys for which the effects of the start values are found; default is the rig's file.
 
     Attributes
     ----------
     time : (b,) array
         Mean times of the blocks, s from the start of the log.
     measured : (b, 3) array
-        Mean x, p1, p2, SI; NaN where a sensor did not read.
+        Mean x, p1, p2, SI; NaN where a sensor has no reading.
     """
 
     def __init__(
@@ -100,20 +103,20 @@ class LogModel:
             list(keys),
             signals=[f"cylinder.{rig.cylinder_names[0]}.{name}" for name in SIGNALS],
             times=np.minimum(self.blocks.nodes, time[-1] * (1 - 1e-12)),
-            resolve_slopes=False,
+            resolve_sensitivities=False,
         )
         self._near = rig if near is None else with_values(rig, keys, near)
 
     def restarted(self, by: Array, near: Array) -> LogModel:
-        """This log, started from p1 (Pa) and x (m) that lie further off what was read, later (s), `by` (3,)."""
+        """This log with the start values p1 (Pa) and x (m) and the delay (s) changed `by` (3,)."""
         moved = (self.moved[0] + float(by[0]), self.moved[1] + float(by[1]), self.moved[2] + float(by[2]))
         keys = self.experiment.keys
         return LogModel(self.log, self.rig, self.sensors, payload=self.payload, keys=keys, moved=moved, near=near)
 
     @cached_property
     def by_start(self) -> Array:
-        """(b, 3, 2) slopes of x, p1, p2 by the start pressure p1 with forces in balance, and by the start position
-        with the same reading of it."""
+        """(b, 3, 2) derivatives of x, p1, p2 by the start pressure p1 in equilibrium, and by the start position with
+        the same reading."""
         plan, rig = self.experiment.plan, self.experiment.machine
         cylinder, (a1, a2) = rig.cylinder_names[0], rig.piston_areas[0]
         assert not isinstance(plan.pressures, str), "this scenario was made with pressures"
@@ -128,24 +131,25 @@ class LogModel:
 
     @cached_property
     def by_delay(self) -> Array:
-        """(b, 3) slopes of x, p1, p2 by a delay of all of them, s: less their rates."""
+        """(b, 3) derivatives of x, p1, p2 by a common delay, s: minus their rates."""
         return (self._started(later=OTHER_DELAY) - self._nominal) / OTHER_DELAY
 
     def _started(self, later: float = 0.0, **start: Unpack[RunChanges]) -> Array:
-        """(b, 3) prediction from another start, or of what is read `later`, s."""
+        """(b, 3) prediction from other start values, or with readings `later`, s."""
         made, plan = self.experiment, self.experiment.plan.changed(**start, machine=self._near)
-        # Nothing moves yet in the first sample.
+        # In the first sample the rig is at rest.
         times = np.clip(self.blocks.nodes - later, 0.0, plan.duration * (1 - 1e-12))
-        one = Experiment(plan, made.keys[:1], signals=made.signals, times=times, resolve_slopes=False)
+        one = Experiment(plan, made.keys[:1], signals=made.signals, times=times, resolve_sensitivities=False)
         return self._means(one, one.values)[0]
 
     @cached_property
     def turned(self) -> Array:
-        """(b,) how far the position sensor's hysteresis is used up, along the motion supposed before the fit."""
+        """(b,) state of the position sensor's hysteresis along the motion assumed before the fit."""
         return self.sensors.turned(self._nominal[:, 0])
 
     def predict(self, values: Array) -> tuple[Array, Array]:
-        """Mean x, p1, p2 (b, 3), SI, as sensors without error read them, and their slopes by the keys (b, 3, k)."""
+        """Mean x, p1, p2 (b, 3), SI, as sensors without error read them, and their derivatives by the keys (b, 3,
+        k)."""
         y, slopes = self._means(self.experiment, values)
         y[:, 0] -= self.moved[1]
         return y, slopes
@@ -154,13 +158,14 @@ class LogModel:
         found = solve(experiment, values)
         if len(found.times) < len(self.blocks.nodes):
             raise InputError(f"{self.source}: the rig could not be simulated: {found.outcome.message}")
-        both = np.concatenate([found.y[:, :, np.newaxis], found.slopes], axis=-1)
+        both = np.concatenate([found.y[:, :, np.newaxis], found.sensitivities], axis=-1)
         both[:, 1:] = lagged(self.blocks.nodes, both[:, 1:], self.sensors.lag)
         both = self.blocks.mean_of_nodes(both)
         return both[:, :, 0].copy(), both[:, :, 1:]
 
     def weighted(self, residuals: Array) -> tuple[Array, Array, Array]:
-        """Residuals (b, 3, ...) or their slopes of x, p1, p2 as independent numbers of variance one, one array each."""
+        """Residuals (b, 3, ...) of x, p1, p2, or their derivatives, as independent numbers of variance one, one array
+        each."""
         kept = residuals[self.counted]
         scale = np.sqrt(self.blocks.count[self.counted]) / self.sensors.pressure_noise
         scale = scale.reshape(-1, *[1] * (kept.ndim - 2))
@@ -176,7 +181,8 @@ class LogModel:
 
 
 def lagged(time: Array, signal: Array, lag: float) -> Array:
-    """A signal (n, ...) at times (n,), s, behind a first-order lag, s, settled at first; straight between the times."""
+    """A signal (n, ...) at times (n,), s, after a first-order lag, s, in steady state at the start; linear between the
+    times."""
     if lag <= 0.0:
         return signal
     ratio = np.diff(time) / lag
@@ -189,8 +195,8 @@ def lagged(time: Array, signal: Array, lag: float) -> Array:
 
 
 def straight_lines(time: Array, values: Array, tolerance: float) -> tuple[Array, Array]:
-    """Few of the points (time, values) whose connecting lines stay within `tolerance` of all of them
-    (Douglas and Peucker, 1973)."""
+    """A subset of the points (time, values) whose polygon stays within `tolerance` of all points (Douglas and Peucker,
+    1973)."""
     keep = np.zeros(len(time), dtype=bool)
     keep[[0, -1]] = True
     stack = [(0, len(time) - 1)]
@@ -208,14 +214,14 @@ def straight_lines(time: Array, values: Array, tolerance: float) -> tuple[Array,
 
 
 def corners(time: Array, values: Array, tolerance: float) -> tuple[Array, Array]:
-    """:func:`straight_lines`, with a corner between two samples put where the lines on both sides meet.
+    """:func:`straight_lines`, with a corner between two samples at the intersection of the lines on both sides.
 
     A spool that opens half a sample earlier displaces oil that a stiff, closed chamber shows as pressure.
     """
     t, u = straight_lines(time, values, tolerance)
     interval = 1.5 * (time[-1] - time[0]) / (time.size - 1)
     adjacent = np.diff(t) < interval
-    # Between two longer lines; the ends of the log have only one.
+    # Corners between two longer lines; the ends of the log have only one.
     lone = np.flatnonzero(adjacent[1:-1] & ~adjacent[:-2] & ~adjacent[2:]) + 1
     drop = np.zeros(t.size, dtype=bool)
     for k in lone:
@@ -230,7 +236,7 @@ def corners(time: Array, values: Array, tolerance: float) -> tuple[Array, Array]
 
 
 def _even(log: Log) -> Log:
-    """The log without a last interval that is shorter than the others."""
+    """The log without its last interval if that is shorter than the others."""
     step = np.diff(log.time)
     if len(step) > 2 and step[-1] < 0.999 * step[0]:
         log, step = log.between(log.time[0], log.time[-2]), step[:-1]
@@ -286,7 +292,7 @@ Progress = Callable[[int, float], None]
 
 
 class RigResiduals:
-    """Residuals of all logs, in standard deviations, with their slopes by keys and nuisances.
+    """Residuals of all logs, in standard deviations, with their derivatives by keys and nuisances.
 
     Parameters
     ----------
@@ -316,14 +322,14 @@ class RigResiduals:
         return found, np.concatenate(slopes)
 
     def restarted(self, theta: Array) -> RigResiduals:
-        """The same logs, simulated from the starts, and with the delay, that `theta` says."""
+        """The same logs, simulated with the start values and the delay in `theta`."""
         models = [model.restarted(theta[self._moving(k)], theta[: self.keys]) for k, model in enumerate(self.models)]
         moved = RigResiduals(models, self.progress)
         moved.evaluations = self.evaluations
         return moved
 
     def counted_from_logs(self, theta: Array) -> Array:
-        """`theta` with starts and delay counted from what the logs say, and not from where the simulation has them."""
+        """`theta` with start values and delay relative to the logs, and not to those of the simulation."""
         total = theta.copy()
         for k, model in enumerate(self.models):
             total[self._moving(k)] = theta[self._moving(k)] + model.moved
@@ -334,7 +340,7 @@ class RigResiduals:
         return self._readings(theta, log)[0]
 
     def of_signals(self, theta: Array) -> Iterator[tuple[str, str, Array]]:
-        """Log, signal, and its residuals in standard deviations with their slopes by all unknowns, (b, 1 + k)."""
+        """Log, signal, and its residuals in standard deviations with their derivatives by all unknowns, (b, 1 + k)."""
         for k, model in enumerate(self.models):
             seen, row = self._readings(theta, k)
             residuals, slopes = model.weighted(seen - model.measured), model.weighted(row)
@@ -342,7 +348,7 @@ class RigResiduals:
                 yield model.source, signal, np.column_stack([values, over_theta])
 
     def _readings(self, theta: Array, log: int) -> tuple[Array, Array]:
-        """Readings of one log (b, 3) and their slopes by all unknowns (b, 3, k)."""
+        """Readings of one log (b, 3) and their derivatives by all unknowns (b, 3, k)."""
         model, common = self.models[log], self.keys + len(NUISANCES)
         own = self._own(log)
         y, dy = model.predict(theta[: self.keys])
@@ -354,12 +360,12 @@ class RigResiduals:
         return seen, row
 
     def _moving(self, log: int) -> list[int]:
-        """Where the start pressure and position of a log and the delay of all stand among the unknowns."""
+        """Indices of the start pressure and position of a log, and of the common delay, among the unknowns."""
         first = self._own(log).start
         own = [first + OF_A_LOG.index(name) for name in ("p1.start", "x.start")]
         return [*own, self.keys + NUISANCES.index("delay")]
 
     def _own(self, log: int) -> slice:
-        """Where :data:`OF_A_LOG` of a log stands among the unknowns."""
+        """Indices of :data:`OF_A_LOG` of a log among the unknowns."""
         first = self.keys + len(NUISANCES) + log * len(OF_A_LOG)
         return slice(first, first + len(OF_A_LOG))

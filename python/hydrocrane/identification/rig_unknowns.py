@@ -1,4 +1,4 @@
-"""What a fit of a rig's logs leaves free, and what is known of it beforehand.
+"""The unknowns of a fit to a rig's logs, and their priors.
 theory: docs/theory/identification/dynamic.md"""
 
 from __future__ import annotations
@@ -19,17 +19,18 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.rig import damping
 
 DYNAMIC = ("bristle-stiffness", "bristle-damping")
-# Parameters of the static map that always go along; its exponents do where they were fitted, or where logs tell them.
+# Parameters of the static map that are always free; its exponents are free if they were fitted or if the logs identify
+# them.
 STATIC = ("coulomb", "breakaway", "stribeck-velocity", "viscous")
-# How far the static map may be off where no fit of it is given, as a share.
+# Standard deviation of the static map without a fit, as a share.
 UNFITTED = 0.1
-# And with free exponents: viscous friction is between linear and quadratic, and its coefficient, the force at 1 m/s,
-# follows the exponent.
+# The same with free exponents: viscous friction is between linear and quadratic, and its coefficient, the force at 1
+# m/s, depends on the exponent.
 UNFITTED_WITH_EXPONENTS = {"viscous-exponent": 0.2, "stribeck-exponent": 0.2, "viscous": 1.0}
-# How well a fitted parameter of it may be known at best, as a share: the law itself is no better.
+# Least standard deviation of a fitted parameter of the map, as a share: the law itself is not more accurate.
 BEST_FITTED = 1e-3
-# What else of the rig moves the pressures, and how far each may be off its file, as shares. A spool's own lag looks
-# like bristle damping, and the flow like a shorter way.
+# Other parameters of the rig that affect the pressures, with their standard deviations as shares. The lag of a spool
+# has a similar effect to bristle damping, and the flow to a shorter displacement.
 DOUBTS = {
     ("valve", "nominal-flow"): 0.2,
     ("valve", "natural-frequency"): 0.2,
@@ -38,9 +39,9 @@ DOUBTS = {
 }
 # Keys that take the place of another in some files: oil has a constant bulk modulus, or one that rises to a maximum.
 ELSE = {"bulk-modulus-max": "bulk-modulus"}
-# Where the search for a nuisance ends: a longer delay, s, is a fault of the recording and not its tolerance.
+# Bound of a nuisance: a longer delay, s, is a fault of the recording and not its tolerance.
 BOUNDS = {"delay": (-0.01, 0.01)}
-# The prior of a positive quantity ends at this share of it; above, at its inverse.
+# Bounds of a positive quantity: this share of its prior mean, and the mean over this share.
 FURTHEST = 0.1
 
 
@@ -57,7 +58,7 @@ def key_of(rig: Machine, section: str, name: str) -> str:
 
 
 def check_bristles(rig: Machine) -> None:
-    """A rig that can be fitted has one cylinder, and bristles at it."""
+    """Checks that a rig has one cylinder with bristle friction."""
     if len(rig.cylinder_names) != 1 or f"cylinder.{rig.cylinder_names[0]}.z" not in rig.state_names:
         raise InputError(
             f"{rig.name} is not a rig with one cylinder and bristle friction; a dynamic fit needs one, with "
@@ -71,7 +72,7 @@ def number(rig: Machine, key: str) -> float:
 
 
 def rig_map(rig: Machine) -> StaticMap:
-    """The static map that a rig's file has."""
+    """The static map in a rig's file."""
     return StaticMap.of({name: rig.value(key_of(rig, "friction", name)).si for name in PARAMETERS})
 
 
@@ -100,8 +101,8 @@ def unknowns_of(
 ) -> tuple[list[Unknown], list[Unknown]]:
     """Keys of the machine, then nuisances of the readings.
 
-    `read` has first readings of :data:`DYNAMIC`, `fitted` what :func:`map_prior` gives. With `exponents` those of
-    the static map go along too.
+    `read` has initial estimates of :data:`DYNAMIC`, `fitted` is the result of :func:`map_prior`. With `exponents` those
+    of the static map are free too.
     """
     keys = [_bristle(rig, name, read[name]) for name in DYNAMIC]
     known = {} if fitted is None else dict(zip(fitted.names, fitted.deviations.tolist(), strict=True))
@@ -126,19 +127,20 @@ def unknowns_of(
 
 
 def most_damping(rig: Machine) -> float:
-    """Largest sigma_1 of a rig, N s/m, with which friction dissipates, whether or not its damping fades."""
+    """Largest sigma_1 of a rig, N s/m, with which friction dissipates, with and without fading of the damping."""
     coulomb = float(np.min(rig.value(key_of(rig, "friction", "coulomb")).si))
     fading = [key for key in rig.keys if key.endswith(".bristle-damping-velocity")]
     return damping.most_damping(coulomb, number(rig, fading[0]) if fading else None)
 
 
 def _about(key: str, value: float, deviation: float) -> Unknown:
-    """A positive quantity known within a deviation."""
+    """A positive quantity with the standard deviation of its prior."""
     return Unknown(key, value, deviation, (value, deviation), (FURTHEST * value, value / FURTHEST))
 
 
 def _bristle(rig: Machine, name: str, read: Sequence[float]) -> Unknown:
-    """Without prior; from the readings where these are plausible, else from the file."""
+    """A bristle parameter without prior; it starts from the initial estimates if these are plausible, else from the
+    file."""
     key = key_of(rig, "friction", name)
     own = number(rig, key)
     plausible = [value for value in read if FURTHEST * own < value < own / FURTHEST]
@@ -149,9 +151,9 @@ def _bristle(rig: Machine, name: str, read: Sequence[float]) -> Unknown:
 
 
 def map_prior(rig: Machine, logs: Sequence[Log], static: StaticFit | None) -> JointPrior | None:
-    """What a fit of the static map knows of the rig's, errors of its parameters together; None without one.
+    """Joint prior of the rig's static map from its fit; None without a fit.
 
-    Force at slow motion is far better known than Coulomb force, rise and Stribeck velocity are each.
+    The force at low speed is known far better than Coulomb force, rise and Stribeck velocity alone.
     """
     if static is None or static.spread is None:
         return None
@@ -161,31 +163,32 @@ def map_prior(rig: Machine, logs: Sequence[Log], static: StaticFit | None) -> Jo
         for name, side in _map_keys(rig, logs)
         if f"{name}.{DIRECTIONS[side]}" in labels
     }
-    # Of a parameter that the fit could not identify it has an infinite variance.
+    # A parameter that the fit could not identify has an infinite variance.
     found = {place: i for place, i in found.items() if 0.0 < covariance[i, i] < np.inf}
     if not found:
         return None
     keys = _map_keys(rig, logs)
     mean = np.array([_pair(rig, name)[side] for name, side in found])
     chosen = covariance[np.ix_(list(found.values()), list(found.values()))]
-    # No parameter is less known than by its whole value, nor better than BEST_FITTED.
+    # The standard deviation is limited to the value of the parameter, and from below by BEST_FITTED.
     less = np.minimum(1.0, mean / np.sqrt(np.diag(chosen)))
     chosen = chosen * np.outer(less, less) + np.diag((BEST_FITTED * mean) ** 2)
     return JointPrior(tuple(keys[place] for place in found), mean, chosen)
 
 
 def _map_keys(rig: Machine, logs: Sequence[Log]) -> dict[tuple[str, int], str]:
-    """Keys of the static map by parameter and side, of the directions that the logs have."""
+    """Keys of the static map by parameter and side, for the directions in the logs."""
     return {
         (name, side): f"{key_of(rig, 'friction', name)}[{side}]" for name in PARAMETERS for side in _directions(logs)
     }
 
 
 def _static(rig: Machine, name: str, side: int, deviation: float | None, share: float) -> Unknown:
-    """A parameter of the static map; with the `deviation` of a joint prior that holds it, else known to a `share`."""
+    """A parameter of the static map; with the `deviation` of a joint prior that includes it, else with a prior of
+    relative deviation `share`."""
     value = float(_pair(rig, name)[side])
     found = _about(f"{key_of(rig, 'friction', name)}[{side}]", value, deviation or share * value)
-    # Coulomb and break-away force stay on their sides of the middle between them.
+    # Coulomb and break-away force stay on their sides of their mean.
     middle = 0.5 * float(_pair(rig, "coulomb")[side] + _pair(rig, "breakaway")[side])
     bounds = {"coulomb": (0.0, middle), "breakaway": (middle, np.inf)}.get(name, found.bounds)
     return Unknown(found.name, value, found.scale, found.prior if deviation is None else None, bounds)
@@ -196,6 +199,7 @@ def _pair(rig: Machine, name: str) -> Array:
 
 
 def _directions(logs: Sequence[Log]) -> list[int]:
-    """Directions in which the spool is opened, 0 extending, 1 retracting: of the other's friction nothing is seen."""
+    """Directions in which the spool is opened, 0 extending, 1 retracting; the logs do not identify friction of the
+    other."""
     opened = np.concatenate([log["command"] for log in logs])
     return [side for side, sign in enumerate((1.0, -1.0)) if (sign * opened > 0.0).any()]

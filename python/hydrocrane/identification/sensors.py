@@ -1,7 +1,7 @@
-"""How far off the sensors of a rig may be, by its file, and what they do to its signals.
+"""Errors of a rig's sensors by its file, and their effect on its signals.
                                                               theory: docs/theory/identification/dynamic.md
 
-Of each sensor: noise, a lag, and errors that stay the same throughout, which a fit finds along with everything else.
+Each sensor has noise, a lag, and constant errors, which a fit estimates as nuisances.
 Their standard deviations follow from the data sheet's bounds, taken as those of a uniform distribution.
 """
 
@@ -19,8 +19,8 @@ from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import RigParameters
 
-# Standard deviations as shares of the accuracy: of an error that is evenly likely within it, and of the error at zero,
-# which is the zero point, up to half of the accuracy, and as much by the span where the range begins there
+# Standard deviations as shares of the accuracy: of an error uniformly distributed within it, and of the error at zero,
+# which consists of the zero point, up to half of the accuracy, and as much of the span if the range begins there
 # (docs/theory/sensor/analogue.md).
 UNIFORM = 1 / np.sqrt(3.0)
 AT_ZERO = {"p1": 1 / np.sqrt(6.0), "p2": 1 / np.sqrt(6.0), "force": 1 / np.sqrt(12.0)}
@@ -29,7 +29,8 @@ ENDINGS = {"p1": ".p1", "p2": ".p2", "force": ".force", "x": ".q"}
 
 
 def properties(rig: Machine, signal: str) -> dict[str, float]:
-    """Numbers of the sensor of ``x``, ``p1``, ``p2`` or ``force``, SI, by key; none where the rig's file has none."""
+    """Numbers of the sensor of ``x``, ``p1``, ``p2`` or ``force``, SI, by key; empty if the rig's file has no such
+    sensor."""
     found: dict[str, float] = {}
     for head in (f"sensor.{name}." for name, measured in rig.sensors.items() if measured.endswith(ENDINGS[signal])):
         for key in rig.keys:
@@ -39,12 +40,12 @@ def properties(rig: Machine, signal: str) -> dict[str, float]:
 
 
 def stated(rig: Machine, signal: str, key: str) -> float | None:
-    """A number of the sensor of ``x``, ``p1``, ``p2`` or ``force``; None where the rig's file has none."""
+    """A number of the sensor of ``x``, ``p1``, ``p2`` or ``force``; None if the rig's file has none."""
     return properties(rig, signal).get(key)
 
 
 def largest_error(rig: Machine, signal: str) -> float | None:
-    """Bound of a sensor's error, Pa or N; None where the rig's file has none."""
+    """Bound of a sensor's error, Pa or N; None if the rig's file has none."""
     share, full = stated(rig, signal, "accuracy"), stated(rig, signal, "range")
     return None if share is None or full is None else share * full
 
@@ -57,39 +58,39 @@ def bias_without_zero(rig: Machine, parameters: RigParameters, *, load_cell: boo
 
 
 def span_error(rig: Machine, signals: Sequence[str] = PRESSURES) -> float:
-    """Standard deviation of the sensors' spans, as a share of the reading; of the worst of them."""
+    """Largest standard deviation of the sensors' spans, as a share of the reading."""
     return max(stated(rig, name, "accuracy") or 0.0 for name in signals) * UNIFORM
 
 
 def linearity_error(rig: Machine) -> float:
     """Standard deviation of the relative error of the velocity per metre of position, 1/m.
 
-    The position sensor's deviation is a parabola about the middle of its range, whose height, twice the linearity at
-    most, is evenly likely: b (4 s (1 - s) - 1/2) of the range R at the share s, so that its slope is -8 b x/R.
+    The position sensor's deviation is a parabola about the middle of its range, b (4 s (1 - s) - 1/2) of the range R at
+    the share s, so its slope is -8 b x/R. Its height b is uniformly distributed up to twice the linearity.
     """
     linearity, full = stated(rig, "x", "linearity"), stated(rig, "x", "range")
     return 16.0 * linearity * UNIFORM / full if linearity and full else 0.0
 
 
-# Zero error of a pressure that a zero calibration is supposed to leave where nobody says what it left, Pa.
+# Assumed zero error of a pressure after a zero calibration without a stated one, Pa.
 CALIBRATED_ZERO = 500.0
-# No zero is supposed to be known better than this, Pa.
+# Least standard deviation of a zero, Pa.
 BEST_ZERO = 10.0
-# How far a potentiometer's turning differs from the exponential approach that stands for it, as a share of its
+# Difference between a potentiometer's hysteresis after a reversal and the exponential model of it, as a share of the
 # hysteresis.
 TURNING = 0.4
-# How well a start is read, as a share of the noise of one reading; on the safe side.
+# Standard deviation of a start value, as a share of the noise of one reading; on the safe side.
 START_READING = 0.5
 # A parabola's deviation from a line between -d and d over its range r has at most the slope 8 d / r and the curvature
 # coefficient 8 d / r^2.
 PARABOLA = 8.0
-# How much later than the command the readings may be logged: standard deviation of the delay, s. A channel that is
-# converted or filtered by itself is off by about one sample.
+# Standard deviation of the delay of the readings against the command, s. Conversion or filtering of single channels
+# makes about one sample.
 DELAY = 1e-3
-# Whether the zeros of p1 and p2 were subtracted, or their standard errors then, Pa.
+# Whether the zeros of p1 and p2 were subtracted, or their remaining standard errors, Pa.
 Calibrated = bool | Sequence[float]
 NUISANCES = ("p1.zero", "p2.zero", "p1.span", "p2.span", "x.slope", "x.curve", "x.hysteresis", "delay")
-# And of each log: a zero calibration has an error of its own each time.
+# The same for each log: each zero calibration has its own error.
 OF_A_LOG = ("x.offset", "p1.start", "x.start", "p1.calibration", "p2.calibration")
 
 
@@ -104,14 +105,14 @@ class RigSensors:
     pressure_noise, position_noise : float
         Standard deviation of one reading, Pa and m.
     zeros, left : (float, float)
-        Standard deviations of the zero errors of p1 and p2 that all logs share, and of those that each log has of its
-        own because each was calibrated by itself, Pa.
+        Standard deviations of the zero errors of p1 and p2, Pa: those common to all logs, and those of each log, which
+        was calibrated separately.
     span : float
-        That of a pressure's span, 1.
+        Standard deviation of a pressure's span, 1.
     linearity_error, width : float
-        The position sensor's deviation from a line and the range of its parabola, m.
+        Deviation of the position sensor from a line and range of its parabola, m.
     hysteresis : float
-        Of the position sensor, m: how far a place reads off by the way it was reached.
+        Hysteresis of the position sensor, m: the reading depends on the direction of approach.
     """
 
     lag: float
@@ -126,7 +127,7 @@ class RigSensors:
 
     @classmethod
     def of(cls, rig: Machine, *, calibrated: Calibrated) -> RigSensors:
-        """By the machine file of a rig, and what a zero calibration left of the pressures' zeros."""
+        """From the machine file of a rig and the zero errors that remain after a calibration."""
         pressure, position = _properties(rig, "p1"), _properties(rig, "x")
         full, width = pressure["range"], position["range"]
         span = UNIFORM * pressure.get("accuracy", 0.0)
@@ -144,9 +145,9 @@ class RigSensors:
         )
 
     def of_a_log(self, supply: float) -> tuple[float, ...]:
-        """Standard deviations of :data:`OF_A_LOG`: what a reading at rest and a calibration do not tell.
+        """Standard deviations of :data:`OF_A_LOG`: errors that remain after a reading at rest and a calibration.
 
-        The span's error grows with the pressure read, which is below that of the `supply`, Pa.
+        The error of the span is proportional to the pressure, which is below that of the `supply`, Pa.
         """
         offset, pressure = START_READING * self.position_noise, START_READING * self.pressure_noise
         p1 = float(np.linalg.norm([pressure, self.zeros[0], self.left[0], self.span * supply]))
@@ -159,9 +160,9 @@ class RigSensors:
         return (*self.zeros, self.span, self.span, slope, slope / self.width, self.hysteresis, DELAY)
 
     def turned(self, x: Array) -> Array:
-        """(n,) in [-1, 1]: the share of its hysteresis by which the position sensor is off along a motion x (n,), m.
+        """(n,) in [-1, 1]: error of the position sensor along a motion x (n,), m, as a share of its hysteresis.
 
-        From nothing at the start it approaches the direction of the motion within twice the hysteresis.
+        It starts at zero and approaches the sign of the velocity within a displacement of twice the hysteresis.
         """
         steps = np.diff(x)
         kept = np.exp(-np.abs(steps) / (2.0 * self.hysteresis))
@@ -173,8 +174,8 @@ class RigSensors:
     def root_of_covariance(self, x: Array, count: NDArray[np.intp]) -> Array:
         """(b, b) Cholesky factor of the covariance of mean positions along a motion x (b,), m, of `count` (b,) samples.
 
-        What is left of the hysteresis fades over the way and not over time: more samples at one place tell no
-        more of it.
+        The remaining error of the hysteresis decays over displacement and not over time: more samples at one place do
+        not reduce it.
         """
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
         near = np.exp(-np.abs(way[:, np.newaxis] - way) / (2.0 * self.hysteresis))
@@ -185,16 +186,16 @@ class RigSensors:
 def read(
     y: Array, turned: Array, by_delay: Array, by_start: Array, nuisances: Array, of_log: Array
 ) -> tuple[Array, Array]:
-    """What the sensors read.
+    """Readings of the sensors.
 
     Parameters
     ----------
     y : (b, 3) array
         x, p1, p2, SI.
     turned : (b,) array
-        As of :meth:`RigSensors.turned`.
+        As from :meth:`RigSensors.turned`.
     by_delay, by_start : (b, 3) and (b, 3, 2) arrays
-        As of :class:`LogModel`.
+        As from :class:`LogModel`.
     nuisances, of_log : (8,) and (5,) arrays
         In the order of :data:`NUISANCES` and :data:`OF_A_LOG`.
 
@@ -202,7 +203,7 @@ def read(
     -------
     readings : (b, 3) array
     slopes : (b, 3, 13) array
-        By both.
+        Derivatives of the readings by both.
     """
     way = y[:, 0] - y[0, 0]
     slopes = np.zeros((*y.shape, len(NUISANCES) + len(OF_A_LOG)))
@@ -211,12 +212,12 @@ def read(
     slopes[:, 0, 4], slopes[:, 0, 5], slopes[:, 0, 6] = way, way**2, -turned
     slopes[:, :, 7], slopes[:, :, 9:11] = by_delay, by_start
     slopes[:, 1, 11] = slopes[:, 2, 12] = 1.0
-    # Everything that a sensor adds is linear in its errors.
+    # The readings are linear in the errors of the sensors.
     return y + slopes @ np.concatenate([nuisances, of_log]), slopes
 
 
 def gains(y: Array, nuisances: Array) -> Array:
-    """(b, 3) slopes of the readings by the signals."""
+    """(b, 3) derivatives of the readings by the signals."""
     _, _, p1_span, p2_span, x_slope, x_curve, *_ = nuisances
     way = y[:, 0] - y[0, 0]
     ones = np.ones_like(way)
@@ -224,12 +225,13 @@ def gains(y: Array, nuisances: Array) -> Array:
 
 
 def whitened(root: Array, values: Array) -> Array:
-    """Values (b, ...) of a covariance with Cholesky factor `root` (b, b) as independent ones of variance one."""
+    """Values (b, ...) with a covariance of Cholesky factor `root` (b, b), transformed to independent values of variance
+    one."""
     return np.asarray(solve_triangular(root, values, lower=True, check_finite=False))
 
 
 def _zeros(calibrated: Calibrated, largest: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Standard deviations of the zero errors that logs share, and of each log's own, Pa."""
+    """Standard deviations of the zero errors common to all logs, and of those of each log, Pa."""
     if isinstance(calibrated, bool):
         known = (BEST_ZERO, CALIBRATED_ZERO) if calibrated else (max(largest, CALIBRATED_ZERO), BEST_ZERO)
         return (known[0], known[0]), (known[1], known[1])
@@ -240,13 +242,13 @@ def _zeros(calibrated: Calibrated, largest: float) -> tuple[tuple[float, float],
 
 
 def _noise(sensor: dict[str, float]) -> float:
-    """Standard deviation of one reading with its rounding, as a share of the range."""
+    """Standard deviation of one reading including rounding, as a share of the range."""
     step = 2.0 ** -sensor["bits"] if "bits" in sensor else 0.0
     return float(np.hypot(sensor.get("noise", 0.0), step / np.sqrt(12.0)))
 
 
 def _properties(rig: Machine, signal: str) -> dict[str, float]:
-    """Numbers of a sensor that a fit cannot do without, SI."""
+    """Numbers of a sensor that a fit needs, SI."""
     found = properties(rig, signal)
     if not found:
         raise InputError(f"{rig.name} has no sensor for a signal that ends in `{ENDINGS[signal]}`; add one to its file")

@@ -1,4 +1,4 @@
-"""What is fitted, from what is asked for: free and held parameters, weights, a place to start."""
+"""Set-up of a fit from its arguments: free and held parameters, weights, start values."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from hydrocrane.identification.static_map import (
 )
 from hydrocrane.identification.static_start import start
 
-# What is known of the constant error of the force: of all logs together, or of each.
+# Prior of the constant error of the force: one for all logs, or one for each.
 Bias = OffsetPrior | float | Sequence[OffsetPrior | float] | None
-# A level is not expected to lie closer to any map than this share of the median force.
+# Least expected deviation of a level from a map, as a share of the median force.
 FLOOR_SHARE = 0.01
-# Standard deviation of the constant error of a log that has none, N.
+# Standard deviation, N, that stands for a log without a constant error.
 EXACT = 1e-6
-# A direction of motion must stand out of the error of its velocity.
+# A velocity must exceed its error by this factor for the direction to be known.
 RESOLVED = 3.0
 
 
 def usable_points(points: FrictionPoints) -> tuple[FrictionPoints, list[Rejected]]:
-    """The points that can take part in a fit, and those that cannot."""
+    """The usable points, and the rejected ones."""
     usable = (points.velocity == 0.0) | (points.speed > RESOLVED * points.velocity_error)
     if not usable.any():
-        raise InputError("no point has a velocity that stands out of its error; take longer windows or faster motion")
+        raise InputError("no point has a velocity larger than its error; take longer windows or faster motion")
     rejected = [
         Rejected(int(i), "velocity within its error of zero, direction unknown") for i in np.flatnonzero(~usable)
     ]
@@ -57,7 +57,7 @@ def problem_of(
     symmetric: bool,
     floor: float | None,
 ) -> Problem:
-    """The fit of one form to usable points, with a place to start."""
+    """The fit of one form to usable points, with start values."""
     if floor is not None and not (np.isfinite(floor) and floor >= 0.0):
         raise InputError(f"floor must be a force of zero or more, N, got {floor}")
     if symmetric and np.unique(points.direction).size < 2:
@@ -67,7 +67,7 @@ def problem_of(
     smallest = 1e-9 * float(np.abs(points.force).max())
     chosen = FLOOR_SHARE * float(np.median(np.abs(points.force))) if floor is None else floor
     can = identifiable(points, form, symmetric)
-    # Rise and viscous force that are not identifiable are none.
+    # Rise and viscous force are zero if they are not identifiable.
     for row in (PARAMETERS.index("breakaway"), PARAMETERS.index("viscous")):
         begin.reshape(6, 2)[row, ~can[row]] = 0.0
     column = _columns(can, form, symmetric)
@@ -76,7 +76,7 @@ def problem_of(
 
 
 def sensor_errors(points: FrictionPoints, bias: Bias, span: float, linearity_error: float) -> SensorErrors:
-    """What is known of the sensors, checked: the points must hold what it works on."""
+    """Checked priors of the sensor errors; the points must have the data that they act on."""
     for name, value, unit in (("span", span, "as a share of the reading"), ("linearity_error", linearity_error, "1/m")):
         if not (np.isfinite(value) and value >= 0.0):
             raise InputError(f"{name} needs a standard deviation of zero or more, {unit}, got {value}")
@@ -110,7 +110,8 @@ def _prior(bias: OffsetPrior | float | None) -> OffsetPrior | None:
 
 
 def identifiable(points: FrictionPoints, form: Form, symmetric: bool) -> NDArray[np.bool_]:
-    """Which parameters, (6, 2), a form has and the points can tell; the others are held, and said to be unknown."""
+    """Which parameters (6, 2) belong to a form and are identifiable from the points; the others are held and
+    reported."""
     out = np.ones((len(PARAMETERS), 2), dtype=bool)
     for side in (0, 1):
         moving = (points.levels.direction == side) & (points.levels.velocity != 0.0)
@@ -123,7 +124,7 @@ def identifiable(points: FrictionPoints, form: Form, symmetric: bool) -> NDArray
 
 
 def _columns(can: NDArray[np.bool_], form: Form, symmetric: bool) -> NDArray[np.int_]:
-    """Number of the unknown behind each coordinate, -1 for those that are held."""
+    """Number of the unknown of each coordinate, -1 if it is held."""
     column = np.full((len(PARAMETERS), 2), -1)
     count = 0
     for row, name in enumerate(PARAMETERS):
@@ -141,7 +142,7 @@ def _columns(can: NDArray[np.bool_], form: Form, symmetric: bool) -> NDArray[np.
 def _not_identifiable(points: FrictionPoints, can: NDArray[np.bool_]) -> tuple[str, ...]:
     """Labels of the parameters that are not identifiable in a measured direction; exponents do not matter then.
 
-    At one level all friction is fitted as Coulomb friction, of which it is the sum with the others.
+    At one level all friction is fitted as Coulomb friction, which then contains the other terms.
     """
     measured = [bool((points.direction == side).any()) for side in (0, 1)]
     lost = ~can & measured

@@ -12,9 +12,9 @@ from hydrocrane.arrays import Array
 from hydrocrane.identification.form import Form
 from hydrocrane.identification.least_squares import Problem, level_means, scale_of, with_floor
 
-# The weights follow the slope of the map and the scatter that was found.
+# Iterations of the weights, which depend on the slope of the map and on the estimated scatter.
 ROUNDS = 4
-# Weights that change by less than this share have settled.
+# Relative change of the weights at convergence.
 SETTLED = 1e-5
 
 
@@ -25,7 +25,7 @@ class Candidate:
     Attributes
     ----------
     problem : Problem
-        With the floor that was found.
+        With the estimated floor.
     x : ndarray
         Unknowns.
     sigma : ndarray, shape (n,)
@@ -46,7 +46,7 @@ def candidates_of(
 ) -> list[Candidate]:
     """Fits of all forms, the likeliest first; the best ones also with the further freedoms of the Stribeck exponent.
 
-    Forms with more unknowns than levels are left out where others have fewer.
+    Forms with more unknowns than levels are left out if others have fewer.
     """
     found = _fitted(forms, problem)
     best = min(found, key=lambda candidate: candidate.aicc).form
@@ -64,7 +64,7 @@ def _fitted(forms: Sequence[Form], problem: Callable[[Form], Problem]) -> list[C
 
 
 def refined(form: Form, problem: Problem) -> Candidate:
-    """Plain least squares with weights that follow the slope of the map and the scatter that was found."""
+    """Linear-loss least squares with weights from the slope of the map and the estimated scatter."""
     x, scale, before = problem.begin(problem.start), 1.0, np.zeros(len(problem.points))
     for _ in range(ROUNDS):
         problem = with_floor(problem, x)
@@ -80,10 +80,9 @@ def refined(form: Form, problem: Problem) -> Candidate:
 def aicc(problem: Problem, x: Array) -> float:
     """Akaike's information criterion of a fit, of the means of the levels.
 
-    Levels scatter by their stated errors, whose variances are known: then -2 log L + 2 k is unbiased, however few
-    levels there are. Or they scatter by more, with one variance to be found: then the correction for few levels applies
-    (Hurvich and Tsai, Biometrika 76, 1989). The likelier of both counts. What is known of the sensors beforehand is
-    part of the likelihood.
+    If the levels scatter by their stated errors, the variances are known, and -2 log L + 2 k is unbiased for any number
+    of levels. If they scatter more, one variance is estimated, and the correction for few levels applies (Hurvich and
+    Tsai, Biometrika 76, 1989). The likelier case counts. The priors of the sensors are part of the likelihood.
     """
     stated = replace(problem, floor=0.0) if problem.free_floor else problem
     sigma = np.maximum(stated.standard_deviation(problem.theta(x)), 1e-9 * float(np.abs(problem.points.force).max()))

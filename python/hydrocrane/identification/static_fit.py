@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.identification.causes import misfit_of
+from hydrocrane.identification.causes import residual_analysis
 from hydrocrane.identification.form import EACH, HELD, SHARED, Exponents, Form, Wish
 from hydrocrane.identification.least_squares import (
     Loss,
@@ -32,7 +32,7 @@ from hydrocrane.identification.static_choice import Candidate, candidates_of
 from hydrocrane.identification.static_map import LABELS, StaticMap
 from hydrocrane.identification.static_warnings import warnings_of
 
-# Points further off than this many standard deviations of the bulk are left out.
+# Points with residuals above this many standard deviations of the bulk are left out.
 OUTLIER = 5.0
 LOSSES = ("soft_l1", "huber", "cauchy", "arctan", "linear")
 
@@ -52,49 +52,48 @@ def fit_static(
     loss: Loss = "soft_l1",
     floor: float | None = None,
 ) -> StaticFit:
-    """Least-squares fit of both directions at once, safe against uneven levels and stray points.
+    """Least-squares fit of both directions at once, robust against uneven levels and outliers.
 
-    Whether there is a Stribeck term in a direction is chosen by likelihood (least AICc), and so are the exponents
-    unless they are told. Intervals are averaged over all forms within 4 AICc of the best; `alternatives` holds the
-    others.
+    The least AICc decides whether a direction has a Stribeck term, and which exponents are free if they are not stated.
+    Intervals are averaged over all forms within 4 AICc of the best; `alternatives` holds the others.
 
     Parameters
     ----------
     exponents : {"chosen", "fixed", "free"} or dict
-        ``"chosen"``: held or free, as the likelihood says. ``"fixed"``: held. ``"free"``: both free in each direction.
-        Or each by its key: a number (or one per direction) holds it there, ``"free"`` frees it; what is not named is
-        held.
+        ``"chosen"``: held or free, by the likelihood. ``"fixed"``: held. ``"free"``: both free in each direction. Or a
+        dict by key: a number (or one per direction) is the value of a held exponent, ``"free"`` frees it; exponents
+        that are not named are held.
     held : dict, optional
         Values, one or one per direction, at which exponents are held by ``"chosen"`` and ``"fixed"``, such as those of
         the rig's file; by default 2 (Stribeck) and 1.5 (viscous).
     form : Form, optional
-        Terms to fit without any choice, as those of another fit (`StaticFit.form`); `exponents` then only says where
-        they are held.
+        Terms to fit without a choice, such as those of another fit (`StaticFit.form`); `exponents` then only gives the
+        values of held exponents.
     bias : OffsetPrior or float, or a list with one of these for each log, optional
-        What is known of a constant error of the force; a number is its standard deviation, N. The points alone
-        cannot tell it from Coulomb friction that differs between the directions: the prior decides, and widens the
-        intervals. One for all logs is an error that they share, as that of sensors that were never calibrated. A
-        list holds errors that are independent, as those of logs that were calibrated each by itself; logs are kept
-        apart by :meth:`FrictionPoints.joined`. None: there is no such error.
+        Prior of a constant error of the force; a number is its standard deviation, N. The points alone cannot
+        distinguish it from Coulomb friction that differs between the directions: the prior determines it and widens the
+        intervals. A single prior is an error common to all logs, such as that of sensors that were never calibrated. A
+        list holds independent errors, such as those of logs that were calibrated separately;
+        :meth:`FrictionPoints.joined` keeps logs apart. None: there is no such error.
     span : float
-        Standard deviation of the relative error of each pressure transmitter's span, as 0.003/sqrt(3) for a bound of
-        0.3 %: evenly likely within sqrt(3) times as much, as `linearity_error` and `velocity_share`. Levels at
-        different pressures and equal friction distinguish the spans; logs at another supply pressure do so best. The
-        points need `chambers`.
+        Standard deviation of the relative error of each pressure transmitter's span, such as 0.003/sqrt(3) for a bound
+        of 0.3 %. The error is uniformly distributed within sqrt(3) times this value, as are `linearity_error` and
+        `velocity_share`. Levels at different pressures and equal friction identify the spans; logs at another supply
+        pressure do so best. The points need `chambers`.
     linearity_error : float
         Standard deviation of the relative error of the velocity per metre of position, 1/m: the slope of a position
         sensor that reads along a parabola, as 16 linearity/(sqrt(3) range). The points need `position`.
     velocity_share : float
-        Standard deviation of an error that all velocities share, relative: the span of a position sensor. It is not
-        seen in the scatter; Stribeck velocity and viscous coefficient carry it.
+        Standard deviation of a relative error common to all velocities: the span of a position sensor. The scatter does
+        not show it; it widens the intervals of Stribeck velocity and viscous coefficient.
     symmetric : bool
-        Coulomb and break-away force are the same in both directions. Then, and only then, the points tell the offset.
+        Whether Coulomb and break-away force are the same in both directions. Only then the points identify the offset.
     loss : str
-        Loss of the first, robust fit; what it shows to be stray is left out of the second. ``"linear"`` keeps all.
+        Loss of the first, robust fit; its outliers are left out of the second fit. ``"linear"`` keeps all points.
     floor : float, optional
-        Standard deviation of a whole level about the map, N, beyond the errors of its points. Far above these it makes
-        all levels weigh the same; 0 weighs by the errors alone. By default it is as large as the scatter of the
-        levels asks for (Mandel and Paule), or 1 % of the median force where there are too few levels to say.
+        Standard deviation of a whole level about the map, N, beyond the errors of its points. If it is far above these,
+        all levels weigh the same; with 0 the weights follow from the errors alone. By default it is estimated from the
+        scatter of the levels (Mandel and Paule), or 1 % of the median force with too few levels.
 
     Returns
     -------
@@ -103,7 +102,7 @@ def fit_static(
     Raises
     ------
     InputError
-        Where an argument cannot be right or no point can be used.
+        If an argument is invalid or no point is usable.
 
     Examples
     --------
@@ -135,7 +134,7 @@ def fit_static(
     told = replace(
         best,
         alternatives=tuple(others),
-        misfit=misfit_of(likeliest.problem, likeliest.x),
+        residual_analysis=residual_analysis(likeliest.problem, likeliest.x),
         held_out=leave_out(likeliest),
         successions=successions(likeliest.problem, likeliest.x),
     )
@@ -143,14 +142,14 @@ def fit_static(
 
 
 def _largest(forms: Sequence[Form]) -> Form:
-    """The form with the most parameters: what it does not explain is stray."""
+    """The form with the most parameters; it decides which points are outliers."""
     return max(forms, key=lambda form: (sum(form.stribeck), (HELD, SHARED, EACH).index(form.viscous_exponent)))
 
 
 def _without_outliers(problem: Problem, loss: Loss) -> tuple[FrictionPoints, list[tuple[int, float]]]:
-    """The points without stray ones; each of these with its distance in standard deviations of the bulk."""
+    """The points without outliers, and the outliers with their distance in standard deviations of the bulk."""
     points = problem.points
-    # With as many unknowns as levels the map follows any point, so that distance says nothing.
+    # With as many unknowns as levels the map follows any point, and the distance has no meaning.
     if loss == "linear" or points.levels.count.size <= problem.unknowns:
         return points, []
     x, sigma = problem.begin(problem.start), problem.standard_deviation(problem.start)
@@ -163,7 +162,7 @@ def _without_outliers(problem: Problem, loss: Loss) -> tuple[FrictionPoints, lis
 
 
 def _numbered(used: FrictionPoints, stray: list[tuple[int, float]], points: FrictionPoints) -> list[Rejected]:
-    """Stray points by their place among all points."""
+    """Outliers by their index among all points."""
     place = np.flatnonzero((points.velocity == 0.0) | (points.speed > RESOLVED * points.velocity_error))
     assert place.size == len(used)
     return [Rejected(int(place[i]), f"{d:.1f} standard deviations off the map of the others") for i, d in stray]
@@ -172,7 +171,7 @@ def _numbered(used: FrictionPoints, stray: list[tuple[int, float]], points: Fric
 def _result(
     points: FrictionPoints, candidate: Candidate, wish: Wish, rejected: list[Rejected], share: float
 ) -> StaticFit:
-    """A candidate with its covariance; neither warnings nor alternatives."""
+    """A candidate with its covariance, without warnings and alternatives."""
     problem, x, sigma = candidate.problem, candidate.x, candidate.sigma
     theta, slopes = problem.theta(x), problem.residuals(x)[1]
     scale, freedom = scale_of(problem, x, sigma)
@@ -226,7 +225,7 @@ def _spread(problem: Problem, theta: Array, jacobian: Array, scale: float, freed
 
 
 def _at_bounds(problem: Problem, x: Array) -> tuple[str, ...]:
-    """Labels of unknowns that ended at an edge."""
+    """Labels of unknowns that ended at a bound."""
     low, high = problem.bounds()
     out = []
     for k in range(problem.unknowns):

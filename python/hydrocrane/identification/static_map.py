@@ -1,4 +1,4 @@
-"""The static friction map with its parameters free, and the coordinates in which it is fitted.   (119)
+"""The static friction map as a function of its parameters, and the coordinates of its fit.   (119)
 
 The law itself is the core's, `crates/physics/src/friction/static_map.rs`.
 """
@@ -16,23 +16,23 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 
-# In the order of the core: each a pair (extending, retracting).
+# In the order of the core; each is a pair (extending, retracting).
 PARAMETERS = ("coulomb", "breakaway", "stribeck-velocity", "stribeck-exponent", "viscous", "viscous-exponent")
 LABELS = tuple(f"{name}.{direction}" for name in PARAMETERS for direction in DIRECTIONS)
-# Exponents that are taken unless they are asked for: the thesis's choice, section 5.1.1.
+# Default exponents: the choice of the thesis, section 5.1.1.
 EXPONENTS = {"stribeck-exponent": 2.0, "viscous-exponent": 1.5}
-# Told only by a fall of friction with speed.
+# Identifiable only if friction decreases with speed.
 STRIBECK = ("breakaway", "stribeck-velocity", "stribeck-exponent")
-# Told only by more than one speed.
+# Identifiable only from more than one speed.
 VISCOUS = ("viscous", "viscous-exponent")
-# Fitted by their logarithms: positive scales, whose errors are even there.
+# Positive scales, fitted by their logarithms, in which their errors are symmetric.
 LOGARITHMIC = ("stribeck-velocity", "stribeck-exponent")
 # Stands for the limit v -> 0 of a break-away reading, m/s.
 BREAKAWAY_SPEED = 1e-8
 
 
 def unit_of(label: str, exponent: float | None = None) -> str:
-    """SI unit of a parameter; the viscous coefficient's follows its exponent."""
+    """SI unit of a parameter; that of the viscous coefficient depends on its exponent."""
     name = label.split(".")[0]
     if name == "viscous":
         power = "delta" if exponent is None else f"{exponent:g}"
@@ -77,12 +77,12 @@ class StaticMap:
         return self.evaluate(velocity.ravel())[0].reshape(velocity.shape)
 
     def evaluate(self, v: Array) -> tuple[Array, Array, Array]:
-        """Force (n,), its slope over velocity (n,) and over the parameters (n, 12), at velocities (n,)."""
+        """Force (n,) and its derivatives by velocity (n,) and by the parameters (n, 12), at velocities (n,)."""
         return _core.friction_map(np.ascontiguousarray(self.values), np.ascontiguousarray(v))
 
     @property
     def stretched(self) -> Array:
-        """(12,) change of each parameter, per unit, where all velocities are read too large by a share."""
+        """(12,) change of each parameter per relative error of all velocities."""
         _, _, speed, _, viscous, power = self.values.reshape(6, 2)
         none = np.zeros(2)
         return np.concatenate([none, none, speed, none, -power * viscous, none])
@@ -90,11 +90,11 @@ class StaticMap:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """The coordinates of a fit, six per direction: what a search can handle well.
+    """The coordinates of a fit, six per direction, chosen for a well-conditioned search.
 
     Coulomb force; Stribeck rise (break-away less Coulomb); logarithms of Stribeck velocity and exponent; viscous
-    force at the reference speed; viscous exponent. The viscous coefficient itself is a force at 1 m/s, far outside of
-    what is measured, and tied to its exponent.
+    force at the reference speed; viscous exponent. The viscous coefficient itself is a force at 1 m/s, far outside the
+    measured range, and correlated with its exponent.
 
     Attributes
     ----------
@@ -148,13 +148,14 @@ def synthetic_points(
     speeds : array_like, optional
         Speed of each level, m/s; by default twelve from 0.1 mm/s to 0.1 m/s, as in the thesis's experiments.
     windows : int or array_like of int
-        Windows per level; each level's true speed is met to within 1 %.
+        Windows per level; their speeds lie within 1 % of the level's.
     force_error : float
         Standard error of the force of one window, N.
     velocity_error : float
-        Standard error of the velocity, as a share of it.
+        Standard error of the velocity, as a share of the velocity.
     level_error : float
-        Standard deviation, N, of an error that all windows of a level share; the points do not state it.
+        Standard deviation, N, of an error common to all windows of a level; the stated errors of the points do not
+        include it.
     offset : float
         Constant error of the force, N.
     """

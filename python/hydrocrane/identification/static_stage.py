@@ -1,4 +1,4 @@
-"""From steady windows to the static map and its part of the report."""
+"""The static stage: from steady windows to the static map, with its part of the report."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from hydrocrane.identification.block import parameter_row, shown
 from hydrocrane.identification.form import Exponents
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.least_squares import Loss
-from hydrocrane.identification.misfit import chance_text
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.report import Report, Section, Stage, Table
+from hydrocrane.identification.residual_analysis import chance_text
 from hydrocrane.identification.result import ALIKE, StaticFit, of_sensors
 from hydrocrane.identification.setup import Bias
 from hydrocrane.identification.static_fit import fit_static
@@ -26,7 +26,7 @@ from hydrocrane.identification.succession import ORDERS
 
 
 class RejectedWindow(Protocol):
-    """A stretch of a log that was not used."""
+    """An unused stretch of a log."""
 
     @property
     def start(self) -> float: ...
@@ -38,16 +38,16 @@ class RejectedWindow(Protocol):
 
 @dataclass(frozen=True)
 class StaticIdentification:
-    """The static stage: points, the reading by ruler, the fit.
+    """Result of the static stage: points, graphical reading, fit.
 
     Attributes
     ----------
     points : FrictionPoints
     reading : StaticFit
-        What Figure 67's construction gives; a check on the fit.
+        Result of the construction of Figure 67, as a check of the fit.
     fit : StaticFit
     rejected_windows : tuple
-        Stretches of the logs that were not steady, with their reason.
+        Stretches of the logs that were not steady, with the reason.
     """
 
     points: FrictionPoints
@@ -56,7 +56,7 @@ class StaticIdentification:
     rejected_windows: tuple[RejectedWindow, ...] = ()
 
     def report(self, cylinder: str, *, title: str = "Friction identification") -> Report:
-        """A report of this stage, to which later stages add theirs."""
+        """A report with the sections of this stage; later stages add theirs."""
         report = Report(title, introduction=f"Cylinder {cylinder}.")
         for name, make in self.stages(cylinder):
             report.stage(name, make)
@@ -122,7 +122,7 @@ class StaticIdentification:
         return Section("Parameters", text, Table(heads, rows), warnings=self.reading.warnings)
 
     def _method(self) -> str:
-        """How the intervals were found."""
+        """Description of the method of the intervals."""
         found = {
             "profile": "Intervals follow the profile likelihood, because an exponent is free and the map then far from "
             "linear in its parameters; those of the errors of the sensors are linear.",
@@ -138,12 +138,12 @@ class StaticIdentification:
         return (*parameter_row(label, self.fit.unit(label), self.fit.value(label), *ends), ruler)
 
     def _forms(self) -> Section:
-        """What was tried, the likeliest first."""
+        """The fitted forms, the likeliest first."""
         fits = (self.fit, *self.fit.alternatives)
         weights = akaike_weights([fit.aicc for fit in fits])
         rows = tuple(self._form(fit, weight) for fit, weight in zip(fits, weights, strict=True))
         text = (
-            f"{len(fits)} forms were fitted to the same points; the first is taken, and intervals are averaged over "
+            f"{len(fits)} forms were fitted to the same points; the first is used, and intervals are averaged over "
             f"those within {ALIKE:g} AICc by their weights."
         )
         heads = ("form", "parameters", "AICc more", "weight", "floor [N]", "Coulomb extending [N]", "retracting [N]")
@@ -162,24 +162,24 @@ class StaticIdentification:
         )
 
     def _left_over(self) -> Section:
-        """Residuals over everything that may be their cause."""
-        misfit = self.fit.misfit
-        if misfit is None or not misfit.causes:
-            return Section("Residuals", "Too few points to test what else friction depends on.")
+        """Residuals over their possible causes."""
+        analysis = self.fit.residual_analysis
+        if analysis is None or not analysis.causes:
+            return Section("Residuals", "Too few points to test further dependences of friction.")
         text = (
-            f"The levels lie {misfit.floor:.2g} N off the map beyond the errors of their points, "
-            f"{misfit.point_error:.2g} N in the median: {100 * misfit.floor / misfit.force:.2g} % of the friction"
-            f", {chance_text(misfit.p_value)} where there is no misfit."
+            f"The levels lie {analysis.floor:.2g} N off the map beyond the errors of their points, "
+            f"{analysis.point_error:.2g} N in the median: {100 * analysis.floor / analysis.force:.2g} % of the friction"
+            f", {chance_text(analysis.p_value)} if the map describes them."
         )
         rows = tuple(
             (cause.name, f"{100 * cause.change:+.2g}", f"{cause.p_value:.2g}", "yes" if cause.shows else "no")
-            for cause in misfit.causes
+            for cause in analysis.causes
         )
         table = Table(("depends on", "change of friction [%]", "chance without it", "shows"), rows)
-        return Section("Residuals", text, table, misfit.plot(), misfit.warnings)
+        return Section("Residuals", text, table, analysis.plot(), analysis.warnings)
 
     def _held_out(self) -> Section:
-        """Levels predicted by a fit to the others."""
+        """Levels predicted by fits to the other levels."""
         title, found = "Prediction of levels left out", self.fit.held_out
         if found is None:
             return Section(title, "A single level cannot be predicted from others.")
@@ -220,7 +220,7 @@ class StaticIdentification:
         return Section(title, text, Table(heads, rows), warnings=warnings)
 
     def _correlation(self) -> Section:
-        """Correlation of everything with the parameters of the map, whose columns are numbered: names take width."""
+        """Correlation of all unknowns with the parameters of the map; columns are numbered to save width."""
         table = self.fit.correlation
         names = [str(n) for n in table["parameter"].values]
         columns = [i for i, name in enumerate(names) if not of_sensors(name)]
@@ -230,7 +230,7 @@ class StaticIdentification:
         )
         text = "Columns are those of the rows with the same number."
         if len(columns) < len(names):
-            text += " `fit.correlation` has the errors of the sensors among each other, too."
+            text += " `fit.correlation` also has the correlations between sensor errors."
         return Section("Correlation", text, Table(("", *(str(k + 1) for k in columns)), rows))
 
     def _points_left_out(self) -> Section:
@@ -271,7 +271,7 @@ def identify_static(
     source : iterable of str
         Names of the logs, for the report and the block.
     rejected_windows : iterable
-        Windows with start, end, reason, for the report; by default those that `windows` itself names.
+        Windows with start, end, reason, for the report; default are those that `windows` has.
     """
     points = windows if isinstance(windows, FrictionPoints) else FrictionPoints.from_windows(windows, source=source)
     fit = fit_static(

@@ -1,4 +1,4 @@
-"""Where the search for a static map begins: the best of a grid over what the map is not linear in."""
+"""Start values for the fit of a static map: the best point of a grid over the nonlinear parameters."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from hydrocrane.identification.points import FrictionPoints
 # Stribeck velocities tried, from below the slowest to above the fastest level by this factor; exponents tried.
 VELOCITIES, OUTSIDE = 16, 2.0
 TRIED = {"stribeck-exponent": (0.7, 1.0, 2.0, 4.0), "viscous-exponent": (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)}
-# Levels count no more than by an error of this share of the median force.
+# Least error of a level, as a share of the median force.
 SHARE = 0.01
 
 
 def start(points: FrictionPoints, form: Form, held: Mapping[str, Array], reference: float) -> Array:
-    """Coordinates (12,) to begin with; a direction without points takes those of the other.
+    """Start values of the coordinates (12,); a direction without points has those of the other.
 
-    Coulomb force, Stribeck rise and viscous force are linear in the friction, so that non-negative least squares over
-    the levels finds them at each Stribeck velocity and exponents of a grid.
+    Friction is linear in Coulomb force, Stribeck rise and viscous force. Non-negative least squares over the levels
+    finds them for each Stribeck velocity and exponent of the grid.
     """
     tried = {name: _tried(form, name, held[name]) for name in TRIED}
     measured = [side for side in (0, 1) if (points.direction == side).any()]
@@ -41,7 +41,7 @@ def start(points: FrictionPoints, form: Form, held: Mapping[str, Array], referen
 
 
 def _tried(form: Form, name: str, held: Array) -> list[Array]:
-    """Pairs of an exponent to be tried."""
+    """Values of an exponent to try, as pairs."""
     return [held] if form.freedom(name) == HELD else [np.full(2, value) for value in TRIED[name]]
 
 

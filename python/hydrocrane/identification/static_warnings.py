@@ -1,4 +1,4 @@
-"""What a reader must know before trusting a static map, the most fundamental first."""
+"""Warnings of a static fit, the most fundamental first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hydrocrane.identification.result import StaticFit, missing_directions, of_s
 
 # A parameter whose 95 % interval reaches further than this share of its value is called poorly known.
 POOR = 0.5
-# Above this condition number, columns scaled, parameters stand for each other.
+# Above this condition number of the scaled columns parameters have the same effect.
 ILL_CONDITIONED = 1e4
 
 
@@ -24,7 +24,7 @@ def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
         *_bounds(fit),
         *_poorly_known(fit),
         *_too_few(fit),
-        *(fit.misfit.warnings if fit.misfit else ()),
+        *(fit.residual_analysis.warnings if fit.residual_analysis else ()),
         *(fit.held_out.warnings if fit.held_out else ()),
         *(each.warning for each in fit.successions if each.shows),
         *_of_sensors(fit, with_prior),
@@ -33,7 +33,7 @@ def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
 
 
 def _levels(fit: StaticFit) -> Iterator[str]:
-    """Where velocities are missing."""
+    """Warnings on missing velocities."""
     used = fit.points.select(fit.accepted)
     not_identifiable = [label for label, (low, _) in fit.intervals(method="t").items() if not np.isfinite(low)]
     for side, name in enumerate(DIRECTIONS):
@@ -71,7 +71,7 @@ def _bounds(fit: StaticFit) -> Iterator[str]:
     for label in fit.at_bounds:
         name, direction = label.split(".")
         what = "Stribeck rise (break-away less Coulomb)" if name == "breakaway" else name
-        yield f"{direction}: {what} ended at the edge of what is physical"
+        yield f"{direction}: {what} ended at its physical bound"
 
 
 def _poorly_known(fit: StaticFit) -> Iterator[str]:
@@ -89,12 +89,13 @@ def _poorly_known(fit: StaticFit) -> Iterator[str]:
 
 
 def _too_few(fit: StaticFit) -> Iterator[str]:
-    if fit.misfit is not None and fit.misfit.spare <= 0:
-        yield "as many parameters as levels or more: nothing is left to check the map against"
+    if fit.residual_analysis is not None and fit.residual_analysis.spare <= 0:
+        yield "as many parameters as levels or more: no level is left to check the map"
 
 
 def _of_sensors(fit: StaticFit, with_prior: bool) -> Iterator[str]:
-    """A constant error of the force shifts Coulomb friction of the directions against each other, spans do as well."""
+    """Warning on constant errors of the force and on spans: both shift the Coulomb friction of one direction against
+    the other."""
     spread = fit.spread
     if not with_prior or spread is None:
         return
@@ -103,7 +104,7 @@ def _of_sensors(fit: StaticFit, with_prior: bool) -> Iterator[str]:
             at = spread.labels.index(label)
             if spread.from_prior[at, at] > spread.from_data[at, at]:
                 yield (
-                    "the constant error of the force sensors decides how well Coulomb friction of a single direction "
+                    "the constant error of the force sensors limits how well Coulomb friction of a single direction "
                     "is known; its sum over both directions is known better. A zero calibration helps"
                     + (", logs at a second supply pressure identify the spans" if any(fit.spans) else "")
                 )

@@ -1,4 +1,5 @@
-"""Correlation of the residuals of neighbouring readings: these then tell less than as many independent ones.
+"""Correlation of the residuals of neighbouring readings: correlated readings have less information than independent
+ones.
 
 Source of the effective number: Bayley and Hammersley, Supplement to the Journal of the Royal Statistical Society 8,
 1946.
@@ -10,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane.identification.misfit import UNLIKELY, chance_text
+from hydrocrane.identification.residual_analysis import UNLIKELY, chance_text
 
-# Correlation that matters: readings then count for less than two thirds.
+# Least correlation that matters: readings then count for less than two thirds.
 NOTABLE = 0.2
-# Orders that are looked at: what stands next to each other there, and what to do.
+# Tested orders: the neighbours in each, and the cure.
 ORDERS = {
     "time": (
         "consecutive windows of a log",
@@ -24,12 +25,12 @@ ORDERS = {
     "samples": (
         "consecutive samples",
         "samples, or means of samples,",
-        "The model lacks something that lasts for several of them: check the sensors, delay, load and oil",
+        "The model lacks an effect that lasts for several of them: check the sensors, delay, load and oil",
     ),
     "velocity": (
         "levels that are neighbours in velocity",
         "levels",
-        "The map has another form than these data: look at the residuals over the speed, free an exponent, or leave "
+        "The form of the map does not fit these data: look at the residuals over the speed, free an exponent, or leave "
         "out levels that are not steady",
     ),
 }
@@ -37,17 +38,18 @@ ORDERS = {
 
 @dataclass(frozen=True)
 class Succession:
-    """Correlation of residuals that are neighbours in one order.
+    """Correlation of neighbouring residuals in one order.
 
     Attributes
     ----------
     order : {"time", "velocity", "samples"}
-        Windows of a log one after the other, the share that their levels have in common taken away; means of the
-        levels of a direction by speed; samples of one signal of a log, where nothing happens means of several.
+        `time`: windows of a log in sequence, less the mean of their level. `velocity`: means of the levels of a
+        direction, by speed. `samples`: samples of one signal of a log, or means of several while the signals hardly
+        change.
     correlation : float
-        At lag one, less what the fit itself brings about.
+        At lag one, less the part caused by the fit itself.
     p_value : float
-        Chance of a correlation as strong between independent readings.
+        Probability of a correlation this strong between independent readings.
     count : int
         Readings.
     """
@@ -59,18 +61,18 @@ class Succession:
 
     @property
     def effective(self) -> float:
-        """Number of independent readings that tell as much about a mean, by (1 - r)/(1 + r)."""
+        """Number of independent readings with the same information on a mean, by (1 - r)/(1 + r)."""
         r = float(np.clip(self.correlation, 0.0, 0.99))
         return self.count * (1.0 - r) / (1.0 + r)
 
     @property
     def shows(self) -> bool:
-        """Whether it is beyond chance, of the orders that are looked at, and large enough to matter."""
+        """Whether it is significant, given the number of tested orders, and large enough to matter."""
         return self.p_value < UNLIKELY / len(ORDERS) and self.correlation > NOTABLE
 
     @property
     def warning(self) -> str:
-        """The correlation in words, with what follows and what to do."""
+        """The correlation in words, with its consequence and the cure."""
         neighbours, readings, cure = ORDERS[self.order]
         return (
             f"residuals of {neighbours} are correlated: {self.correlation:.2f} ({chance_text(self.p_value)}). The "

@@ -1,4 +1,4 @@
-"""What lies between a command and its arrival at the spool, and is not among the states of a machine."""
+"""The path of a command to the spool, which is not among the states of a machine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from hydrocrane.result_warning import ResultWarning
 
 @dataclass(frozen=True)
 class CommandPath:
-    """Of one cylinder: dead time of signal chain and valve together (s), and what the chain does to the value."""
+    """The path of one cylinder: dead time of signal chain and valve together (s), and the effect of the chain on the
+    value."""
 
     cylinder: str
     delay: float
@@ -22,7 +23,7 @@ class CommandPath:
 
     @property
     def plain(self) -> bool:
-        """Whether the value arrives as it was sent."""
+        """Whether the value arrives unchanged."""
         return self.gain == 1.0 and self.dead_band == 0.0 and self.offset == 0.0
 
 
@@ -49,7 +50,7 @@ def path_warnings(machine: Machine) -> tuple[ResultWarning, ...]:
     return tuple(
         ResultWarning(
             "command-path-left-out",
-            f"the input is the command that arrives at the spool of {path.cylinder}; on its way there is a delay of "
+            f"the input is the command that arrives at the spool of {path.cylinder}; its path has a delay of "
             f"{path.delay * 1e3:g} ms, a gain of {path.gain:g}, a dead band of {path.dead_band * 1e3:g} mm and an "
             f"offset of {path.offset * 1e3:g} mm",
             "add the delay and the gain where the model is used",
@@ -60,21 +61,21 @@ def path_warnings(machine: Machine) -> tuple[ResultWarning, ...]:
 
 
 def common_delay(machine: Machine) -> float:
-    """Delay of all commands, s, where they have one in common and nothing else changes them.
+    """Common delay of all commands, s, if nothing else changes them.
 
     Raises
     ------
     InputError
-        Where a signal chain changes the value of a command, or the delays differ.
+        If a signal chain changes the value of a command, or the delays differ.
     """
     paths = command_paths(machine)
     for path in paths:
         if not path.plain:
             raise InputError(
                 f"the signal chain of {path.cylinder} has a gain, a dead band or an offset, which the loops do not "
-                f"know; take a machine file without [valve.<name>.command]"
+                f"model; take a machine file without [valve.<name>.command]"
             )
     if len({path.delay for path in paths}) > 1:
         told = ", ".join(f"{path.cylinder} {path.delay * 1e3:g} ms" for path in paths)
-        raise InputError(f"the commands of {machine.name} have different delays ({told}); the loops know one for all")
+        raise InputError(f"the commands of {machine.name} have different delays ({told}); the loops need a common one")
     return paths[0].delay

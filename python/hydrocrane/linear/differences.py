@@ -1,8 +1,8 @@
 """Derivatives of outputs that the core does not differentiate: central differences of order four, with their error.
 
-D(h) = [8 (y(+h) - y(-h)) - (y(+2h) - y(-2h))] / 12 h has the error h^4 y^(5) / 30. D(2h) has 16 times that, so that
-D(2h) - D(h) is 15 times the error of D(h) and stands for it. A kink at the point shows in the second difference:
-[y(+h) - 2 y(0) + y(-h)] / h halves with h where y is smooth, and stays where its slope jumps.
+D(h) = [8 (y(+h) - y(-h)) - (y(+2h) - y(-2h))] / 12 h has the error h^4 y^(5) / 30. The error of D(2h) is 16 times
+larger, so D(2h) - D(h) is 15 times the error of D(h) and estimates it. A kink at the point is visible in the second
+difference: [y(+h) - 2 y(0) + y(-h)] / h is halved with h if y is smooth, and constant if its slope jumps.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 
-# Where the slopes on both sides differ by more than this share of the larger one there is a kink.
+# Relative difference of the slopes on both sides above which there is a kink.
 _KINK = 0.05
 _OFFSETS = np.array([0.0, 1.0, -1.0, 2.0, -2.0, 4.0, -4.0])
 
@@ -31,7 +31,7 @@ class Differences:
 def central(function: Callable[[Array], Array], point: Array, steps: Array) -> Differences:
     """Derivatives of `function` at `point` (n,) with a step (n,) for each variable.
 
-    `function` takes (..., n) and gives (..., n_outputs).
+    `function` maps (..., n) to (..., n_outputs).
     """
     moves = _OFFSETS[:, None, None] * np.diag(steps)
     y = function(point + moves)
@@ -43,7 +43,7 @@ def central(function: Callable[[Array], Array], point: Array, steps: Array) -> D
     value, coarse = order_four(1, 3, 1.0), order_four(3, 5, 2.0)
     jumps = [np.abs(y[k] - 2 * y[0] + y[k + 1]) / (factor * steps[:, None]) for k, factor in ((1, 1.0), (3, 2.0))]
     sides = np.maximum(np.abs(y[1] - y[0]), np.abs(y[2] - y[0])) / steps[:, None]
-    # Rounding makes second differences of its own.
+    # Rounding also causes second differences.
     floor = 1e-12 * np.abs(y[0]) / steps[:, None]
     kinks = (jumps[0] > _KINK * sides + floor) & (jumps[0] > 0.75 * jumps[1])
     return Differences(value.T, np.abs(coarse - value).T, kinks.T)

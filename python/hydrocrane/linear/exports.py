@@ -1,4 +1,4 @@
-"""Linear models in the hands of other programs: python-control, MATLAB, JSON."""
+"""Linear models for other programs: python-control, MATLAB, JSON."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def save(model: Matrices, path: Path) -> Path:
         return write_text(path, json.dumps(content, indent=1) + "\n")
     from scipy.io import savemat
 
-    # Cell arrays of names, as `ss` of MATLAB takes them.
+    # Cell arrays of names, as `ss` of MATLAB expects them.
     cells = {name: np.array(getattr(model, name), dtype=object) for name in LABELS}
     matrices = {name: getattr(model, name) for name in NUMBERS}
     with written_whole(path) as beside:

@@ -19,11 +19,11 @@ from hydrocrane.result_warning import ResultWarning
 
 Side = Literal["extend", "retract"]
 SIDES = ("extend", "retract")
-# Forces on the tip, N, that can be inputs beside the spool commands.
+# Forces on the tip, N, which can be inputs besides the spool commands.
 TIP_FORCES = ("tip.force.x", "tip.force.z")
-# Step of the spool command, as a share of the stroke. The law is linear in it, so that any step gives the derivative.
+# Step of the spool command, as a share of the stroke. The law is linear in it, so any step gives the derivative.
 _COMMAND_STEP = 1e-3
-# Share of the stroke up to which a spool counts as closed, and the difference of both sides that is worth a word.
+# Share of the stroke up to which a spool counts as closed, and the ratio of both sides above which a warning is given.
 _CLOSED, _DIFFERS = 0.01, 0.01
 # Below these rates the working point counts as an equilibrium: rad/s^2 or m/s^2, Pa/s.
 _STILL, _CREEP = 1e-6, 1e5
@@ -65,12 +65,12 @@ def linearise(
     ----------
     machine : Machine, str or path
     q : (n,) array_like, optional
-        Pose to rest in, rad or m; or give `state`.
+        Pose at rest, rad or m; or give `state`.
     state : (n_states,) array_like, optional
         Any state, for example ``simulator.state`` of a crane in motion.
     command : (n_cyl,) array_like, optional
-        Spool commands at the working point, m. With `q` the spools also stand at them; without it they are where the
-        spools of the state stand.
+        Spool commands at the working point, m. With `q` the spools also have these positions; by default the commands
+        are the spool positions of the state.
     inputs : str or sequence of str, optional
         ``cylinder.<c>.command`` (m, all of them by default), ``tip.force.x`` and ``tip.force.z`` (N, on the tip).
     outputs : str or sequence of str, optional
@@ -78,11 +78,11 @@ def linearise(
     mode : {"hold", "steady"}
         Equilibrium of `q`, as of :meth:`Machine.equilibrium`.
     side : {"extend", "retract"}
-        A closed valve has another gain to either side; this side is taken.
+        The gain of a closed valve differs between the sides; this side is used.
     friction : {"smoothed", "held", "released"}
-        As of :func:`hydrocrane.modes`: ``smoothed`` is the simulation's own; ``released`` leaves friction out, as in
-        motions larger than the bristles bend, and is what a controller of motions wants. The last two need a state at
-        rest.
+        As of :func:`hydrocrane.modes`: ``smoothed`` is that of the simulation. ``released`` leaves friction out, as in
+        motions larger than the bristle deflection; use it for the design of motion controllers. The last two need a
+        state at rest.
     payload : float, optional
         kg at the tip; the machine's own by default.
 
@@ -161,11 +161,11 @@ def _asked_outputs(machine: Machine, outputs: str | Sequence[str] | None) -> tup
 def _state_matrices(
     machine: Machine, point: Array, command: Array, payload: float, side: Side, friction: Friction
 ) -> tuple[Array, Array, tuple[ResultWarning, ...]]:
-    """A, B by all inputs, and what they do not show."""
+    """A, B by all inputs, and the warnings."""
     moving = bool(point[places(machine, "joint", "qd")].any())
     if friction != "smoothed" and moving:
         raise InputError(
-            f'friction="{friction}" is of a crane at rest, and joints move here; take friction="smoothed", '
+            f'friction="{friction}" needs a crane at rest, and joints move here; take friction="smoothed", '
             "which has the slopes of friction in motion"
         )
     beside = _beside_the_kink(machine, point, side)
@@ -184,7 +184,7 @@ def _working_point(
     mode: Literal["hold", "steady"],
     payload: float,
 ) -> tuple[Array, Array, tuple[ResultWarning, ...]]:
-    """State, command, and what is doubtful about the state."""
+    """State, command, and warnings on the state."""
     if (q is None) == (state is None):
         raise InputError("linearise takes either q, a pose to rest in, or state, a full state")
     spools = places(machine, "cylinder", "xs")
@@ -203,7 +203,7 @@ def _working_point(
 
 
 def _beside_the_kink(machine: Machine, state: Array, side: Side) -> Array:
-    """The state with closed spools moved to their side, by next to nothing."""
+    """The state with closed spools moved by a negligible amount to their side."""
     spools, aside = places(machine, "cylinder", "xs"), ASIDE * machine.spool_strokes
     moved = state.copy()
     to = aside if side == "extend" else -aside
@@ -230,7 +230,7 @@ def _input_matrix(
         ResultWarning(
             "spool-limited",
             f"the spool of {cylinder} is at its limit of speed or acceleration: a command has no linear effect",
-            "choose a command nearer to where the spool stands",
+            "choose a command nearer to the position of the spool",
         )
         for cylinder in np.array(machine.cylinder_names)[still]
     )
@@ -240,7 +240,7 @@ def _input_matrix(
 def _valve_warnings(
     machine: Machine, state: Array, command: Array, payload: float, side: Side
 ) -> tuple[ResultWarning, ...]:
-    """Closed valves: without an effect in the dead band, and with another gain to the other side."""
+    """Warnings on closed valves: no effect in the dead band, and another gain on the other side."""
     spools = places(machine, "cylinder", "xs")
     pressures = [i for i, name in enumerate(machine.state_names) if name.endswith((".p1", ".p2"))]
     columns = {}
@@ -257,7 +257,7 @@ def _valve_warnings(
             warnings.append(
                 ResultWarning(
                     "valve-in-dead-band",
-                    f"the spool of {cylinder} stands in the dead band of its valve: a small command has no effect",
+                    f"the spool of {cylinder} is in the dead band of its valve: a small command has no effect",
                     f"give a command beyond the overlap of the valve of {cylinder}",
                 )
             )
@@ -275,7 +275,7 @@ def _valve_warnings(
 
 
 def _motion_warning(machine: Machine, drift: Array, state: Array) -> tuple[ResultWarning, ...]:
-    """A working point that is no equilibrium."""
+    """Warning on a working point that is no equilibrium."""
     rates = places(machine, "joint", "qd")
     pressures = [i for i, name in enumerate(machine.state_names) if name.endswith((".p1", ".p2"))]
     speed, acceleration, creep = (np.abs(v).max() for v in (state[rates], drift[rates], drift[pressures]))
@@ -285,7 +285,7 @@ def _motion_warning(machine: Machine, drift: Array, state: Array) -> tuple[Resul
         ResultWarning(
             "not-in-equilibrium",
             f"the working point moves: rates up to {speed:.3g}, accelerations up to {acceleration:.3g} (SI), pressures "
-            f"up to {creep * 1e-5:.3g} bar/s; the model is of deviations from the motion that starts there",
+            f"up to {creep * 1e-5:.3g} bar/s; the model describes deviations from the motion that starts there",
             'use it for times in which the pose hardly changes, or take mode="steady"',
         ),
     )

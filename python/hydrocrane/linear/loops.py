@@ -1,7 +1,7 @@
 """Loop gain and margins of the cylinders' sampled PID loops on a linear model.
 
-The plant is sampled exactly: commands are held over a period and arrive after the delay. The gains are those that the
-controller shows when it is stepped, so that they are what runs.
+The plant is sampled exactly: commands are held over a period and arrive after the delay. The gains are determined by
+stepping the controller, so they are those of a run.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from hydrocrane.linear.model import LinearModel
 from hydrocrane.linear.responses import balanced, sampled, transfer
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
-# Controllers whose loops are linear, and why there is nothing to compute for the others.
+# Controllers with linear loops, and why the others have none.
 LINEAR = "heinze-pid"
 _NO_LOOP = {
     "lever": "`lever` sends the sticks to the spools and measures nothing: it has no loop",
     "tip": "`tip` plans, learns and switches: it has no loop gain; try it in closed loop with hc.simulate",
 }
-# Error that the gains are measured with, rad or m: far below what limits the command.
+# Error for the measurement of the gains, rad or m; far below the limits of the command.
 _ERROR = 1e-4
-# Where the frequencies of a loop begin, rad/s: a loop that integrates has its crossover above.
+# Lowest frequency of a loop, rad/s; a loop with an integrator has its crossover above.
 _LOWEST = 1e-6
-# Of the spectral radius: what rounding and a lossless mode of the oil leave.
+# Tolerance of the spectral radius for rounding and a lossless mode of the oil.
 _RADIUS = 1.0 + 1e-9
 
 
@@ -71,7 +71,7 @@ class Loop:
     gain : (m,) complex array
         Loop gain; the loop is closed by subtracting.
     margins : Margins
-        They mean something where the loops are stable together.
+        They are meaningful only if all loops together are stable.
     stable : bool
         Whether all loops closed together decay; from the eigenvalues, not from the margins.
     radius : float
@@ -96,7 +96,7 @@ class Loop:
 
 
 def pid_gains(machine: MachineLike, controller: str = LINEAR) -> dict[str, PidGains]:
-    """Gains of each cylinder's loop as the controller shows them when it is stepped, by the cylinder's name.
+    """Gains of each cylinder's loop by the cylinder's name, determined by stepping the controller.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def pid_gains(machine: MachineLike, controller: str = LINEAR) -> dict[str, PidGa
     machine = as_machine(machine)
     if controller != LINEAR:
         why = _NO_LOOP.get(controller, f"`{controller}` is no controller with linear loops")
-        raise InputError(f"{why}; choose {LINEAR}, or hand the gains in with gains=")
+        raise InputError(f"{why}; choose {LINEAR}, or give the gains with gains=")
     low, high = machine.joint_limits.T
     turning = np.array(machine.joint_units) == "rad"
     pose = np.where(turning, machine.home, np.clip(0.0, low, high))
@@ -146,13 +146,13 @@ def cylinder_loops(
     q : (n,) array_like
         rad or m.
     controller : {"heinze-pid"}
-        Whose gains count.
+        Controller with the gains.
     gains : dict of PidGains, optional
-        Those of one's own PID, by cylinder; sign and form as of the controller.
+        Gains of your own PID, by cylinder; sign and form as for the controller.
     period : float, optional
         s; by default the controller's for this machine.
     delay : float
-        Time that computing takes, s. The machine's own delay of signal chain and valve comes on top.
+        Computation delay, s. The machine's own delay of signal chain and valve is added.
     command, payload, friction, side
         As of :func:`~hydrocrane.linear.linearise`; the gain of a closed valve differs between the sides.
 

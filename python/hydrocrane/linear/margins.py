@@ -1,7 +1,7 @@
 """Gain, phase and modulus margin of a loop from its frequency response.
 
-Sources: K. J. Åström, R. M. Murray, Feedback Systems, 2nd edition, section 10.3. Several crossings are usual where the
-plant has resonances; the least margin counts.
+Sources: K. J. Åström, R. M. Murray, Feedback Systems, 2nd edition, section 10.3. A plant with resonances usually has
+several crossings; the least margin counts.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from hydrocrane.arrays import Array
 
 @dataclass(frozen=True)
 class Margins:
-    """How far a stable loop is from instability; infinite where nothing crosses.
+    """Margins of a stable loop; infinite without a crossing.
 
     Attributes
     ----------
     gain : float
-        Least factor above one by which the loop gain may grow until it meets -1.
+        Least factor above one at which the loop gain passes through -1.
     reduction : float
-        Largest factor below one to which it may fall until it meets -1; 0 where there is none.
+        Largest factor below one at which the loop gain passes through -1; 0 if there is none.
     phase : float
-        Least phase that may be lost or gained where the magnitude is one, rad, in -pi to pi.
+        Least phase change to -1 at magnitude one, rad, in -pi to pi.
     modulus : float
         Least distance of the loop gain from -1.
     gain_at, phase_at, modulus_at : float
-        Where, rad/s; NaN where there is none.
+        Their frequencies, rad/s; NaN if there is none.
     """
 
     gain: float
@@ -42,7 +42,7 @@ class Margins:
 
 
 def margins(omega: Array, gain: np.ndarray, function: Callable[[Array], np.ndarray]) -> Margins:
-    """Margins of a loop `gain` (m,) at `omega` (m,), rad/s; `function` gives the gain between them."""
+    """Margins of a loop `gain` (m,) at `omega` (m,), rad/s; `function` returns the gain between them."""
     turned = _crossings(omega, gain.imag, lambda w: function(w).imag)
     there = function(turned) if turned.size else np.zeros(0, complex)
     opposed = there.real < 0

@@ -1,4 +1,4 @@
-"""The matrices of a linear model, with the names and units of everything in them."""
+"""The matrices of a linear model, with the names and units of states, inputs and outputs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hydrocrane.result_warning import ResultWarning
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Matrices:
-    """What :class:`hydrocrane.linear.LinearModel` holds; described there."""
+    """The fields of :class:`hydrocrane.linear.LinearModel`; described there."""
 
     A: Array
     B: Array
@@ -36,7 +36,7 @@ class Matrices:
 
     @property
     def about(self) -> Mapping[str, str | float]:
-        """What the model is of, in words and numbers."""
+        """Description of the model, in words and numbers."""
         return {
             "machine": self.machine,
             "payload": self.payload,

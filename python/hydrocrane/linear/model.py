@@ -1,4 +1,4 @@
-"""A linear model: its matrices with the names and units of everything in them, and what can be done with it."""
+"""A linear model: its matrices with names and units, and its methods."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from hydrocrane.linear.responses import StepResponse
 if TYPE_CHECKING:
     import control
 
-# Points of a step response, and how many periods of the slowest oscillation it lasts by itself.
+# Points of a step response, and its default length in periods of the slowest oscillation.
 _POINTS, _PERIODS = 1001, 10
-# Relative rounding of a time grid that still counts as even.
+# Relative rounding error of a time grid that still counts as even.
 _EVEN = 1e-6
 
 
@@ -43,19 +43,19 @@ class LinearModel(Matrices):
     x, u, y : arrays
         The working point: state, inputs and outputs.
     drift : (n,) array
-        d(state)/dt at the working point. Where it is not zero, the deviations are those from the motion that starts
+        d(state)/dt at the working point. If it is not zero, the deviations are relative to the motion that starts
         there.
     output_error : (n_outputs,) array
-        Estimated error of each row of [C D], relative to its largest entry in the units of the states' scales. Zero
-        where the row is exact.
+        Estimated error of each row of [C D], relative to its largest entry in the units of the states' scales. Zero for
+        an exact row.
     machine : str
         Name of the machine.
     payload : float
         At the tip, kg.
     friction, side : str
-        As of :func:`~hydrocrane.linearise`.
+        As in :func:`~hydrocrane.linearise`.
     warnings : tuple of ResultWarning
-        What the matrices do not show.
+        Limits of the model.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class LinearModel(Matrices):
     def select(
         self, inputs: str | Sequence[str] | None = None, outputs: str | Sequence[str] | None = None
     ) -> LinearModel:
-        """The same model with these inputs and outputs alone, in this order."""
+        """The same model with only these inputs and outputs, in this order."""
         columns = chosen("input", inputs, self.input_names)
         rows = chosen("output", outputs, self.output_names)
         return replace(
@@ -131,7 +131,7 @@ class LinearModel(Matrices):
         Raises
         ------
         InputError
-            Where python-control is not installed.
+            If python-control is not installed.
         """
         from hydrocrane.linear.exports import state_space
 
@@ -164,7 +164,7 @@ class LinearModel(Matrices):
 
 
 def chosen(what: str, names: str | Sequence[str] | None, known: Sequence[str]) -> list[int]:
-    """Places of `names` among the `known` ones; all where none are named."""
+    """Indices of `names` among the `known` ones; all if none are named."""
     if names is None:
         return list(range(len(known)))
     wanted = [names] if isinstance(names, str) else list(names)

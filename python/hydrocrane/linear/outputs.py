@@ -1,4 +1,4 @@
-"""Rows of C and D: exact where the core has the derivative, differences with a known error elsewhere."""
+"""Rows of C and D: exact if the core has the derivative, otherwise differences with an error estimate."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from hydrocrane.linear.differences import central
 from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning
 
-# Step of the differences of a state by the end of its name, in its SI unit. Spools have one of their own. The step of a
+# Step of the differences of a state by the end of its name, in its SI unit. Spools have a separate one. The step of a
 # rate is small because viscous friction has a curved root at rest; in motion it grows with the rate, for rounding.
 _STEPS = {"q": 1e-4, "qd": 1e-9, "p1": 1e3, "p2": 1e3, "vs": 1e-4, "z": 1e-6, "p": 1e3, "load": 1e3}
 _ANY_STEP, _MOVING = 1e-4, 1e-6
-# Of the spool's stroke. It stays on one side of a closed valve, which stands `ASIDE` beside its kink.
+# Step as a share of the spool's stroke. It stays on one side of a closed valve, whose spool is `ASIDE` from its kink.
 _SPOOL_STEP, ASIDE = 2e-10, 1e-9
-# Estimated error from which a derivative is doubtful.
+# Estimated error above which a warning is given.
 _ROUGH = 0.01
-# Changes of an output below this share of it are rounding.
+# Relative changes of an output below this share are rounding.
 _ROUNDING = 1e-11
 
 
 @dataclass(frozen=True)
 class OutputRows:
-    """C and D of some outputs, their values at the working point, units, errors, and what is doubtful."""
+    """C and D of some outputs, their values at the working point, units, errors, and warnings."""
 
     c: Array
     d: Array
@@ -37,7 +37,7 @@ class OutputRows:
 
 
 def known_outputs(machine: Machine) -> dict[str, str]:
-    """Unit of every output that can be asked for, by its name: states, commands and what is derived from them."""
+    """Unit of every available output, by its name: states, commands and derived quantities."""
     states = dict(zip(machine.state_names, machine.state_units, strict=True))
     commands = {f"cylinder.{c}.command": "m" for c in machine.cylinder_names}
     return {**states, **{name: unit for name, unit, _ in machine.core.output_info}, **commands}
@@ -77,7 +77,7 @@ def output_rows(machine: Machine, names: tuple[str, ...], state: Array, command:
 
 
 def _exact(machine: Machine, state: Array) -> dict[str, Array]:
-    """Rows by state and command that are exact: states, commands, place of the tip, positions of the pistons."""
+    """Exact rows by state and command: states, commands, tip position, piston positions."""
     n, width = len(state), len(state) + len(machine.cylinder_names)
     unit = np.eye(width)
     rows = {name: unit[i] for i, name in enumerate(machine.state_names)}

@@ -1,7 +1,7 @@
 """Responses of a linear system in time and frequency, computed in balanced coordinates.
 
-Pressures in Pa beside positions in m make the entries of A differ by ten decades. A diagonal change of units
-(balancing) brings them together before anything is solved; it does not change inputs and outputs.
+With pressures in Pa and positions in m the entries of A differ by ten decades. A diagonal change of units (balancing)
+reduces this before the solution; it does not change inputs and outputs.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 
-# Frequencies solved for at once; more take memory and no less time.
+# Number of frequencies per solution; more need memory and save no time.
 _BLOCK = 256
 
 
@@ -39,7 +39,7 @@ class StepResponse:
 
 
 def balanced(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
-    """The same system with states in units that bring the entries of A together."""
+    """The same system with states in units that balance the entries of A."""
     from scipy.linalg import matrix_balance
 
     scaled, (scale, _) = matrix_balance(a, permute=False, separate=True)

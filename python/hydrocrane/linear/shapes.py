@@ -14,13 +14,13 @@ from hydrocrane.linear.linearise import linearise
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.result_warning import ResultWarning
 
-# Share of a joint's range that curves leave at both ends, where the end stops are.
+# Share of a joint's range without curves at both ends, because of the end stops.
 _INSET = 0.05
 
 
 @dataclass(frozen=True)
 class ModeShapes:
-    """How the crane swings in each of its modes.
+    """Mode shapes of the crane.
 
     Attributes
     ----------
@@ -29,11 +29,12 @@ class ModeShapes:
     frequency, damping : (k,) arrays
         Hz and ratio, slowest first; spools are left out.
     state : tuple of str
-        The state that takes most part in each.
+        The state with the largest participation in each mode.
     joints : (k, n) complex array
-        Deviation of each joint, rad or m; the largest motion of the tip is 1, or of a joint where the tip stands still.
+        Deviation of each joint, rad or m; normalised to a tip motion of 1, or to a joint motion of 1 if the tip does
+        not move.
     tip : (k, 2) complex array
-        Motion of the tip that belongs to it, m.
+        Corresponding motion of the tip, m.
     """
 
     q: Array
@@ -84,7 +85,7 @@ def mode_shapes(
     largest = np.abs(tip).max(axis=1, initial=0.0)
     still = largest < 1e-9 * np.abs(joints).max(axis=1, initial=0.0)
     largest = np.where(still, np.abs(joints).max(axis=1, initial=0.0), largest)
-    # Phases are counted from what moves most.
+    # Phases are relative to the coordinate with the largest motion.
     lead = np.take_along_axis(joints, np.abs(joints).argmax(axis=1)[:, None], axis=1)
     scale = np.exp(-1j * np.angle(lead)) / largest[:, None]
     return ModeShapes(
@@ -108,7 +109,7 @@ def damping_curves(
 ) -> DampingCurves:
     """Frequency and damping of the crane's modes at `samples` places of one joint, the others as in q (n,).
 
-    Poses that nothing can hold are left out of the curves (NaN). By default the other joints are in mid-range.
+    Poses without an equilibrium are left out of the curves (NaN). By default the other joints are in mid-range.
     """
     machine = as_machine(machine)
     if joint not in machine.joint_names:
@@ -147,5 +148,5 @@ def damping_curves(
 
 
 def _of_the_crane(found: Oscillations) -> list[int]:
-    """Places of the modes that are not a spool's own."""
+    """Indices of the modes that do not belong to a spool."""
     return [i for i, state in enumerate(found.state) if not state.endswith((".xs", ".vs"))]

@@ -1,4 +1,4 @@
-"""From a file's columns to signals in SI: which column is which, at which times, and what is said of the rest."""
+"""From a file's columns to signals in SI: assignment of columns, times, and notes on the unused columns."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 def signals_of(table: Table, mapping: LogMapping | None, source: str) -> tuple[xr.Dataset, list[Flag]]:
-    """A table's columns as signals over ``time``, and flags of all that its reader and its units left to say.
+    """A table's columns as signals over ``time``, and the flags of its reader and its units.
 
     Raises
     ------
     InputError
-        Where a column, a time or a unit is not what the mapping says.
+        If a column, a time or a unit does not agree with the mapping.
     """
     import xarray as xr
 
@@ -36,12 +36,12 @@ def signals_of(table: Table, mapping: LogMapping | None, source: str) -> tuple[x
         if found is not None:
             values, unit, about = found
             variables[name] = ("time", values, {"units": unit, "long_name": about})
-    # All at once: a dataset checks all that it has with each one that it is given.
+    # All variables at once: a dataset checks all its variables with each new one.
     return xr.Dataset(variables, attrs={**table.about, "source": source}), made.notes()
 
 
 class _Assembly:
-    """One table on its way to signals.
+    """The conversion of one table to signals.
 
     Attributes
     ----------
@@ -67,12 +67,14 @@ class _Assembly:
                 names = (short, column, *(f"{short}.{i}" for i in range(2, len(self.table.columns) + 2)))
                 name = next(n for n in names if n not in wanted and n != "time")
                 if name not in names[:2]:
-                    self._flag("renamed", name, f"column `{column}` is signal `{name}`, because another has its name")
+                    self._flag(
+                        "renamed", name, f"column `{column}` is signal `{name}`, because another column has its name"
+                    )
                 wanted[name] = Source(column)
         return wanted
 
     def signal(self, name: str, entry: Source) -> tuple[Array, str, str] | None:
-        """Values in SI, unit and long name of a signal; nothing where its column has other times than the rest."""
+        """Values in SI, unit and long name of a signal; None if its column has other times than the log."""
         table, source = self.table, self.source
         column = table.find(entry.column)
         if column is None:
@@ -84,7 +86,7 @@ class _Assembly:
         else:
             apart = self._apart(name, column)
             if apart and not self.every:
-                raise InputError(f"{source}: column `{column}` cannot stand beside the log's times: {apart}")
+                raise InputError(f"{source}: column `{column}` does not fit the log's times: {apart}")
             if apart:
                 self.left_out[column] = apart
                 return None
@@ -99,13 +101,13 @@ class _Assembly:
         return si, unit, about
 
     def notes(self) -> list[Flag]:
-        """What the reader noted, what was assumed, and every column that was left out."""
+        """Notes of the reader, assumptions, and every column that was left out."""
         notes = [*self.table.notes, *self.flags]
         if self.assumed and not self.table.in_memory:
             names = ", ".join(self.assumed)
-            text = f"no unit is stated for {names}; SI units are taken. State them in the file or a mapping"
+            text = f"no unit is stated for {names}; SI units are assumed. State them in the file or a mapping"
             notes.append(self._whole("assumed-unit", "", text))
-        # Who maps signals has chosen; who does not wants them all.
+        # A mapping is a choice of columns; without one all columns are wanted.
         if self.every:
             notes += [self._whole("left-out", "", text) for text in said_of(self.left_out)]
         return notes
@@ -118,7 +120,7 @@ class _Assembly:
             self.flags.append(self._whole(kind, signal, message, fatal))
 
     def _tell_unit(self, name: str, column: str, unit: str) -> None:
-        """Flags of what a unit does not say by itself."""
+        """Flags of ambiguous units."""
         if not unit:
             if name in SIGNALS:
                 self.assumed.append(name)
@@ -131,7 +133,7 @@ class _Assembly:
                     "rigs measure relative to the air. If the air pressure is known, give the difference as `offset`"
                 )
             else:
-                text = f"`{name}` is absolute pressure and stays so; p1 and p2 of a rig are gauge"
+                text = f"`{name}` is absolute pressure and remains so; p1 and p2 of a rig are gauge"
             self._flag("absolute-pressure", name, text)
         if is_pounds(unit):
             text = (
@@ -153,7 +155,7 @@ class _Assembly:
             self._flag("assumed-unit", name, text)
 
     def _apart(self, name: str, column: str) -> str:
-        """Why a column does not stand beside the log's times; empty where it does."""
+        """Reason why a column does not fit the log's times; empty if it does."""
         own, size = self.table.times.get(column), self.table.columns[column].size
         if own is not None and self.clock is not None and own != self.clock:
             if own == column:
@@ -171,7 +173,7 @@ class _Assembly:
         return f"{size} values for {self.time.size} times{cure}"
 
     def _at_times(self, name: str, column: str, values: Array, own: str) -> Array:
-        """A column sampled at times of its own, at the log's."""
+        """A column with its own times, interpolated at those of the log."""
         where = f"{self.source}: [signal.{name}] time"
         clock = self.table.find(own)
         if clock is None:
@@ -181,7 +183,7 @@ class _Assembly:
             raise InputError(f"{where}: `{clock}` has {times.size} values, `{column}` has {values.size}")
         if not _increases(times):
             raise InputError(f"{where}: `{clock}` does not increase throughout, so it is not a time column")
-        text = f"`{name}` was sampled at times of its own, `{clock}`, and is interpolated at those of the log"
+        text = f"`{name}` has its own times, `{clock}`, and is interpolated at those of the log"
         self._flag("resampled", name, text)
         return np.interp(self.time, times, values, left=np.nan, right=np.nan)
 
@@ -213,7 +215,7 @@ def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array,
 
 
 def no_column(table: Table, wanted: str | int) -> str:
-    """Words for a column that is not there, with the likeliest reason."""
+    """Message on a missing column, with the likeliest reason."""
     if isinstance(wanted, int):
         return f"has no column `{wanted}`; columns count from 1 to {len(table.columns)}"
     if wanted in table.words:

@@ -12,18 +12,19 @@ from hydrocrane.arrays import Array
 
 MISSING = {"", "nan", "na", "n/a", "null", "inf", "-inf", "+inf", "#n/a", "-nan", "nil", "--"}
 _NUMBER = re.compile(r"^[+-]?(\d+([.,]\d*)*|[.,]\d+)([eE][+-]?\d+)?$")
-# A column's cells stand on lines of their own, so that one search finds any that matches.
-# 1.234,5 or 1.234.567: points that mark thousands beyond doubt; and the same with both marks exchanged.
+# The cells of a column are on separate lines, so that one search finds any match.
+# 1.234,5 or 1.234.567: points are certainly thousands separators; and the same with both marks exchanged.
 _POINTS = re.compile(r"^[+-]?[1-9]\d{0,2}((\.\d{3})+,\d+|(\.\d{3}){2,})$", re.MULTILINE)
 _COMMAS = re.compile(r"^[+-]?[1-9]\d{0,2}((,\d{3})+\.\d+|(,\d{3}){2,})$", re.MULTILINE)
-# 1.234 and 1,234 may be either; of others a comma is a decimal mark.
+# 1.234 and 1,234 are ambiguous; in all other numbers a comma is a decimal mark.
 _EITHER = re.compile(r"^[+-]?[1-9]\d{0,2}[.,]\d{3}$", re.MULTILINE)
 _DECIMAL = re.compile(r"^(?![+-]?[1-9]\d{0,2}(,\d{3})+(\.\d+)?$)[+-]?(\d[\d.]*,\d*|,\d+)([eE][+-]?\d+)?$", re.MULTILINE)
 _WHOLE = re.compile(r"^[+-]?\d+$")
 
 
 class Numbers(NamedTuple):
-    """Values (n,) of a column, NaN where a cell is missing or none; the cells that are none; doubt about its marks."""
+    """Values (n,) of a column, NaN where a cell is missing or no number; the cells that are no numbers; doubt about its
+    marks."""
 
     values: Array
     bad: list[str]
@@ -31,7 +32,7 @@ class Numbers(NamedTuple):
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is a number, with whatever marks."""
+    """Whether a cell is a number, with any marks."""
     return bool(_NUMBER.match(cell))
 
 
@@ -41,7 +42,7 @@ def is_missing(cell: str) -> bool:
 
 
 def marks_of(columns: Sequence[Sequence[str]]) -> tuple[bool, bool]:
-    """Whether commas are decimal marks somewhere in a table, and whether they mark thousands somewhere."""
+    """Whether commas are decimal marks in some cell of a table, and whether they separate thousands in some cell."""
     texts = ["\n".join(cells) for cells in columns]
     return any(map(_DECIMAL.search, texts)), any(map(_COMMAS.search, texts))
 
@@ -53,7 +54,7 @@ def numbers(cells: Sequence[str], decimal: bool, thousands: bool) -> Numbers:
     ----------
     cells : sequence of str
     decimal, thousands : bool
-        What commas are elsewhere in the table, see :func:`marks_of`: it settles ``1.234`` and ``1,234``.
+        Meaning of commas elsewhere in the table, see :func:`marks_of`; it decides on ``1.234`` and ``1,234``.
     """
     text = "\n".join(cells)
     points, commas = bool(_POINTS.search(text)), bool(_COMMAS.search(text))
@@ -62,7 +63,7 @@ def numbers(cells: Sequence[str], decimal: bool, thousands: bool) -> Numbers:
         return Numbers(np.full(len(cells), np.nan), bad, "some of its cells mark thousands by points, some by commas")
     doubt = ""
     either = _EITHER.search(text)
-    # A column of nothing but whole numbers and 1.234 says nothing by itself.
+    # A column with only whole numbers and numbers like 1.234 is ambiguous.
     if either and not (points or commas) and all(_silent(cell) for cell in cells):
         comma = "," in either[0]
         points, commas = not comma and decimal, comma and thousands and not decimal

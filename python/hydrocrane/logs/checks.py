@@ -1,4 +1,4 @@
-"""What can be wrong with a log; each finding is a flag with its cure, none is passed over in silence."""
+"""Checks of a log; each finding is a flag with its cure."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEAST_SAMPLES = 10
-# Sampling intervals this many times the usual one are gaps; a spread beyond this share is irregular.
+# Sampling intervals above this multiple of the usual one are gaps; a spread above this share is irregular.
 GAP, JITTER = 5.0, 0.2
-# A constant stretch is suspicious from this many samples on, and from this many times the usual length.
+# Least number of samples of a suspicious constant stretch, and its least length as a multiple of the usual one.
 LONGEST_CONSTANT, USUAL_TIMES = 25, 5
-# So many samples in a row at an end of the range are no chance, where noise is larger than the converter's step; and so
-# many in all tell of a range that is too narrow.
+# Least number of consecutive samples at an end of the range that is no coincidence if noise exceeds the converter's
+# step; and least number of all such samples for the conclusion that the range is too narrow.
 CLIPPED_RUN, LEAST_CLIPPED = 3, 12
-# Nothing hydraulic happens within these bounds, or beyond them.
+# Bounds of the usual values of hydraulic signals.
 LEAST_PRESSURE, MOST_PRESSURE = 2000.0, 2e8
 LONGEST_STROKE = 20.0
 SLOWEST_SAMPLING = 0.5
 MOST_RUNS = 20
-# Signals of sensors; a command stands still by itself.
+# Signals of sensors; a command may be constant.
 MEASURED = ("x", "v", "p1", "p2", "force")
-# Flags that come from the values themselves; a log that was brought to a lower rate shows its slow signals no more.
+# Flags that follow from the values; a resampled log no longer shows its slow signals.
 _OF_VALUES = (
     "too-short", "time-not-increasing", "not-finite", "gap", "irregular-time", "saturated", "frozen", "unmoving",
     "clipped", "wrong-unit", "hum", "slow-signal",
 )  # fmt: skip
-# Beyond this, in any SI unit, a number is a mark and no reading.
+# A larger number, in any SI unit, is a mark and no reading.
 ABSURD = 1e30
 
 
@@ -60,7 +60,8 @@ def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
 
 
 def rechecked(data: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
-    """Flags of a part of a log, or of one corrected: its own, and what earlier `flags` say that its values do not."""
+    """Flags of a part of a log or of a corrected log: its own, and those of the earlier `flags` that do not follow from
+    values."""
     kept = [flag for flag in flags if flag.kind not in _OF_VALUES]
     found = checked(data, kept)
     slow = {flag.signal for flag in found if flag.kind == "slow-signal"}
@@ -68,7 +69,7 @@ def rechecked(data: xr.Dataset, flags: Iterable[Flag]) -> tuple[Flag, ...]:
 
 
 def readings(values: Array) -> Array:
-    """Values with those that no sensor reads, infinite or absurdly large ones, as missing."""
+    """Values; infinite or absurdly large ones count as missing."""
     values = np.asarray(values, dtype=np.float64)
     return np.where(np.abs(values) < ABSURD, values, np.nan)
 
@@ -95,7 +96,7 @@ def _time_flags(time: Array, data: xr.Dataset) -> list[Flag]:
     if (interval <= 0).any():
         first = int(np.argmax(interval <= 0))
         if (interval >= 0).all():
-            cause = "it stands still: times have too few digits, or rows are repeated; give `sample-rate` in a mapping"
+            cause = "it repeats: times have too few digits, or rows are repeated; give `sample-rate` in a mapping"
         else:
             back = float(-interval.min())
             cause = (
@@ -116,7 +117,7 @@ def _intervals(time: Array, interval: Array, x: Array | None) -> list[Flag]:
         message = f"no sample for {interval[i]:.4g} s after {time[i]:.6g} s, usual is {usual:.4g} s; no window spans it"
         if x is not None and _goes_on(x, int(i), float(interval[i]) / usual):
             message += (
-                ". The piston moves before and after, and stands where it would without the gap: the clock was set "
+                ". The piston moves before and after, and its position is as if there were no gap: the clock was set "
                 "rather than samples lost; give `sample-rate` in a mapping"
             )
         flags.append(Flag("gap", "time", float(time[i]), float(time[i + 1]), message))
@@ -134,12 +135,12 @@ def _intervals(time: Array, interval: Array, x: Array | None) -> list[Flag]:
 
 
 def _goes_on(x: Array, i: int, rows: float) -> bool:
-    """Whether the piston moves about row i, and by one row's way over a gap that is `rows` long."""
+    """Whether the piston moves about row i, and moves only by the displacement of one row over a gap of `rows` rows."""
     before, after = x[max(i - 20, 0) : i + 1], x[i + 1 : i + 22]
     if before.size < 10 or after.size < 10 or not np.isfinite([*before, *after]).all():
         return False
     speeds = [np.polyfit(np.arange(part.size), part, 1) for part in (before[::-1], after)]
-    # Both lines are read half a row off their ends, where they meet if no sample is lost.
+    # Both lines are evaluated half a row beyond their ends, where they meet if no sample is lost.
     apart = abs(float(np.polyval(speeds[0], -0.5) - np.polyval(speeds[1], -0.5)))
     way = abs(float(speeds[1][0])) * rows
     noise = noise_of(x)
@@ -174,7 +175,7 @@ def _missing(time: Array, name: str, values: Array) -> list[Flag]:
 
 
 def _slow(time: Array, name: str, values: Array) -> list[Flag]:
-    """A signal with fewer samples of its own than the log has rows."""
+    """Flag of a signal with fewer samples than the log has rows."""
     own = own_samples(values) if name in MEASURED else None
     if own is None:
         return []
@@ -193,7 +194,7 @@ def _hums(time: Array, signals: dict[str, Array]) -> list[Flag]:
         for hum in hum_of(time, signals[name], signals["x"]):
             size = f"{hum.amplitude / 1e5:.3g} bar" if name in PRESSURES else f"{hum.amplitude:.3g} N"
             text = (
-                f"`{name}` carries {size} at {hum.frequency:.4g} Hz whatever the piston does: hum of {hum.mains:g} Hz "
+                f"`{name}` carries {size} at {hum.frequency:.4g} Hz independent of the motion: hum of {hum.mains:g} Hz "
                 "mains, it does not count as motion. Shield and earth its cable, at one end"
             )
             flags.append(Flag("hum", name, float(time[0]), float(time[-1]), text))
@@ -201,7 +202,7 @@ def _hums(time: Array, signals: dict[str, Array]) -> list[Flag]:
 
 
 def _stuck(time: Array, name: str, signals: dict[str, Array]) -> list[Flag]:
-    """Stretches in which a sensor that otherwise lives is exactly constant while something else moves."""
+    """Stretches in which a sensor with noise is exactly constant while other signals change."""
     values = signals[name]
     stretches = [(a, b + 1) for a, b in runs(np.diff(values) == 0.0)]
     if not stretches:
@@ -214,7 +215,7 @@ def _stuck(time: Array, name: str, signals: dict[str, Array]) -> list[Flag]:
     for a, b in long:
         outside[a:b] = False
     if not _lives(values[outside]) or (name == "x" and _repeats(values[outside]) > 0.3):
-        # A coarse position sensor repeats itself whenever the piston rests.
+        # A coarse position sensor repeats its reading while the piston is at rest.
         return []
     top, bottom = np.nanmax(values), np.nanmin(values)
     flags = []
@@ -232,9 +233,9 @@ def _stuck(time: Array, name: str, signals: dict[str, Array]) -> list[Flag]:
 
 
 def clipped_at(values: Array) -> list[float]:
-    """Ends of its range at which a noisy sensor stands again and again, for a few samples each time.
+    """Ends of the range at which a noisy sensor repeatedly stays for a few samples.
 
-    Noise beyond the converter's step never repeats one value, the outermost at that, for three samples in a row.
+    Noise larger than the converter's step practically never repeats the outermost value for three samples in a row.
     """
     finite = values[np.isfinite(values)]
     if finite.size < LEAST_CLIPPED * 2 or not carries_noise(finite):
@@ -263,13 +264,13 @@ def _clipped(time: Array, name: str, values: Array) -> list[Flag]:
 
 
 def _lives(values: Array) -> bool:
-    """Whether a sensor's reading would change even at rest, so that standing still is odd."""
+    """Whether a sensor's reading changes even at rest, so that a constant reading is suspicious."""
     finite = values[np.isfinite(values)]
     return finite.size > LONGEST_CONSTANT and (carries_noise(finite) or np.unique(finite).size > 0.9 * finite.size)
 
 
 def _repeats(values: Array) -> float:
-    """Share of samples that repeat the one before."""
+    """Share of samples that are equal to the previous one."""
     return float(np.mean(np.diff(values) == 0.0))
 
 
@@ -308,7 +309,7 @@ def _wrong_units(time: Array, signals: dict[str, Array]) -> list[Flag]:
     highest = {name: float(np.nanmax(np.abs(values))) for name, values in held.items()}
     for name, peak in highest.items():
         if 0.0 < peak < LEAST_PRESSURE:
-            message = f"`{name}` reaches {peak:.4g} Pa only; is it in bar? State the unit in the file or the mapping"
+            message = f"`{name}` reaches only {peak:.4g} Pa; is it in bar? State the unit in the file or the mapping"
             if travel > LONGEST_STROKE:
                 message += f". x travels {travel:.4g} m: are the columns of `{name}` and x exchanged?"
             # One chamber alone may be open to the tank.

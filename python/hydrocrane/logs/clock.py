@@ -1,4 +1,4 @@
-"""Times of day and dates, as loggers and pandas write them, as seconds from the first."""
+"""Times of day and dates in the formats of loggers and pandas, as seconds from the first."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _CLOCK = re.compile(r"^\d{1,2}:\d{2}:\d{2}([.,]\d+)?( ?[AaPp][Mm])?$")
 # Day first with points, 31.12.2024; month or day first with slashes, 12/31/2024; year first with either sign.
 _DATE = re.compile(r"^(?:(\d{4})[/.](\d{1,2})[/.](\d{1,2})|(\d{1,2})([/.])(\d{1,2})[/.](\d{4}))[ T]+(.*)$")
 _DAY = 86400.0
-# Seconds of a time column beyond this are no seconds: they would be 3000 years.
+# A time column with larger numbers is not in seconds: they would be 3000 years.
 _LATEST = 1e11
 
 
 def seconds_of(cells: Sequence[str]) -> Array | None:
-    """Seconds (n,) from the first of ISO 8601 dates with time, or times of day; NaN where a cell is none.
+    """Seconds (n,) from the first of ISO 8601 dates with time, or times of day; NaN where a cell is neither.
 
-    Nothing where more than half of the cells are neither. Times without a zone are taken as they are; a time of day
+    None if more than half of the cells are neither. Times without a zone are taken as they are; a time of day
     that jumps back by more than half a day has passed midnight.
     """
     found = [_moment(cell) for cell in cells]
@@ -50,7 +50,7 @@ def seconds_of_dates(values: np.ndarray) -> Array:
 
 
 def epoch_unit(values: Array) -> str:
-    """The unit in which unitless times since 1970 seem to be counted, where they cannot be seconds; else empty."""
+    """The likely unit of times since 1970 without a unit, if they cannot be seconds; else empty."""
     finite = np.abs(values[np.isfinite(values)])
     if not finite.size or finite.max() < _LATEST:
         return ""
@@ -81,7 +81,7 @@ def _time_of_day(text: str) -> timedelta:
 
 
 def _day(dated: re.Match[str]) -> tuple[int, int, int]:
-    """Year, month, day. Where slashes leave open which is the month, it is the first, as in the United States."""
+    """Year, month, day. With slashes an ambiguous month is the first number, as in the United States."""
     if dated[1]:
         return int(dated[1]), int(dated[2]), int(dated[3])
     first, second, year = int(dated[4]), int(dated[6]), int(dated[7])

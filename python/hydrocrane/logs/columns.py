@@ -1,4 +1,4 @@
-"""Logs as columns: whatever people have with a time column becomes names and values."""
+"""Logs as columns: names and values from any data with a time column."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 
 class Holder(Protocol):
-    """Anything that holds its data as a run or a log does."""
+    """An object with its data in the same attribute as a run or a log."""
 
     @property
     def data(self) -> xr.Dataset: ...
 
 
-# A path, or what people have in memory.
+# A path, or data in memory.
 LogLike: TypeAlias = "str | PathLike[str] | xr.Dataset | pd.DataFrame | Mapping[str, ArrayLike] | Holder"
 
 
@@ -38,13 +38,13 @@ def columns_of(log: LogLike, *, every: bool = True) -> dict[str, Array]:
     """Any supported log as column name -> values; dates are seconds from the first.
 
     Columns of a file are converted to SI where the file states a unit that is known. A column that is no series of
-    numbers is left out; a DoubtfulResult says which, why, and what else was odd in the file.
+    numbers is left out; a DoubtfulResult names it with the reason, and other faults of the file.
 
     Parameters
     ----------
     log : path, Dataset, DataFrame, mapping or anything that holds a Dataset as ``data``
     every : bool
-        Whether all columns matter. False, without these warnings: the caller takes columns by name.
+        Whether all columns matter. With False there are no such warnings, because the caller selects columns by name.
     """
     if isinstance(log, str | PathLike):
         source, table = Path(log).name, read_table(Path(log))
@@ -58,7 +58,7 @@ def columns_of(log: LogLike, *, every: bool = True) -> dict[str, Array]:
 
 
 def table_of_log(log: LogLike) -> Table:
-    """The columns of what people have in memory, and which were left out."""
+    """The columns of data in memory, and those that were left out."""
     held = getattr(log, "data", None)
     data = held if is_dataset(held) else log
     if is_dataset(data):
@@ -78,7 +78,7 @@ def table_of_log(log: LogLike) -> Table:
 
 
 def _of_frame(frame: pd.DataFrame) -> Iterable[tuple[object, object]]:
-    """Columns of a table, with its index where that has a name or holds dates; names may be equal."""
+    """Columns of a table, with its index if that has a name or holds dates; names may repeat."""
     dates = getattr(frame.index, "dtype", np.dtype("O")).kind == "M"
     if frame.index.name or dates:
         yield frame.index.name or "time", frame.index

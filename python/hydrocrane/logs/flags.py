@@ -1,4 +1,4 @@
-"""What a log has to say about itself."""
+"""Findings of the checks of a log."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ class Flag:
     kind : str
         Stable short name, for example ``gap``; all of them in ``docs/reference/log-files.md``.
     signal : str
-        Which signal; empty where the finding concerns the whole log.
+        The signal; empty if the finding concerns the whole log.
     start, end : float
-        From when to when, s.
+        Begin and end, s.
     message : str
-        What was found and what cures it.
+        The finding and its cure.
     fatal : bool
         Whether nothing can be computed from the log before this is cured.
     """

@@ -1,4 +1,4 @@
-"""Mains hum: a line at 50 or 60 Hz that a cable picks up, whatever the piston does."""
+"""Mains hum: a spectral line at 50 or 60 Hz that a cable picks up, independent of the motion."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from hydrocrane.arrays import Array
 
 MAINS, HARMONICS = (50.0, 60.0), 3
-# Networks and clocks of loggers are off by less than this, Hz per harmonic.
+# Largest frequency error of networks and logger clocks, Hz per harmonic.
 WANDER = 0.5
-# The record is cut into blocks of this length, s, of which there are so many at least.
+# Length of the blocks of a record, s, and their least number.
 BLOCK, LEAST_BLOCKS = 1.0, 4
-# Power of a line over the usual power beside it; and the share of the quieter half of the blocks that show it, each
-# within this factor of the usual amplitude. In the others steps of the signal hide it.
+# Least power of a line over the usual power beside it; and the share of the quieter half of the blocks that must show
+# it, each within this factor of the usual amplitude. In the other blocks steps of the signal hide it.
 LINE, SHARE, FACTOR = 10.0, 0.8, 2.0
-# Hum does not care for motion: some blocks must move less than this share of the fastest.
+# Hum is independent of motion: the speed of some blocks must be below this share of the fastest.
 SLOW, LEAST_SLOW = 0.3, 0.1
 
 
 class Hum(NamedTuple):
-    """A line that is there all the time: frequency as logged, Hz, amplitude in the signal's unit, mains frequency."""
+    """A permanent spectral line: frequency as logged, Hz, amplitude in the signal's unit, mains frequency."""
 
     frequency: float
     amplitude: float
@@ -29,10 +29,11 @@ class Hum(NamedTuple):
 
 
 def hum_of(time: Array, values: Array, x: Array) -> list[Hum]:
-    """Lines of the mains in a signal (n,), with its harmonics, at the frequency at which sampling shows them.
+    """Lines of the mains in a signal (n,), with its harmonics, at their (possibly aliased) frequency in the log.
 
-    A line counts as hum where its amplitude stays the same in rest, slow and fast motion of the position `x` (n,): a
-    vibration of the rig changes with its motion. A record of one velocity cannot tell, so that nothing is found.
+    A line counts as hum if its amplitude is the same at rest, in slow and in fast motion of the position `x` (n,),
+    because a vibration of the rig changes with the motion. A record of a single velocity cannot show this, so nothing
+    is found in it.
     """
     usable = np.isfinite(values) & np.isfinite(x)
     if usable.sum() < 64:
@@ -41,7 +42,7 @@ def hum_of(time: Array, values: Array, x: Array) -> list[Hum]:
     size = int(round(BLOCK * rate))
     if size < 64:
         return []
-    # At even times, across gaps too: what a block holds of a gap is a straight line.
+    # At even times, also across gaps, which are filled by straight lines.
     even = np.arange(time[0], time[-1], 1.0 / rate)
     count = even.size // size
     if count < LEAST_BLOCKS:
@@ -65,12 +66,12 @@ def at_mains(frequency: float) -> bool:
 
 
 def _power(blocks: Array) -> Array:
-    """Squared amplitudes (blocks, bins) that a sine in a bin would have, after a parabola is taken away."""
+    """Squared amplitudes (blocks, bins) of a sine in each bin, after subtraction of a parabola."""
     size = blocks.shape[1]
     t = np.linspace(-1.0, 1.0, size)
     basis = np.linalg.qr(np.vander(t, 3))[0]
     rest = blocks - (blocks @ basis) @ basis.T
-    # The window holds half of a sine's amplitude, in its bin and halves of that beside it.
+    # The window reduces a sine to half its amplitude in its bin, and to a quarter in each neighbour.
     return np.asarray(np.abs(np.fft.rfft(rest * np.hanning(size), axis=1)) ** 2 * (4.0 / size) ** 2)
 
 
@@ -88,7 +89,7 @@ def _line(power: Array, slow: np.ndarray, rate: float, size: int, mains: float, 
     quiet = usual <= np.median(usual)
     if not LEAST_SLOW <= np.mean(slow[quiet]) < 1.0:
         return None
-    # Three bins hold a sine wherever it lies between them; their powers add up to 3/2 of its square.
+    # Three bins contain a sine at any frequency between them; their powers add up to 3/2 of its square.
     squares = power[:, peak - 1 : peak + 2].sum(axis=1) / 1.5
     level = float(np.median(squares[quiet]))
     alike = (squares > level / FACTOR**2) & (squares < level * FACTOR**2) & (squares > LINE * usual)

@@ -34,7 +34,7 @@ class Source:
     offset : str
         Added after unit and sign, with its unit, for example ``"-625 mm"``.
     time : str, optional
-        Name of the column of its times, where it was sampled at others than the rest; both clocks must be the same.
+        Name of the column of its times, if it has other times than the rest; both clocks must be the same.
     """
 
     column: str | int
@@ -57,17 +57,17 @@ class LogMapping:
     origin: str = "the mapping"
 
 
-# What a sensor's raw output needs before it is what the sensor measures.
+# Cure for a column with the raw output of a sensor.
 _OUTPUT_CURE = (
     '. These are the sensor\'s raw output: say what one volt or milliampere means, unit = "25 bar" and offset = '
     '"-100 bar" for 4 to 20 mA over 400 bar'
 )
-# A path to a TOML file, its content, or a mapping made before.
+# A path to a TOML file, its content, or a LogMapping.
 MappingLike: TypeAlias = "str | PathLike[str] | Mapping[str, object] | LogMapping | None"
 
 
 def log_mapping(given: MappingLike) -> LogMapping | None:
-    """A mapping from a path to a TOML file, from its content as a ``dict``, or from nothing."""
+    """A mapping from a path to a TOML file, from its content as a ``dict``, or an empty one."""
     if given is None or isinstance(given, LogMapping):
         return given
     if isinstance(given, Mapping):
@@ -176,7 +176,7 @@ def _check_dimension(dimension: str, name: str, given: str, where: str) -> None:
 
 
 def expected_units(name: str) -> tuple[str, ...]:
-    """SI units that a signal may have; empty where any will do."""
+    """SI units that a signal may have; empty if any is allowed."""
     if name == "time":
         return ("s",)
     return SIGNALS[name].units if name in SIGNALS else ()
@@ -185,7 +185,7 @@ def expected_units(name: str) -> tuple[str, ...]:
 def si_values(values: Array, source: Source, stated: str, name: str, where: str) -> tuple[Array, str]:
     """A column as the signal `name` in SI, and the SI unit it then has.
 
-    `stated` is the unit that the file gives; it counts where the source names none. Pressures of the rig are gauge: an
+    `stated` is the unit in the file; it counts if the source names none. Pressures of the rig are gauge: an
     absolute reading loses the standard atmosphere.
     """
     unit = source.unit if source.unit is not None else stated
@@ -202,7 +202,7 @@ def si_values(values: Array, source: Source, stated: str, name: str, where: str)
 
 
 def si_unit(unit: str) -> str:
-    """The SI unit of a unit's dimension, by its own name where it has one."""
+    """The SI unit of a unit's dimension, by its own name if it has one."""
     if not known_unit(unit):
         return unit
     dimension = log_unit(unit).dimension

@@ -40,7 +40,8 @@ def is_hdf5(path: Path) -> bool:
 
 
 def read_hdf5(path: Path) -> Table:
-    """Datasets of an HDF5 file, MATLAB's (7.3) or anybody's; a dataset's attribute `units` or `unit` is its unit."""
+    """Datasets of an HDF5 file, written by MATLAB (7.3) or another program; a dataset's attribute `units` or `unit` is
+    its unit."""
     if not is_hdf5(path):
         raise ResultFileError(f"{path} is not an HDF5 file; is its suffix right?")
     try:
@@ -79,7 +80,7 @@ def _node(node: h5py.Group | h5py.Dataset, root: h5py.File) -> object:
     if getattr(value, "dtype", None) is not None and value.dtype.names:
         return {name: np.asarray(value[name]) for name in value.dtype.names}
     unit = next((_text(node.attrs[key]) for key in ("units", "unit", "Unit") if key in node.attrs), "")
-    # MATLAB counts columns first.
+    # MATLAB stores arrays by columns.
     return Measured(np.squeeze(np.transpose(value) if kind else np.asarray(value)), unit)
 
 

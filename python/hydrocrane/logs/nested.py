@@ -1,4 +1,4 @@
-"""From nested structures, as MATLAB and HDF5 files hold them, to columns."""
+"""From nested structures of MATLAB and HDF5 files to columns."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from hydrocrane.logs.table import Table, as_column, plain_facts
 from hydrocrane.logs.units import tidy_unit
 
-# What may be a column: values, or nothing where an object of a MATLAB class hides them.
+# A possible column: values, or None for an object of a MATLAB class, whose values cannot be read.
 Leaf: TypeAlias = "np.ndarray | float | None"
 
 
@@ -22,7 +22,7 @@ class Measured(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A leaf of a nested structure: its name, what it holds, its unit, and the capture of dSPACE that it is part of."""
+    """A leaf of a nested structure: its name, content, unit, and the dSPACE capture it belongs to."""
 
     name: str
     leaf: Leaf
@@ -31,11 +31,11 @@ class Found(NamedTuple):
 
 
 def table_of(content: Mapping[str, object]) -> Table:
-    """Columns of a nested mapping: members joined by dots, matrices cut along their longer axis.
+    """Columns of a nested mapping: member names are joined by dots, matrices are split along their longer axis.
 
-    Three habits are known: the `units` and `names` beside the vectors of this package's own files; captures of dSPACE
-    (`X.Data` the time, `Y` a list of structures with `Name` and `Data`); and Simulink's structure with time. Single
-    numbers are facts about the log, ``file_NAME`` in its attributes.
+    Three conventions are known: the `units` and `names` beside the vectors of this package's own files; captures of
+    dSPACE (`X.Data` the time, `Y` a list of structures with `Name` and `Data`); and Simulink's structure with time.
+    Single numbers are facts about the log, ``file_NAME`` in its attributes.
     """
     names, units = content.get("names"), content.get("units")
     full = names if isinstance(names, Mapping) else {}
@@ -67,7 +67,7 @@ def _add_fact(table: Table, found: Found) -> None:
 
 
 def _leaves(node: object, path: str = "", capture: str = "") -> Iterator[Found]:
-    """Everything that may be a column."""
+    """All leaves that may be columns."""
     if isinstance(node, Mapping):
         yield from _structure(node, path, capture)
     elif isinstance(node, list):
@@ -100,12 +100,12 @@ def _structure(node: Mapping[str, object], path: str, owner: str) -> Iterator[Fo
 
 
 def _columns(table: Table, found: Found) -> Iterator[tuple[str, np.ndarray]]:
-    """Columns of a leaf by name; what is none is left out of the table with its reason."""
+    """Columns of a leaf by name; other leaves are left out of the table with the reason."""
     path = found.name
     column = as_column(found.leaf) if found.leaf is not None else None
     if column is None or column.ndim > 2:
         values = np.asarray(found.leaf)
-        # Texts are no columns, and nothing is none.
+        # Texts and empty values are no columns.
         if found.leaf is None:
             table.leave(path, "an object of a MATLAB class; save it as a structure or an array")
         elif column is not None:

@@ -1,4 +1,4 @@
-"""How noisy and how coarse a signal is, from the signal alone."""
+"""Noise and resolution of a signal, from the signal alone."""
 
 from __future__ import annotations
 
@@ -10,38 +10,38 @@ from hydrocrane.arrays import Array
 
 
 class Noise(NamedTuple):
-    """Standard deviation of the fast noise, and the converter's step (zero where none shows), in the signal's unit."""
+    """Standard deviation of the fast noise, and the converter's step (zero if none is seen), in the signal's unit."""
 
     sigma: float
     step: float
 
     @property
     def total(self) -> float:
-        """Standard deviation of both together; rounding spreads evenly over a step."""
+        """Standard deviation of both together; the rounding error is uniform over a step."""
         return float(np.hypot(self.sigma, self.step / np.sqrt(12.0)))
 
 
 def noise_of(values: Array) -> Noise:
-    """Noise of a signal (n,), whatever slow motion it carries.
+    """Noise of a signal (n,) that also contains slow motion.
 
-    Second differences remove what is straight within three samples; their median absolute value is not misled by
-    jumps. Where the steps of the converter hide the noise, only the step remains.
+    Second differences remove any trend that is linear over three samples. Their median absolute value is robust against
+    jumps. If the converter's step exceeds the noise, only the step is found.
     """
     finite = values[np.isfinite(values)]
     if finite.size < 5:
         return Noise(0.0, 0.0)
     second = np.diff(finite, 2)
     spread = float(np.median(np.abs(second))) / 0.6745
-    # The median falls on a step of the converter; the mean square of what is no jump does not.
+    # The median is a multiple of the converter's step; the mean square without jumps is not.
     kept = second[np.abs(second) <= 5.0 * spread]
     sigma = float(np.sqrt(np.mean(kept**2))) / np.sqrt(6.0)
     step = converter_step(finite)
-    # Rounding alone gives second differences of its own size.
+    # Rounding alone causes second differences of the size of a step.
     return Noise(float(np.sqrt(max(sigma**2 - step**2 / 12.0, 0.0))), step)
 
 
 def converter_step(values: Array) -> float:
-    """Step of the lattice on which the values (n,) lie; zero where they lie on none."""
+    """Step of the lattice on which the values (n,) lie; zero if there is none."""
     levels = np.unique(values)
     if levels.size < 2 or levels.size > max(0.5 * values.size, 2):
         return 0.0
@@ -56,7 +56,7 @@ def converter_step(values: Array) -> float:
 
 
 def carries_noise(values: Array) -> bool:
-    """Whether neighbouring changes keep turning, as noise does and motion does not."""
+    """Whether successive changes alternate in sign, as those of noise do and those of motion do not."""
     change = np.diff(values[np.isfinite(values)])
     change = change[change != 0.0]
     return change.size > 10 and float(np.mean(change[1:] * change[:-1] < 0.0)) > 0.2

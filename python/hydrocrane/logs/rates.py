@@ -1,4 +1,4 @@
-"""Signals that were sampled less often than the log: blank, held or straight between their own samples."""
+"""Signals with a lower sampling rate than the log: missing, held or interpolated between their own samples."""
 
 from __future__ import annotations
 
@@ -8,28 +8,27 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 
-# So many samples of its own a signal must show, and so regularly, before it counts as a slow one.
+# Least number of own samples of a slow signal, and the least regularity of their spacing.
 LEAST_OWN, REGULAR = 20, 0.95
-# More rows per sample than this are no logger's; held velocities of a log without noise look alike.
+# Most rows per sample; a larger number is rather a held velocity in a log without noise.
 MOST_ROWS = 200
-# From this many rows per sample on a clock may be off by one row.
+# Least number of rows per sample at which spacings may differ by one row.
 LOOSE = 6
-# Of all samples of its own so many must differ from the one before: readings that seldom change are those of a signal
-# that stands still.
+# Least share of own samples that differ from the previous one: otherwise the signal is rather at rest.
 LIVES = 0.4
-# Jumps of one size only are those of a converter in slow motion, not of a held signal.
+# Jumps of one size only are steps of a converter in slow motion, not those of a held signal.
 LEAST_JUMPS = 3
 
 
 class OwnSamples(NamedTuple):
-    """Rows (k,) of a log in which a slow signal has samples of its own, and what stands between them."""
+    """Rows (k,) of a log in which a slow signal has its own samples, and the kind of values between them."""
 
     rows: np.ndarray
     between: str
 
 
 def own_samples(values: Array) -> OwnSamples | None:
-    """Where a signal (n,) of a log has samples of its own; nothing where every row is one, or no pattern shows."""
+    """Rows in which a signal (n,) of a log has its own samples; None if every row is one, or without a pattern."""
     finite = np.flatnonzero(np.isfinite(values))
     if finite.size < LEAST_OWN:
         return None
@@ -43,11 +42,11 @@ def own_samples(values: Array) -> OwnSamples | None:
     lives = changes.size > 1 and changes.size * np.quantile(spacing, 0.1) >= LIVES * known.size
     if lives and sizes.size >= LEAST_JUMPS and _regular(spacing, exact=False):
         return OwnSamples(finite[changes + 1], "held")
-    # A staircase has straight parts too, of a converter in slow motion.
+    # The staircase of a converter in slow motion has straight parts too.
     if 2 * changes.size < jump.size:
         return None
     bends = np.flatnonzero(np.abs(np.diff(known, 2)) > 1e-12 * np.abs(known).max()) + 1
-    # A knot between two rows bends the line at both.
+    # A knot between two rows changes the slope at both rows.
     bends = bends[np.diff(bends, prepend=-1) > 1]
     spacing = np.diff(bends)
     if spacing.size and np.median(spacing) > 2 and _regular(spacing, exact=True):
@@ -56,7 +55,7 @@ def own_samples(values: Array) -> OwnSamples | None:
 
 
 def _regular(spacing: np.ndarray, exact: bool) -> bool:
-    """Whether spacings in rows are all one number of two or more, or, where not `exact`, its multiples."""
+    """Whether all spacings in rows are one number of two or more, or, unless `exact`, its multiples."""
     if spacing.size < LEAST_OWN - 1:
         return False
     usual = float(np.median(spacing[spacing <= 1.5 * np.quantile(spacing, 0.1)]))

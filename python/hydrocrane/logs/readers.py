@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 
 def read_table(path: Path) -> Table:
-    """Columns of the file at `path` as they stand in it.
+    """Columns of the file at `path`, unchanged.
 
     Raises
     ------
     ResultFileError
-        Where there is no such file, or it is not what its suffix says.
+        If there is no such file, or its content does not match its suffix.
     """
     if path.is_dir():
         raise ResultFileError(f"{path} is a folder; name a log in it")
@@ -86,7 +86,7 @@ def _netcdf(path: Path) -> Table:
         classic = stream.read(3) == b"CDF"
     try:
         if not classic:
-            # What this cannot open, xarray reports with noise of its own.
+            # For files that this cannot open, the message of xarray is misleading.
             h5py.File(path, "r").close()
         with xr.open_dataset(path, engine="scipy" if classic else "h5netcdf", decode_times=False) as stored:
             return table_of_dataset(stored.load())
@@ -101,7 +101,7 @@ def _mdf(path: Path) -> Table:
         with reader(path) as stored:
             about = _header_facts(stored.header.description)
             signals = list(stored.iter_channels())
-    except Exception as error:  # The library raises its own and many built-in exceptions for damaged files.
+    except Exception as error:  # For damaged files the library raises its own and many built-in exceptions.
         raise ResultFileError(f"{path} is not an MDF file that can be read: {error}") from None
     readable = [s for s in signals if s.samples.dtype.kind in "buif" and s.samples.ndim == 1 and len(s.timestamps)]
     if not readable:
@@ -124,12 +124,12 @@ def _add_channel(table: Table, signal: Signal, time: Array) -> None:
         values = np.interp(time, signal.timestamps, values, left=np.nan, right=np.nan)
     name = table.add(signal.name, values, tidy_unit(str(signal.unit or "")))
     if not np.array_equal(signal.timestamps, time):
-        message = f"`{name}` was sampled at other times than the rest and is interpolated at theirs"
+        message = f"`{name}` has other times than the rest and is interpolated at theirs"
         table.notes.append(Flag("resampled", name, float(time[0]), float(time[-1]), message))
 
 
 def _header_facts(text: str) -> dict[str, str | float | int]:
-    """Facts from the text of an MDF header, which is JSON where a rig wrote it and anything elsewhere."""
+    """Facts from the text of an MDF header, which is JSON in files of this package and arbitrary in others."""
     try:
         facts = json.loads(text)
     except ValueError:

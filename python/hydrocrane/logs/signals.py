@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Signal(NamedTuple):
-    """What a name of a log stands for: SI units that it may have, the first one taken where none is stated."""
+    """Meaning of a name in a log: SI units that it may have; the first one is assumed if none is stated."""
 
     units: tuple[str, ...]
     long_name: str

@@ -1,4 +1,4 @@
-"""What a reader takes out of a file, before anything is known about its meaning."""
+"""Content of a log file as a reader returns it, before columns are assigned to signals."""
 
 from __future__ import annotations
 
@@ -25,36 +25,36 @@ TIME_NAMES = (
 _NAME_AND_UNIT = re.compile(
     r"^(?P<name>.*\S)\s*(?!\[\d+\]$)(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^()]*(?:\([^()]*\))?)\))$"
 )
-# SI units that one unit of a log is at least; its inverse is the most. Beyond that its numbers are lost.
+# Least SI value of one unit of a log; its inverse is the greatest. Beyond these bounds its numbers lose precision.
 LEAST_UNIT = 1e-30
-# So many columns of one reason are named where they are left out.
+# Most columns that are named per reason when they are left out.
 MOST_NAMED = 8
 # Why a column was left out.
 NO_NUMBERS = "no numbers"
-# Columns of a log: checks and summaries look at each of them.
+# Most columns of a log, because checks and summaries process each of them.
 MOST_COLUMNS = 2000
 
 
 @dataclass
 class Table:
-    """Columns as they stand in a file.
+    """Columns of a file.
 
     Attributes
     ----------
     columns : dict of (n,) arrays
         By their full names in the file.
     units : dict of str
-        Unit of a column, where the file states one.
+        Unit of a column, if the file states one.
     notes : list of Flag
-        What was odd in the file itself.
+        Faults of the file itself.
     in_memory : bool
-        Whether a program made it, which hands over SI unless it says otherwise.
+        Whether it comes from a program, which passes SI values unless it states otherwise.
     about : dict
-        What the file says about the whole log, for example ``payload``: texts and numbers.
+        Statements on the whole log, for example ``payload``: texts and numbers.
     clocks : list of str
         Columns that hold dates or times of day; their values are seconds from the first.
     words : dict of str
-        Columns that were left out since they hold no numbers, with their first text.
+        Columns that were left out because they hold no numbers, with their first text.
     left_out : dict of str
         Every column that was left out, with the reason.
     times : dict of str
@@ -72,7 +72,7 @@ class Table:
     times: dict[str, str] = field(default_factory=dict)
 
     def add(self, name: str, values: Array, unit: str = "", owner: str = "") -> str:
-        """Put in a column; one whose name is taken gets its `owner` before it, or a number behind it. Its full name."""
+        """Add a column and return its full name; a repeated name gets its `owner` as prefix, or a number as suffix."""
         full = self._free(name, owner)
         if full != name:
             message = f"a second column is called `{name}`; it is read as `{full}`"
@@ -92,7 +92,7 @@ class Table:
         return next(n for i in count(2) if (n := f"{short}.{i}{name[len(short) :]}") not in taken)
 
     def take(self, name: str, values: object, unit: str = "") -> None:
-        """Put in a column, or leave it out where it is no series of numbers."""
+        """Add a column, or leave it out if it is no series of numbers."""
         column = as_column(values)
         if column is None:
             self.leave(name, NO_NUMBERS)
@@ -102,7 +102,7 @@ class Table:
             self.add(name, column, unit)
 
     def leave(self, name: str, reason: str, word: str = "") -> None:
-        """Leave out a column, which must not happen unsaid."""
+        """Leave out a column, and note the reason."""
         name = self._free(name, "")
         self.left_out[name] = reason
         if word:
@@ -117,18 +117,18 @@ class Table:
         return next((name for name in self.columns if split_name(name)[0] == wanted), None)
 
     def time_column(self) -> str | None:
-        """Full name of the time column: one that is named as such, or the only one of dates."""
+        """Full name of the time column: the one with such a name, or the only one with dates."""
         names = {name.lower(): name for name in reversed(self.columns)}
         plain = {split_name(name)[0].lower(): name for name in reversed(self.columns)}
         named = next((found[known] for known in TIME_NAMES for found in (names, plain) if known in found), None)
         return named or (self.clocks[0] if len(self.clocks) == 1 else None)
 
     def unit_of(self, column: str) -> str:
-        """The unit that the file states for a column; empty where it states none."""
+        """The unit that the file states for a column; empty if it states none."""
         return self.units.get(column) or split_name(column)[1]
 
     def in_si(self) -> dict[str, Array]:
-        """All columns, those whose unit the file states and this package knows converted to SI."""
+        """All columns; those with a known unit are converted to SI."""
         return {name: converted(values, self.unit_of(name)) for name, values in self.columns.items()}
 
 
@@ -148,7 +148,7 @@ def check_width(path: Path, columns: int) -> None:
 
 
 def said_of(left_out: Mapping[str, str]) -> list[str]:
-    """Words for columns that were left out, one text for all of one reason."""
+    """Messages on columns that were left out, one per reason."""
     reasons: dict[str, list[str]] = {}
     for column, reason in left_out.items():
         reasons.setdefault(reason, []).append(column)
@@ -161,13 +161,13 @@ def said_of(left_out: Mapping[str, str]) -> list[str]:
 
 
 def split_name(text: str) -> tuple[str, str]:
-    """``"x [mm]"`` as name and unit; the unit is empty where there is none."""
+    """``"x [mm]"`` as name and unit; the unit is empty if there is none."""
     found = _NAME_AND_UNIT.match(text.strip())
     return (found["name"], tidy_unit(found["unit"] or found["round"] or "")) if found else (text.strip(), "")
 
 
 def converted(values: Array, unit: str) -> Array:
-    """`values` of `unit` in SI; unchanged where the unit is not known."""
+    """`values` of `unit` in SI; unchanged if the unit is not known."""
     if not unit or not known_unit(unit):
         return values
     found = log_unit(unit)
@@ -175,17 +175,18 @@ def converted(values: Array, unit: str) -> Array:
 
 
 def scaled(values: Array, factor: float) -> Array:
-    """`values` times `factor`; by dividing where its inverse is whole, which rounds once, as for machine files."""
+    """`values` times `factor`. If its inverse is a whole number, they are divided by it, which rounds once, as for
+    machine files."""
     inverse = round(1.0 / factor) if LEAST_UNIT <= factor < 1.0 else 0
     return values / inverse if inverse and 1.0 / inverse == factor else values * factor
 
 
 def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
-    """The texts and numbers of what a file holds about itself, as Python's own; what is neither is left out."""
+    """The texts and numbers among the attributes of a file, as Python objects; others are left out."""
     facts: dict[str, str | float | int] = {}
     for name, value in content.items():
         if isinstance(value, np.ndarray):
-            # MATLAB has no empty text: it is an empty array.
+            # MATLAB writes an empty text as an empty array.
             value = value.item() if value.size == 1 else "" if not value.size else None
         if isinstance(value, np.generic):
             value = value.item()
@@ -197,7 +198,7 @@ def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
 
 
 def as_column(values: object) -> Array | None:
-    """Numbers of a file as a float64 column, or nothing where they are none."""
+    """Values of a file as a float64 column, or None if they are no numbers."""
     array = np.asarray(values)
     if array.dtype.kind == "M" and array.size:
         return seconds_of_dates(array)

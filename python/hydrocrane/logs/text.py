@@ -1,4 +1,4 @@
-"""Tables as text: delimiter, decimal marks, titles, comment lines and a row of units are found by looking."""
+"""Tables as text: delimiter, decimal marks, titles, comment lines and a row of units are detected."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.table import Table, check_width, plain_facts, split_name
 from hydrocrane.logs.units import tidy_unit
 
-# Blanks come last: they stand behind other delimiters too, and within titles.
+# Blanks come last, because they also follow other delimiters and occur within titles.
 BLANK = " "
 DELIMITERS = ("\t", ";", ",", BLANK)
 COMMENTS = ("#", "%", "//")
@@ -30,14 +30,14 @@ _THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}[.,]\d{3}(?!\d)")
 
 
 class Head(NamedTuple):
-    """What stands above the numbers.
+    """The lines above the numbers.
 
     Attributes
     ----------
     names, units : list of str
         Of every column; a unit may be empty.
     named : int
-        How many columns the header names; all where there is none.
+        Number of columns named by the header; all columns without a header.
     lines : int
         Lines before the first row of numbers.
     """
@@ -49,7 +49,7 @@ class Head(NamedTuple):
 
     @classmethod
     def of(cls, names: list[str], units: list[str], width: int, lines: int) -> Head:
-        """A head of `width` columns at least; those without a name are called by their number."""
+        """A head of at least `width` columns; columns without a name are called by their number."""
         size = max(width, len(names))
         full = [(names[i] if i < len(names) else "") or f"column {i + 1}" for i in range(size)]
         units = [tidy_unit(unit) for unit in units[:size]] + [""] * (size - len(units))
@@ -82,7 +82,7 @@ def _is_comment(line: str) -> bool:
 
 
 def _facts(comments: Iterable[str]) -> dict[str, str | float | int]:
-    """What comment lines like ``# payload = 20`` say about the log, as TOML; other comments are passed over."""
+    """Facts from comment lines like ``# payload = 20``, read as TOML; other comments are ignored."""
     facts: dict[str, object] = {}
     for line in comments:
         try:
@@ -109,7 +109,8 @@ def _text(path: Path) -> str:
 
 
 def _delimiter(lines: list[str]) -> str:
-    """The delimiter that cuts most lines into equally many cells and those into numbers; one column needs none."""
+    """The delimiter that splits most lines into the same number of cells, with numbers in them; one column needs
+    none."""
     best, score = ",", (0.0, 0)
     for candidate in DELIMITERS:
         rows = [_cells(line, candidate) for line in lines]
@@ -133,17 +134,17 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _head(rows: list[list[str]], lines: list[str], comments: list[str], delimiter: str) -> Head:
-    """Column names, units, and how many lines they take.
+    """Column names, units, and their number of lines.
 
-    The header is the first row of words that is as wide as the rows of numbers and stands behind titles only; where
-    there is none, the last comment if it has as many names as there are columns.
+    The header is the first row of words that is as wide as the rows of numbers, with only titles above it. Without such
+    a row it is the last comment, if that has as many names as there are columns.
     """
     widths = [len(row) for row in rows if any(map(is_number, row))]
     width = max(set(widths), key=widths.count) if widths else max(map(len, rows))
     first = None
     for i, row in enumerate(rows):
         share = _named(row if delimiter != BLANK else _names(lines[i], width)) / width
-        # Half of the columns are names where decimal commas part each into two, and a title where names follow.
+        # A row of words half as wide: names, if decimal commas split each number into two; a title, if names follow.
         if share > 0.5 or (share == 0.5 and first is None):
             first = i
         if share > 0.5 or not (share or _is_title(row, width)):
@@ -162,7 +163,7 @@ def _head(rows: list[list[str]], lines: list[str], comments: list[str], delimite
 
 
 def _named(row: list[str]) -> int:
-    """How many cells of a row are words; none where one is a number or all are missing."""
+    """Number of cells of a row that are words; zero if one is a number or all are missing."""
     if any(is_number(cell) or is_moment(cell) for cell in row) or all(map(is_missing, row)):
         return 0
     return sum(1 for cell in row if cell)
@@ -177,7 +178,8 @@ def _is_title(row: list[str], width: int) -> bool:
 
 
 def _names(line: str, width: int) -> list[str]:
-    """Names above columns that blanks part: themselves parted by blanks, by another delimiter, or by wide gaps."""
+    """Names of columns separated by blanks: the names are separated by blanks, by another delimiter, or by wide
+    gaps."""
     for cells in (
         line.split(),
         *(_cells(line, other) for other in (",", ";", "\t")),
@@ -190,20 +192,20 @@ def _names(line: str, width: int) -> list[str]:
 
 
 def _is_unit_row(cells: list[str]) -> bool:
-    """Words throughout, but for the 1 of a ratio."""
+    """Whether all cells are words, except the 1 of a ratio."""
     words = [cell for cell in cells if not is_number(cell) and not is_missing(cell) or cell == "-"]
     return bool(words) and all(cell in ("", "1", "-", "--") or cell in words for cell in cells)
 
 
 def _numbers(path: Path, lines: list[str], delimiter: str, head: Head) -> Table:
-    """Columns of numbers by name, and what was odd about the rows."""
+    """Columns of numbers by name, and faults of the rows."""
     found = Table({})
     cells = [len(_cells(line, delimiter)) if delimiter == BLANK else line.count(delimiter) for line in lines]
     if len(lines) > 1 and cells[-1] < min(cells[:-1]):
         message = f"the last line of {path.name} is cut off and left out; was the file copied before it was complete?"
         found.notes.append(Flag("truncated", "", np.nan, np.nan, message))
         lines = lines[:-1]
-    # Where commas and points may mark thousands each column is looked at; so is text with words, which NumPy refuses.
+    # Each column is read separately if commas or points may separate thousands, or with words, which NumPy refuses.
     plain = delimiter == "," or not any("," in line for line in lines)
     commas = not plain and not (any("." in line for line in lines) and any(map(_THOUSANDS.search, lines)))
     try:
@@ -222,7 +224,7 @@ def _numbers(path: Path, lines: list[str], delimiter: str, head: Head) -> Table:
 
 
 def _fill(found: Table, rows: list[list[str]], head: Head) -> None:
-    """Put in columns by name; those of words are left out with their reason, single words among numbers are noted."""
+    """Add columns by name; columns of words are left out with the reason, single words among numbers are noted."""
     wider = [row for row in rows if any(row[head.named :])]
     if wider:
         _tell_width(found, len(wider), wider[0][0], head.named)
@@ -236,7 +238,7 @@ def _fill(found: Table, rows: list[list[str]], head: Head) -> None:
             bad, doubt, values = [c for c, v in zip(cells, clock) if np.isnan(v) and not is_missing(c)], "", clock
         else:
             values, bad, doubt = numbers(cells, decimal, thousands)
-        # Delimiters at the ends of the lines make columns that nobody named.
+        # Delimiters at the ends of lines make empty columns without a name.
         if not any(cells) and name == f"column {i + 1}":
             continue
         if len(bad) * 2 > len(cells) or doubt and bad:

@@ -1,4 +1,4 @@
-"""Units as data loggers write them: those of machine files, inches and pounds, gauge and absolute pressure, degrees."""
+"""Units of data loggers: those of machine files, inches and pounds, gauge and absolute pressure, degrees."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from hydrocrane import _core
 
-# Standard atmosphere, Pa: what separates absolute from gauge pressure where no file states the weather.
+# Standard atmosphere, Pa: difference of absolute and gauge pressure if no other is stated.
 ATMOSPHERE = 101325.0
-# How loggers write units that the machine file writes otherwise.
+# Units that loggers and machine files write differently.
 _SPELLINGS = {
     "sec": "s",
     "seconds": "s",
@@ -34,7 +34,7 @@ _SPELLINGS = {
     "-": "",
     "counts": "",
 }
-# Symbols that machine files do not know, by what one of them is. Inch, pound and gravity are exact by definition.
+# Symbols that machine files do not have, with the value of one. Inch, pound and gravity are exact by definition.
 _SYMBOLS = {
     "in": (0.0254, "m"),
     "inch": (0.0254, "m"),
@@ -71,7 +71,7 @@ class LogUnit(NamedTuple):
     zero : float
         SI value of the reading 0: 273.15 K for degC; 0 for every other unit.
     absolute : bool
-        Whether it counts pressure from vacuum.
+        Whether it is a pressure relative to vacuum.
     """
 
     factor: float
@@ -81,11 +81,11 @@ class LogUnit(NamedTuple):
 
 
 def tidy_unit(text: str) -> str:
-    """A logger's unit as this package writes it: without brackets, with the usual spelling."""
+    """A logger's unit in the spelling of this package, without brackets."""
     bare = text.strip()
     if bare[:1] + bare[-1:] in ("[]", "()"):
         bare = bare[1:-1].strip()
-    # NetCDF counts times as "seconds since 2024-05-01".
+    # NetCDF has times as "seconds since 2024-05-01".
     bare = bare.split(" since ")[0]
     return _SPELLINGS.get(bare, bare)
 
@@ -97,7 +97,7 @@ def log_unit(text: str) -> LogUnit:
     Raises
     ------
     ValueError
-        Where it is none, with what was probably meant.
+        If it is no unit; the message names the nearest one.
     """
     text = _SPELLINGS.get(text.strip(), text.strip())
     found = _NUMBER.match(text)
@@ -130,7 +130,7 @@ def is_pounds(text: str) -> bool:
 
 
 def _translated(unit: str) -> tuple[float, str]:
-    """A unit without the symbols that machine files do not know, and the factor that they leave."""
+    """A unit without the symbols that machine files do not have, and the factor of these."""
     factor = 1.0
 
     def known(found: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Writing logs such that reading gives the same numbers back."""
+"""Write logs; reading gives the same numbers."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def _csv(data: xr.Dataset, path: Path) -> None:
 
 
 def _key(name: str) -> str:
-    """A key of TOML: bare where it can be."""
+    """A key of TOML, bare if possible."""
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name)
 
 
 def _hdf5(data: xr.Dataset, path: Path) -> None:
-    """Into memory first, as in ``hydrocrane.files.datasets``."""
+    """Written into memory first, as in ``hydrocrane.files.datasets``."""
     content = io.BytesIO()
     with h5py.File(content, "w", track_order=True) as stored:
         for name in ["time", *map(str, data.data_vars)]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from hydrocrane.machine.machine import Machine
 
-# Tables that stand on a line between a valve and a chamber, in their order from the valve to the cylinder. Each names
-# its `cylinder` and its `side`.
+# Tables of parts on a line between a valve and a chamber, in the order from the valve to the cylinder. Each names its
+# `cylinder` and its `side`.
 ON_LINES = ("counterbalance",)
 SIDES = ("piston-side", "rod-side")
-# Tables that the circuit is read from, and those that say nothing of it. All others are counted as left out.
+# Tables of the circuit, and tables without relation to it. All others are reported as left out.
 READ = {"supply", "mains", "pump", "cylinder", "valve", *ON_LINES}
 OTHERS = {
     "extends", "include", "machine", "environment", "link", "joint", "friction", "fluid", "sensor", "payload",
@@ -23,12 +23,12 @@ OTHERS = {
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a machine file as it was read.
+    """A table of a machine file.
 
     Attributes
     ----------
     kind, name : str
-        Of ``[kind.name]``; a table without a name of its own has an empty one.
+        Of ``[kind.name]``; empty for a table without a name.
     numbers : mapping
         Key to value in SI, one number or several.
     words : mapping
@@ -41,7 +41,7 @@ class Table:
     words: Mapping[str, str]
 
     def number(self, key: str) -> float | None:
-        """A number in SI; none where the file does not state it."""
+        """A number in SI; None if the file does not state it."""
         return self.numbers[key][0] if key in self.numbers else None
 
     def word(self, key: str, default: str = "") -> str:
@@ -60,9 +60,9 @@ class Section:
     ----------
     cylinder, valve : Table
     stroke : float
-        Of the piston, m.
+        Stroke of the piston, m.
     on_lines : tuple of (side, Table)
-        What stands on the lines of the piston side (0) and of the rod side (1), from the valve to the cylinder.
+        Parts on the lines of the piston side (0) and of the rod side (1), from the valve to the cylinder.
     """
 
     cylinder: Table
@@ -77,25 +77,25 @@ class Section:
 
     @property
     def has_load_check(self) -> bool:
-        """A compensated section has one anyway."""
+        """Whether there is a load check valve; a compensated section always has one."""
         return self.compensator != "none" or self.valve.word("load-check") == "yes"
 
 
 @dataclass(frozen=True)
 class Circuit:
-    """What feeds the cylinders of a machine.
+    """The hydraulic circuit of a machine.
 
     Attributes
     ----------
     supply, mains : Table
         ``[supply]`` and ``[mains]``.
     pump : Table or None
-        None where the pressure of the supply is constant or measured.
+        None if the supply pressure is constant or measured.
     relief_pressure : float or None
-        Of the main relief valve, Pa, also where the file leaves it to its default; none without a pump.
+        Of the main relief valve, Pa, also if the file does not state it; None without a pump.
     sections : tuple of Section
     left_out : tuple of str
-        Tables of the file that belong to none of these.
+        Tables of the file that are not included.
     """
 
     supply: Table
@@ -107,17 +107,17 @@ class Circuit:
 
     @property
     def senses_load(self) -> bool:
-        """Whether a line tells the pump the highest load pressure."""
+        """Whether the pump is controlled by the highest load pressure."""
         return self.pump is not None and self.pump.number("ls-margin") is not None
 
     @property
     def shares_flow(self) -> bool:
-        """Whether compensators behind the spool hear the highest load pressure of all sections."""
+        """Whether compensators behind the spool have the highest load pressure of all sections."""
         return any(section.compensator == "behind-spool" for section in self.sections)
 
 
 def read(machine: Machine) -> Circuit:
-    """The circuit that a machine file describes."""
+    """The circuit in a machine file."""
     pumps = [pump for pump in named(machine, "pump") if pump.word("type") != "constant-pressure"]
     relief = machine.core.relief_pressure
     strokes = np.diff(machine.stroke_limits, axis=1)[:, 0].tolist()
@@ -133,7 +133,7 @@ def read(machine: Machine) -> Circuit:
 
 
 def table(machine: Machine, kind: str, name: str = "") -> Table:
-    """The table ``[kind.name]``, or ``[kind]``, without its sub-tables; empty where the file has none."""
+    """The table ``[kind.name]``, or ``[kind]``, without its sub-tables; empty if the file has none."""
     head = f"{kind}.{name}." if name else f"{kind}."
 
     def inside(key: str) -> bool:

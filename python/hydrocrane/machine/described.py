@@ -1,4 +1,4 @@
-"""What a notebook shows of a machine."""
+"""The HTML view of a machine in notebooks."""
 
 from __future__ import annotations
 

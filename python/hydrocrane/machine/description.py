@@ -1,7 +1,7 @@
-"""The machine as the core has resolved it: links, joints, cylinders and points with their places.
+"""The machine as resolved by the core: links, joints, cylinders and points with their positions.
 
-The core gives all of it as one text in the notation in which Rust prints structures: ``Link { name: "boom" }``,
-``Some(1.0)``, ``[0.0, 1.0]``. Numbers are printed such that reading gives the same bits.
+The core returns it as one text in Rust's debug notation: ``Link { name: "boom" }``, ``Some(1.0)``, ``[0.0, 1.0]``.
+Reading the numbers gives the same bits.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _WORDS: dict[str, Part] = {"true": True, "false": False, "None": None, "inf": fl
 
 @dataclass(frozen=True)
 class Record:
-    """A structure, or a variant: its name, and its fields; those without names are called 0, 1, and so on."""
+    """A structure or a variant: its name and its fields; fields without names are called 0, 1, and so on."""
 
     kind: str
     fields: dict[str, Part]
@@ -50,13 +50,13 @@ class Record:
         return found
 
     def place(self, name: str) -> tuple[float, float]:
-        """A field that is a place (x, z), m."""
+        """A field that is a point (x, z), m."""
         (pair,) = pairs([self.fields[name]])
         return pair
 
 
 def pairs(values: Part) -> list[tuple[float, float]]:
-    """A list of places (x, z), m."""
+    """A list of points (x, z), m."""
     assert isinstance(values, list)
     found = []
     for value in values:
@@ -68,7 +68,7 @@ def pairs(values: Part) -> list[tuple[float, float]]:
 
 
 def described(core: _core.Machine) -> Record:
-    """The whole machine: `crates/machine/src/model.rs` says what its fields are."""
+    """The whole machine; `crates/machine/src/model.rs` describes its fields."""
     tokens = _TOKEN.findall(core.resolved)
     found, end = _part(tokens, 0)
     assert isinstance(found, Record) and end == len(tokens)
@@ -76,7 +76,7 @@ def described(core: _core.Machine) -> Record:
 
 
 def _part(tokens: list[str], at: int) -> tuple[Part, int]:
-    """The part that begins at a token, and where the next one begins."""
+    """The part that begins at a token, and the begin of the next one."""
     word = tokens[at]
     if word[0] == '"':
         return json.loads(word), at + 1
@@ -104,7 +104,7 @@ def _part(tokens: list[str], at: int) -> tuple[Part, int]:
 
 
 def _items(tokens: list[str], at: int, close: str) -> tuple[list[Part], int]:
-    """Parts up to the bracket that closes."""
+    """Parts up to the closing bracket."""
     items = []
     while tokens[at] != close:
         item, at = _part(tokens, at)

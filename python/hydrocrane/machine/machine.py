@@ -91,7 +91,7 @@ def bundled_machines() -> tuple[str, ...]:
     return tuple(_core.bundled_machines())
 
 
-# Poses of a tip, nested as the tips are.
+# Poses of a tip, nested like the tips.
 Poses: TypeAlias = "list[Array] | list[Poses]"
 MachineLike: TypeAlias = "Machine | str | PathLike[str]"
 
@@ -148,13 +148,13 @@ class Machine(Stated):
         return found
 
     def made(self, core: _core.Machine) -> Machine:
-        """What the core made of this machine's file, or of another one; itself where it made nothing new."""
+        """The machine of a core object; this machine itself if it is its own."""
         overrides = dict(core.overrides)
         if core.source == self.core.source and overrides == self.overrides:
             return self
         return Machine(core, self.source if core.source == self.core.source else core.source, overrides)
 
-    # --- what it is ---------------------------------------------------------------------------------------------
+    # --- description ---------------------------------------------------------------------------------------------
 
     @property
     def name(self) -> str:

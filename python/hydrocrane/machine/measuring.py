@@ -1,4 +1,4 @@
-"""What a machine's sensors would have read of a run that is recorded already."""
+"""Sensor readings for a recorded run."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 
 class Recorded(Protocol):
-    """Anything with the data of a run, such as :class:`hydrocrane.Run`."""
+    """An object with the data of a run, such as :class:`hydrocrane.Run`."""
 
     @property
     def data(self) -> xr.Dataset: ...
 
 
 def recorded_data(recorded: Recorded | xr.Dataset) -> xr.Dataset:
-    """The data of a run, or an error where `recorded` holds none."""
+    """The data of a run; an error if `recorded` has none."""
     import xarray as xr
 
     data = recorded if isinstance(recorded, xr.Dataset) else getattr(recorded, "data", None)
@@ -72,7 +72,7 @@ def sensor_readings(
 
 
 def _rest(time: Array, states: Array, earlier: int) -> tuple[Array, Array]:
-    """Times before the record at which it rests in its first state, (k,) and (k, n)."""
+    """Times before the record with the crane at rest in its first state, (k,) and (k, n)."""
     count = _whole(earlier, "earlier") if time.size else 0
     step = float(time[1] - time[0]) if time.size > 1 else 1.0
     return time[:1] - step * np.arange(count, 0, -1), np.repeat(states[:1], count, axis=0)

@@ -1,4 +1,4 @@
-"""Values that take the place of those of a machine file."""
+"""Values that replace those of a machine file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hydrocrane._core_types import Override as Override
 from hydrocrane.errors import InputError
 
-# What a person may give: plain values, numbers and arrays of NumPy, or lists of them.
+# Accepted values: plain values, numbers and arrays of NumPy, or lists of them.
 OverrideLike: TypeAlias = "float | str | bool | np.generic | NDArray[np.generic] | Sequence[OverrideLike]"
 Overrides: TypeAlias = Mapping[str, OverrideLike]
 

@@ -1,4 +1,4 @@
-"""Sensors of a machine: how they read, and how they fail."""
+"""Sensors of a machine: their readings and their faults."""
 
 from __future__ import annotations
 
@@ -45,6 +45,6 @@ class SensorFault:
 
     @property
     def entry(self) -> tuple[str, str, float, float, float]:
-        """As the core takes it."""
+        """In the form of the core."""
         until = float("inf") if self.until is None else float(self.until)
         return self.signal, self.kind, float(self.time), until, float(self.size)

@@ -1,4 +1,4 @@
-"""Line animation of a run, as Figure 89: pillar, links, cylinders, torque linkage and the way of the tip."""
+"""Line animation of a run, as Figure 89: pillar, links, cylinders, torque linkage and the path of the tip."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _DPI = 100
 
 
 class Film(FuncAnimation):
-    """The animation of a run in a figure of its own; it holds its last picture for half a second. Notebooks play it."""
+    """The animation of a run in a separate figure; the last picture stays for half a second. Notebooks play it."""
 
     def __init__(self, run: Record, fps: int, speed: float) -> None:
         with mpl.rc_context(RC):
@@ -49,7 +49,7 @@ class Film(FuncAnimation):
 
     def _repr_html_(self) -> str:
         """The film itself, as GIF within the page."""
-        # It was looked at: matplotlib need not warn that nobody did.
+        # Marks the animation as used, so that matplotlib does not warn.
         self._draw_was_started = True
         run, fps, speed = self._of
         with tempfile.TemporaryDirectory() as folder:
@@ -64,7 +64,7 @@ def film(run: Record, *, fps: int = 20, speed: float = 1.0) -> Film:
 
 
 def write(run: Record, path: Path, *, fps: int = 20, speed: float = 1.0, progress: Progress = None) -> Path:
-    """Write the film of a run as ``.gif``, or as ``.mp4`` where ffmpeg is found; whole or not at all."""
+    """Write the film of a run as ``.gif``, or as ``.mp4`` if ffmpeg is found; atomically."""
     writer = _WRITERS[checked_suffix(path)]
     if progress is None and in_notebook():
         with progress_bar(f"drawing {path.name}") as progress:
@@ -78,7 +78,7 @@ def write(run: Record, path: Path, *, fps: int = 20, speed: float = 1.0, progres
 
 
 def checked_suffix(path: Path) -> str:
-    """The suffix of a film, or an error that says which can be written here."""
+    """The suffix of a film, or an error that names the possible ones."""
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise ResultFileError(f"cannot write `{path.name}`: choose a suffix from {', '.join(_WRITERS)}")
@@ -88,7 +88,7 @@ def checked_suffix(path: Path) -> str:
 
 
 class _Scene:
-    """The stage and its moving parts; :meth:`show` puts them where they are in one picture."""
+    """The fixed scene and its moving parts; :meth:`show` sets their positions for one picture."""
 
     def __init__(self, run: Record, fps: int, speed: float, figure: Figure) -> None:
         if not (fps > 0 and speed > 0):
@@ -104,7 +104,7 @@ class _Scene:
         self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
         corner: dict[str, Any] = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
         self.clock = self.axes.text(0.985, 0.975, "", **corner)
-        # Settle the layout once; doing it for every picture would shake the axes and take most of the time.
+        # Solve the layout once; solving it for every picture would move the axes and take most of the time.
         figure.canvas.draw()
         figure.set_layout_engine("none")
 
@@ -118,7 +118,8 @@ class _Scene:
 
 
 def _write_gif(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
-    """Draw the stage once and only the moving parts per picture; all pictures share the first one's colours."""
+    """Draw the fixed scene once and only the moving parts per picture; all pictures have the palette of the first
+    one."""
     canvas = scene.figure.canvas
     assert isinstance(canvas, FigureCanvasAgg)
     for artist in scene.show(0):
@@ -136,13 +137,13 @@ def _write_gif(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
         pictures.append(drawn.quantize(palette=palette, dither=Image.Dither.NONE))
         if progress:
             progress(done, len(scene.order))
-    # A GIF counts hundredths of a second.
+    # The unit of time in a GIF is 0.01 s.
     pause = max(round(100 / fps), 1) * 10
     pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=pause, loop=0)
 
 
 def _palette(picture: Image.Image) -> Image.Image:
-    """The colours of a picture; its lightest ones become white, since colours are matched coarsely."""
+    """The colours of a picture; its lightest ones become white, because colours are matched coarsely."""
     reduced = picture.quantize(256)
     colours = np.array(reduced.getpalette()).reshape(-1, 3)
     colours[(colours >= 248).all(axis=1)] = 255
@@ -167,7 +168,7 @@ _WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
 
 
 def _pictures(run: Record, fps: int, speed: float) -> tuple[Array, Array, Array]:
-    """Times, poses and tips of the pictures, read off the recorded run."""
+    """Times, poses and tips of the pictures, from the recorded run."""
     time = run.columns.time
     if time.size == 0:
         raise InputError(f"this run recorded nothing to animate: {run.outcome.kind}, {run.outcome.message}")
@@ -178,7 +179,7 @@ def _pictures(run: Record, fps: int, speed: float) -> tuple[Array, Array, Array]
 
 
 def _set_stage(axes: Axes, run: Record, machine: Machine, poses: Array) -> None:
-    """What stands still: regions or else a ground, a shadow of the start pose, title, a window for every picture."""
+    """The fixed parts: regions or else the ground, a shadow of the start pose, title, a view for all pictures."""
     shown = poses[np.linspace(0, len(poses) - 1, min(len(poses), 12)).astype(int)]
     points = np.concatenate([line for q in shown for _, _, line in machine.drawing(q)])
     low, high = points.min(axis=0), points.max(axis=0)

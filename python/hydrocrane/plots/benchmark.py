@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from hydrocrane.benchmark.cases import Result
     from hydrocrane.benchmark.suite import Benchmark
 
-# Shapes of paths, those first that are drawn where there is room for PANELS only.
+# Shapes of paths in the order of priority, because there is room for only PANELS of them.
 SHAPES = ("up", "out", "square", "circle", "reach", "log", "down", "in")
 PANELS = 6
 # Share of the path's size that the enlarged deviation may take.
 SHOWN_DEVIATION = 0.2
-# Bars begin here, m.
+# Left end of the bars, m.
 LEAST = 1e-5
 
 
@@ -54,7 +54,7 @@ def _label(result: Result) -> str:
 
 
 def _chosen_paths(moved: Sequence[Result]) -> list[str]:
-    """Labels of the cases whose paths are drawn: one of each shape, the last under the reference where there is one."""
+    """Labels of the cases whose paths are drawn: one of each shape, under the reference condition if possible."""
     shapes: dict[str, str] = {}
     for result in sorted(moved, key=lambda r: str(r.case.condition) == "reference"):
         shapes[result.case.task.name.split()[0]] = _label(result)
@@ -81,7 +81,8 @@ def _path(axes: Axes, result: Result | None, controller: str, colour: str) -> No
 
 
 def _enlargement(aside: np.ndarray, size: float) -> float:
-    """1 or more: 1, 2 or 5 times a power of ten that brings the largest deviation near its share of the path's size."""
+    """Factor of 1 or more: 1, 2 or 5 times a power of ten, for which the largest deviation is near its share of the
+    path's size."""
     largest = max(float(np.hypot(*aside.T).max()), 1e-9)
     wanted = SHOWN_DEVIATION * size / largest
     decade = 10.0 ** np.floor(np.log10(wanted))
@@ -109,7 +110,7 @@ def _bars(axes: Axes, by_key: dict[tuple[str, str], Result], controllers: list[s
 
 
 def _note(result: Result, value: float) -> str:
-    """What stands beside the bar of a deviation `value`, m."""
+    """Text beside the bar of a deviation `value`, m."""
     early = "ended early" if not result.outcome.completed else ""
     return ", ".join(part for part in (significant(value * 1e3), early, result.remark) if part)
 

@@ -18,12 +18,12 @@ from hydrocrane.plots.style import ACCENT, MUTED, figure, styled, title
 if TYPE_CHECKING:
     from hydrocrane.linear.loops import Loop
 
-# Curves of one picture that can still be told apart.
+# Most curves of one picture that can be distinguished.
 _MOST = 12
 _POINTS = 1500
-# How far the picture of loops goes below the slowest crossover, as a factor.
+# Range of the picture of loops below the slowest crossover, as a factor.
 _SHOWN_BELOW = 0.1
-# How far the picture goes below the slowest and above the fastest oscillation, as factors.
+# Range of the picture below the slowest and above the fastest oscillation, as factors.
 _BELOW, _ABOVE = 0.05, 5.0
 
 
@@ -34,7 +34,7 @@ def bode(models: LinearModel | Mapping[str, LinearModel], omega: ArrayLike | Non
     Parameters
     ----------
     models : LinearModel, or a mapping of names to some
-        One model, or several laid over each other. ``model.select(inputs, outputs)`` picks what is drawn.
+        One model, or several in one picture. ``model.select(inputs, outputs)`` selects the curves.
     omega : (m,) array_like, optional
         rad/s; by default from a twentieth of the slowest oscillation to five times the fastest.
 
@@ -71,9 +71,9 @@ def bode(models: LinearModel | Mapping[str, LinearModel], omega: ArrayLike | Non
 
 @styled
 def loop_gains(loops: Sequence[Loop]) -> Figure:
-    """Bode picture of the loop gains, each with its margins in the legend where the loops are stable."""
+    """Bode picture of the loop gains, each with its margins in the legend if the loops are stable."""
     if not loops:
-        raise InputError("loop_gains takes at least one loop, as hc.linear.cylinder_loops gives them")
+        raise InputError("loop_gains takes at least one loop, as hc.linear.cylinder_loops returns them")
     fig, (upper, lower) = figure(8.0, 6.0, nrows=2, sharex=True)
     slowest = [loop.margins.phase_at for loop in loops if np.isfinite(loop.margins.phase_at)]
     low = min([_SHOWN_BELOW * min(slowest), 1e-2]) if slowest else 1e-2
@@ -90,7 +90,7 @@ def loop_gains(loops: Sequence[Loop]) -> Figure:
 
 
 def _curve(upper: Axes, lower: Axes, omega: Array, gain: np.ndarray, label: str, highest: float = 180.0) -> None:
-    """Phases begin within a turn below `highest`, deg."""
+    """Adds a curve; its phase begins within one turn below `highest`, deg."""
     size = np.abs(gain)
     shown = size > 0
     hertz = omega[shown] / (2 * np.pi)

@@ -16,14 +16,14 @@ from hydrocrane.plots.tip_path import mark_payload_changes
 if TYPE_CHECKING:
     from hydrocrane.results.record import Record
 
-# From here on matplotlib writes a power of ten above an axis.
+# Values from which matplotlib writes a power of ten above an axis.
 LARGE = 1e6
 
 __all__ = ["cylinder_charts", "overview", "write"]
 
 
 class Quantity(NamedTuple):
-    """A chart of a cylinder: a signal, and perhaps a second one as a dark thin line."""
+    """A chart of a cylinder: a signal, and optionally a second one as a dark thin line."""
 
     name: str
     heading: str
@@ -96,7 +96,7 @@ def _curve(
         thin = run.columns[quantity.thin].values * factor
         axes.plot(run.columns.time, thin, color=INK, lw=0.8)
         values = np.concatenate([values, thin])
-    # Above an axis with a power of ten a heading must make way; to find out costs a fifth of the picture.
+    # A heading must move above a power of ten; to detect this costs a fifth of the drawing time.
     axes.set_title(heading, fontsize=size, y=1.0 if np.abs(values).max() < LARGE else None)
     axes.set_ylabel(f"{quantity.axis} [{unit}]")
     axes.margins(x=0)
@@ -107,7 +107,7 @@ def _curve(
 
 
 def _keep_flat(axes: Axes, values: Array) -> None:
-    """Do not blow a constant's rounding up to the height of the chart."""
+    """Prevents that the rounding errors of a constant fill the height of the chart."""
     middle, spread = 0.5 * (values.max() + values.min()), values.max() - values.min()
     least = 1e-2 * max(abs(middle), 1.0)
     if spread < least:

@@ -1,4 +1,4 @@
-"""Circuit diagram of a machine, drawn from its file, so that a mistake in it is seen."""
+"""Circuit diagram of a machine, drawn from its file, so that mistakes in the file are visible."""
 
 from __future__ import annotations
 
@@ -29,13 +29,14 @@ from hydrocrane.plots.circuit_sheet import LEADING, LINES, POINTS_PER_MM, Label,
 from hydrocrane.plots.style import MUTED, styled
 
 MARGIN, GAP = 6.0, 8.0
-# Of both lines of a section from its middle, and of the way from the pump.
+# Distances of both lines of a section from its middle, and of the line from the pump.
 ASIDE = 24.0
 
 
 @styled
 def circuit(machine: Machine) -> Figure:
-    """Hydraulic circuit of a machine: supply, valves, what compensates and holds, and cylinders, with their values.
+    """Hydraulic circuit of a machine: supply, valves, compensators, load-holding valves and cylinders, with their
+    values.
 
     Symbols are those of ISO 1219-1, simplified. Save it as ``.svg``, ``.pdf`` or ``.png``.
 
@@ -69,7 +70,8 @@ def diagram(machine: Machine) -> Sheet:
 
 
 def _placed(hung: list[Sheet], sections: list[Sheet]) -> list[tuple[Sheet, float]]:
-    """Sections above what hangs below the common lines; the load-sensing line goes down before the first of them."""
+    """Places the sections above the parts below the common lines; the load-sensing line goes down before the first
+    part."""
     below = side_by_side(hung, GAP)
     down = [part.ports["LS"][0] + shift for part, shift in below if "LS" in part.ports]
     left = sections[0].ports["P"][0] - sections[0].extent[0]
@@ -123,7 +125,7 @@ def _from_pump(sheet: Sheet, section: Section, low: float) -> None:
 
 
 def _to_load_line(sheet: Sheet, low: float, *, last: bool) -> None:
-    """From the spool to the line that tells the pump the highest load; a shuttle valve takes the higher pressure."""
+    """From the spool to the load-sensing line of the pump; a shuttle valve selects the higher pressure."""
     end = LOAD_LINE if last else LOAD_LINE + 4.0
     sheet.line((0.0, low), (0.0, end), kind="load")
     sheet.ports["LS"] = (0.0, LOAD_LINE) if last else (-2.2, LOAD_LINE)
@@ -135,14 +137,14 @@ def _to_load_line(sheet: Sheet, low: float, *, last: bool) -> None:
 
 
 def _to_shared_load_line(sheet: Sheet, low: float) -> None:
-    """The same where all compensators hear the highest load: a check valve lets only that through."""
+    """The same if all compensators have the highest load pressure: a check valve passes only that."""
     sheet.line((0.0, low), (0.0, LOAD_LINE), kind="load")
     symbols.check_valve(sheet, 0.0, low - 9.0, up=False)
     sheet.ports["LS"] = sheet.ports["LS from the right"] = (0.0, LOAD_LINE)
 
 
 def _to_cylinder(sheet: Sheet, section: Section, high: float, middle: float) -> None:
-    """Both lines from the spool to the cylinder, with what stands on them."""
+    """Both lines from the spool to the cylinder, with their parts."""
     for side, out, port in ((0, -1.0, "A"), (1, 1.0, "B")):
         x = out * ASIDE
         sheet.line((out * symbols.PORT, high), (out * symbols.PORT, high + 5.0), (x, high + 5.0), (x, middle - 6.5))
@@ -155,7 +157,7 @@ def _to_cylinder(sheet: Sheet, section: Section, high: float, middle: float) -> 
 
 
 def _common_lines(sheet: Sheet, placed: list[tuple[Sheet, float]], found: Circuit) -> None:
-    """The lines that all parts share, with dots where parts join them, and their names at the left."""
+    """The common lines, with dots at connections and their names at the left."""
     mains = shown(found.mains.number("volume"), VOLUME)
     delay = None if found.pump is None else shown(found.pump.number("ls-time-constant"), TIME)
     names = {
@@ -185,7 +187,7 @@ def _load_line(sheet: Sheet, placed: list[tuple[Sheet, float]]) -> None:
     back = sorted(
         part.ports["LS from the right"][0] + shift for part, shift in own if "LS from the right" in part.ports
     )
-    # The first is the pump's.
+    # The first port is that of the pump.
     starts = [places[0], *back]
     for start, end in zip(starts, places[1:], strict=False):
         sheet.line((start, LOAD_LINE), (end, LOAD_LINE), kind="load")
@@ -194,7 +196,7 @@ def _load_line(sheet: Sheet, placed: list[tuple[Sheet, float]]) -> None:
 
 
 def render(sheet: Sheet) -> Figure:
-    """A figure of the sheet's size, 1 mm as 1 mm."""
+    """A figure of the sheet's size at scale 1:1."""
     left, bottom, right, top = sheet.extent
     width, height = right - left + 2 * MARGIN, top - bottom + 2 * MARGIN
     fig = plt.figure(figsize=(width / 25.4, height / 25.4))

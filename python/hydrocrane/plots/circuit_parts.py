@@ -1,8 +1,8 @@
-"""Parts of a circuit diagram, each a sheet with what the machine file says of it beside its symbol.
+"""Parts of a circuit diagram; each is a sheet with its symbol and its values in the machine file.
 
-A part that hangs below the lines of pump and tank is an entry of `SUPPLY`; one on the way from the pump to a spool, of
-`before_spool`; one on a line between a valve and a cylinder, of `ON_LINE`. An entry draws its symbol and its labels, a
-dozen lines in all; the diagram finds the room for it.
+A part below the lines of pump and tank is an entry of `SUPPLY`; a part between the pump and a spool, of `before_spool`;
+a part on a line between a valve and a cylinder, of `ON_LINE`. An entry draws its symbol and its labels in about a dozen
+lines; the diagram places it.
 """
 
 from __future__ import annotations
@@ -13,33 +13,33 @@ from hydrocrane.machine.circuit import Circuit, Section, Table
 from hydrocrane.plots import circuit_symbols as symbols
 from hydrocrane.plots.circuit_sheet import LEADING, Sheet
 
-# Heights of the lines that all parts share, of the middle of what hangs below them, and of the tanks.
+# Heights of the common lines, of the middle of the parts below them, and of the tanks.
 TANK_LINE, PRESSURE_LINE, LOAD_LINE = 0.0, 9.0, 22.0
 HUNG, TANKS = -22.0, -42.0
-# Height that a part takes on the way to a spool, and on the line to a cylinder.
+# Height of a part before a spool, and on the line to a cylinder.
 SLOT, LINE_SLOT = 17.0, 25.0
 
-# SI unit -> unit on the diagram and factor to it, by what is shown.
+# SI unit -> unit on the diagram and factor, by quantity.
 BAR, FLOW, VOLUME, LENGTH, SPEED, TIME = (
     (1e-5, "bar"), (6e4, "l/min"), (1e6, "cm³"), (1e3, "mm"), (9.549296585513721, "rpm"), (1e3, "ms"),
 )  # fmt: skip
 
 
 def shown(si: float | None, unit: tuple[float, str]) -> str:
-    """A value with its unit; nothing where the file does not state it."""
+    """A value with its unit; None if the file does not state it."""
     return "" if si is None else f"{si * unit[0]:.4g} {unit[1]}"
 
 
 def stated(pattern: str, *values: str) -> str:
-    """A label, where the file states all that it names."""
+    """A label if the file states all its values; else None."""
     return pattern.format(*values) if all(values) else ""
 
 
-# --- what hangs below the lines of pump and tank --------------------------------------------------------------------
+# --- parts below the lines of pump and tank --------------------------------------------------------------------
 
 
 def source(circuit: Circuit) -> Sheet | None:
-    """A supply whose pressure is given."""
+    """A supply with a given pressure."""
     if circuit.pump is not None:
         return None
     sheet = Sheet(ports={"P": (0.0, PRESSURE_LINE)})
@@ -51,7 +51,7 @@ def source(circuit: Circuit) -> Sheet | None:
 
 
 def pump(circuit: Circuit) -> Sheet | None:
-    """The pump with what drives it, and its control where it has one."""
+    """The pump with its drive, and its control if it has one."""
     if circuit.pump is None:
         return None
     table, kind = circuit.pump, circuit.pump.word("type")
@@ -115,7 +115,7 @@ def main_relief(circuit: Circuit) -> Sheet | None:
 
 
 def return_tank(circuit: Circuit) -> Sheet:
-    """Where the oil of all sections returns to."""
+    """The tank for the return oil of all sections."""
     sheet = Sheet(ports={"T": (0.0, TANK_LINE)})
     sheet.line((0.0, TANK_LINE), (0.0, TANKS + 4.0), kind="tank")
     symbols.tank(sheet, 0.0, TANKS)
@@ -130,7 +130,7 @@ SUPPLY: tuple[Callable[[Circuit], Sheet | None], ...] = (source, pump, main_reli
 
 
 def _edge(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
-    """The metering edges of the spool, where they lie before its compensator."""
+    """The metering edges of the spool if they lie before its compensator."""
     symbols.throttle(sheet, x, y, variable=True)
     sheet.text(x - 7.5, y, ["metering edge"], side="right")
 
@@ -152,7 +152,7 @@ Inlet = Callable[[Sheet, float, float, float, Section], None]
 
 
 def before_spool(section: Section) -> list[Inlet]:
-    """What stands on the way from the pump to the spool, from below."""
+    """The parts between the pump and the spool, from below."""
     edge = [_edge] if section.compensator == "behind-spool" else []
     return [
         *edge,
@@ -165,7 +165,8 @@ def before_spool(section: Section) -> list[Inlet]:
 
 
 def _counterbalance(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
-    """`out` is the way from the section's middle to this line; the other line lies as far on the other side."""
+    """`out` is the direction from the section's middle to this line; the other line is at the same distance on the
+    other side."""
     symbols.counterbalance_valve(sheet, x, y, out)
     level, inside = y - 10.0 + 0.9 * out, x - out * (0.5 * symbols.BOX + 2.6)
     edge = x - out * 0.5 * symbols.BOX

@@ -1,4 +1,4 @@
-"""A sheet of lines, areas and texts in millimetres, of which a circuit diagram is put together."""
+"""A sheet of lines, areas and texts in millimetres; a circuit diagram is composed of sheets."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ POINTS_PER_MM = 72 / 25.4
 FONT = "DejaVu Sans"
 SIZE, LEADING = 3.1, 4.2
 
-# How each kind of line is drawn: what oil flows in, what only carries pressure, outlines of parts.
+# Style of each kind of line: lines with flow, pilot lines, outlines of parts.
 LINES: dict[str, dict[str, Any]] = {
     "line": {"color": INK, "lw": 1.1},
     "pressure": {"color": ACCENT, "lw": 1.8},
@@ -78,7 +78,7 @@ def font(bold: bool) -> FontProperties:
 
 @dataclass
 class Sheet:
-    """Part of a drawing; `ports` are the places where others join it."""
+    """Part of a drawing; `ports` are its connection points."""
 
     strokes: list[Stroke] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
@@ -111,17 +111,17 @@ class Sheet:
         self.area(*corners, kind="thin", fill=INK)
 
     def dot(self, x: float, y: float) -> None:
-        """Lines that cross here are joined."""
+        """Marks a connection of lines."""
         self.circle(x, y, 0.8, kind="thin", fill=INK)
 
     def text(self, x: float, y: float, lines: Sequence[str], side: Side = "left", head: bool = False) -> None:
-        """Lines of text from `y` downwards; the first is bold where it is a `head`."""
+        """Lines of text from `y` downwards; with `head` the first one is bold."""
         shown = [line for line in lines if line]
         for i, line in enumerate(shown):
             self.labels.append(Label(x, y - i * LEADING, line, side, bold=head and i == 0))
 
     def add(self, other: Sheet, dx: float = 0.0, dy: float = 0.0) -> None:
-        """Lay another sheet over this one; its ports are its own."""
+        """Add another sheet to this one, without its ports."""
         for stroke in other.strokes:
             self.strokes.append(replace(stroke, points=tuple((x + dx, y + dy) for x, y in stroke.points)))
         self.labels += [replace(label, x=label.x + dx, y=label.y + dy) for label in other.labels]
@@ -137,7 +137,7 @@ class Sheet:
 
 
 def side_by_side(sheets: Iterable[Sheet], gap: float, start: float = 0.0) -> list[tuple[Sheet, float]]:
-    """Each sheet with the shift to the right that puts it `gap` beside the one before it."""
+    """Each sheet with its shift to the right, for which it lies `gap` beside the previous one."""
     placed, right = [], start - gap
     for sheet in sheets:
         left, _, end, _ = sheet.extent

@@ -1,18 +1,18 @@
-"""Symbols of hydraulic parts after ISO 1219-1, simplified: each is drawn on a sheet about a place, in millimetres."""
+"""Symbols of hydraulic parts after ISO 1219-1, simplified: each is drawn on a sheet about a point, in millimetres."""
 
 from __future__ import annotations
 
 from hydrocrane.plots.circuit_sheet import Label, Sheet
 from hydrocrane.plots.style import INK
 
-# Of a valve's square, and of a position of a spool valve.
+# Size of a valve's square, and of a position of a spool valve.
 BOX, CELL = 9.0, 13.0
-# Ports of a position from its middle.
+# Distance of the ports of a position from its middle.
 PORT = 3.8
 
 
 def spring(sheet: Sheet, x: float, y: float, towards: float, length: float = 5.0, adjustable: bool = False) -> None:
-    """A spring that begins at (x, y) and points to the left (-1) or right (1); an arrow crosses one that can be set."""
+    """A spring that begins at (x, y) and points to the left (-1) or right (1); an adjustable one has an arrow."""
     turns = 6
     points = [(x, y)]
     for i in range(1, turns):
@@ -24,7 +24,7 @@ def spring(sheet: Sheet, x: float, y: float, towards: float, length: float = 5.0
 
 
 def throttle(sheet: Sheet, x: float, y: float, variable: bool = False) -> None:
-    """A narrowing of a vertical line."""
+    """A throttle in a vertical line."""
     for side in (-1.0, 1.0):
         bow = [(x + side * (2.6 - 1.5 * (1 - (h / 3.0) ** 2)), y + h) for h in (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)]
         sheet.line(*bow, kind="symbol")
@@ -41,7 +41,7 @@ def check_valve(sheet: Sheet, x: float, y: float, up: bool = True) -> None:
 
 
 def shuttle_valve(sheet: Sheet, x: float, y: float) -> None:
-    """Inputs above and below, output at the left: the higher pressure goes on."""
+    """Inputs above and below, output at the left, with the higher pressure."""
     sheet.box(x, y, 4.4, 8.0)
     sheet.circle(x, y + 2.2, 1.2)
     sheet.line((x - 1.5, y + 4.0), (x, y + 1.6), (x + 1.5, y + 4.0), kind="thin")
@@ -49,7 +49,7 @@ def shuttle_valve(sheet: Sheet, x: float, y: float) -> None:
 
 
 def pressure_valve(sheet: Sheet, x: float, y: float, up: bool = True, open_at_rest: bool = False) -> None:
-    """The square of a valve that a pressure moves, with the arrow of its flow."""
+    """The square of a pilot-operated valve, with the arrow of its flow."""
     sheet.box(x, y, BOX, BOX)
     aside = 0.0 if open_at_rest else 1.9
     half = 0.5 * BOX * (1.0 if up else -1.0)
@@ -67,8 +67,8 @@ def relief_valve(sheet: Sheet, x: float, y: float) -> None:
 def compensator(sheet: Sheet, x: float, y: float, behind: bool) -> None:
     """In a vertical line that flows up; the load comes from the right.
 
-    Before the spool, spring and load open it against the pressure behind it; behind the metering edge the load closes
-    it against the pressure there.
+    Before the spool, spring and load pressure open it and the pressure downstream closes it. Behind the metering edge
+    the load pressure closes it and the pressure upstream opens it.
     """
     pressure_valve(sheet, x, y, open_at_rest=not behind)
     left, right, reach = x - 0.5 * BOX, x + 0.5 * BOX, 0.5 * BOX + 1.8
@@ -117,7 +117,7 @@ def shaft(sheet: Sheet, start: float, end: float, y: float) -> None:
 
 
 def pressure_source(sheet: Sheet, x: float, y: float) -> None:
-    """Oil at a given pressure, wherever it comes from."""
+    """A pressure source without a pump."""
     sheet.area((x - 4.0, y), (x, y + 7.0), (x + 4.0, y), fill=INK)
 
 
@@ -160,7 +160,7 @@ def spool_valve(sheet: Sheet, x: float, y: float, regenerative: bool) -> None:
     for cell in (-1, 0, 1):
         sheet.box(x + cell * CELL, y, CELL, CELL)
     for bar in (-1.0, 1.0):
-        # The two bars say that every position between is possible, too.
+        # Two bars mark a proportional valve, with all intermediate positions.
         level = y + bar * (half + 1.2)
         for left, right in ((-1.5, -0.45), (0.45, 1.5)):
             sheet.line((x + left * CELL, level), (x + right * CELL, level), kind="thin")

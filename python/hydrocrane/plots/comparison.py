@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @styled
 def comparison_charts(differences: Sequence[Difference]) -> Figure:
-    """One chart per quantity: the log as a dark thin line, the run over it, and how far apart they are."""
+    """One chart per quantity: the log as a dark thin line, the run over it, and the size of the difference."""
     columns = 1 if len(differences) == 1 else 2
     rows = -(-len(differences) // columns)
     fig, axes = figure(5.0 * columns, 2.4 * rows + 0.7, nrows=rows, ncols=columns, sharex=True, squeeze=False)

@@ -1,4 +1,4 @@
-"""Identified bristles: logs, what the fitted rig would have given, and what is left; as Figures 71 and 73."""
+"""Identified bristle parameters: logs, predictions of the fitted rig, and residuals; as Figures 71 and 73."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ NAMES = ("position", "pressure", "pressure")
 
 @styled
 def dynamic_fit(fit: DynamicFit) -> Figure:
-    """A column per log: position, both pressures, and what is left of each in standard deviations."""
+    """A column per log: position, both pressures, and the residuals of each in standard deviations."""
     if fit.rig_residuals is None or fit.estimate is None:
-        raise InputError("there is no fit to draw, only first readings: " + "; ".join(fit.warnings))
+        raise InputError("there is no fit to draw, only initial estimates: " + "; ".join(fit.warnings))
     models = fit.rig_residuals.models
     fig, axes = figure(5.5 * len(models) + 1.0, 7.6, nrows=3, ncols=len(models), sharex="col", squeeze=False)
     for k, model in enumerate(models):

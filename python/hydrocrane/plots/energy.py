@@ -1,4 +1,4 @@
-"""Where the energy of a run came from and went to."""
+"""Energy sources and sinks of a run."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from hydrocrane.results.energy import EnergyEntry, EnergyFlow, energy_flow
 if TYPE_CHECKING:
     from hydrocrane.results.record import Record
 
-# Places that take less than this share of all would show as zero.
+# Smaller shares of the total are left out, because they would be printed as zero.
 LEAST = 1e-6
 
 
 @styled
 def energy_chart(run: Record) -> Figure:
-    """Bars of all that gave energy, and below them of all that took it, in kJ and as shares of what was given.
+    """Bars of all energy sources and below them of all sinks, in kJ and as shares of the total input.
 
-    Losses are those of the ledger, each by its name and in the colour of its cylinder. What oil carries in and out and
-    what it stores are one bar. A crane that sinks gives energy, so it stands among what gave it.
+    Losses are those of the ledger, each with its name and in the colour of its cylinder. Elastic energy in the oil,
+    transported and stored, is one bar. A crane that moves down is a source.
 
     Raises
     ------
     InputError
-        Where the run recorded no ledger.
+        If the run recorded no ledger.
     """
     flow = energy_flow(run)
     owners = {name: COLOURS[i % len(COLOURS)] for i, name in enumerate(run.cylinder_names)} | {"": MUTED}
@@ -57,7 +57,7 @@ def _bars(
 ) -> dict[float, str]:
     """Draw the entries from `start` downwards; their heights and names."""
     for i, entry in enumerate(entries):
-        # A part that goes the other way begins left of zero, so that the bar ends at the total.
+        # A part of opposite sign begins left of zero, so that the bar ends at the total.
         end = 1e-3 * sum(part for part in entry.parts.values() if part < 0.0)
         for owner, colour in owners.items():
             part = 1e-3 * max(entry.parts.get(owner, 0.0), 0.0)

@@ -1,4 +1,4 @@
-"""A quantity over the workspace: the patches that a grid of poses spans in the plane of the tip."""
+"""A quantity over the workspace, as patches of a grid of poses in the plane of the tip."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def patches(tip: Array) -> tuple[Array, np.ndarray]:
 
     Notes
     -----
-    Of each pair of joints there are patches where the other joints are at an end of their range, which cover the
-    workspace up to its boundary, and of the two joints that move the tip most everywhere in between.
+    For each pair of joints there are patches with the other joints at an end of their range; these cover the workspace
+    up to its boundary. For the two joints that move the tip most there are patches at all values of the others.
     """
     shape = tip.shape[:-1]
     flat = np.arange(int(np.prod(shape))).reshape(shape)
@@ -51,7 +51,7 @@ def patches(tip: Array) -> tuple[Array, np.ndarray]:
 
 
 def paint(axes: Axes, tip: Array, value: Array, *, largest: bool, limits: tuple[float, float]) -> ScalarMappable:
-    """Colour the plane by the largest (or smallest) value of the poses that put the tip there.
+    """Colour the plane by the largest (or smallest) value of all poses with the tip at that point.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def paint(axes: Axes, tip: Array, value: Array, *, largest: bool, limits: tuple[
     corners, index = patches(tip)
     mean = flat[index].mean(axis=1)
     good = np.flatnonzero(np.isfinite(mean))
-    # What is painted last lies on top.
+    # Patches that are painted last are on top.
     order = good[np.argsort(mean[good] if largest else -mean[good], kind="stable")]
     sheet = PolyCollection(list(corners[order]), array=mean[order], cmap=FIELD, antialiaseds=False, zorder=1)
     sheet.set_clim(*limits)

@@ -11,13 +11,13 @@ from hydrocrane.plots.style import COLOURS, INK, figure, shown, styled, title
 if TYPE_CHECKING:
     from hydrocrane.fitting.result import Fit
 
-# Charts beyond that are too many to be looked at.
+# Most charts of one figure.
 MOST = 24
 
 
 @styled
 def fit_charts(fit: Fit) -> Figure:
-    """One chart per signal of each log: readings dark and thin, the model over them, held-out stretches shaded."""
+    """One chart per signal of each log: readings as dark thin lines, the model over them, held-out stretches shaded."""
     chosen = list(fit.differences.items())[:MOST]
     held = {model.record.name: model.record for model in fit.task.models}
     columns = 1 if len(chosen) == 1 else 2

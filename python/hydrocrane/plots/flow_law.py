@@ -22,7 +22,7 @@ OPENINGS = (0.25, 0.5, 0.75, 1.0)
 @renamed_keyword("crane", "machine")
 @styled
 def flow_law(machine: MachineLike, cylinder: str | None = None) -> Figure:
-    """Flow over pressure drop at several openings: near zero, where the flow is laminar, and over the whole range."""
+    """Flow over pressure drop at several openings: near zero with laminar flow, and over the whole range."""
     machine = as_machine(machine)
     name = machine.cylinder_names[0] if cylinder is None else cylinder
     if name not in machine.cylinder_names:

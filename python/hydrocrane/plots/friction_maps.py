@@ -1,4 +1,4 @@
-"""Steady friction over velocity, and how it is put together, as Figures 48-53."""
+"""Steady friction over velocity, and its terms, as Figures 48-53."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hydrocrane.plots.style import COLOURS, MUTED, figure, styled, title
 if TYPE_CHECKING:
     from hydrocrane.machine.machine import Machine
 
-# Far above any Stribeck velocity, so that only Coulomb and viscous friction are left, m/s.
+# Speed far above any Stribeck velocity, where only Coulomb and viscous friction remain, m/s.
 _FAST = 10.0
 
 
@@ -57,7 +57,7 @@ def friction_maps(machine: MachineLike, cylinder: str | None = None) -> Figure:
 
 
 def _velocities(scale: float) -> np.ndarray:
-    """Velocities crowded around zero, where the map is steep, m/s."""
+    """Velocities with a higher density near zero, where the map is steep, m/s."""
     s = np.linspace(-1, 1, 2001)
     return 12 * scale * np.sign(s) * np.abs(s) ** 3
 
@@ -81,8 +81,8 @@ def _family(axes: Axes, cylinder: str, v: np.ndarray, heading: str, machines: di
 class _Laws:
     """Variants of a machine that differ in the friction of one cylinder.
 
-    The scales a variant needs are read off the machine's own map: at high speed without viscous friction it is the
-    Coulomb force, and where it has fallen by 1 - 1/e of its peak lies the Stribeck velocity.
+    The scales of a variant follow from the machine's own map: without viscous friction its value at high speed is the
+    Coulomb force, and the Stribeck velocity is where the Stribeck rise has decreased to 1/e.
     """
 
     def __init__(self, machine: Machine, cylinder: str) -> None:

@@ -1,7 +1,7 @@
-"""Room for the labels of a regular grid of charts, each measured once.
+"""Layout of a regular grid of charts; each label is measured once.
 
-Constrained layout, which serves every picture, draws up all boxes of a figure twice; that takes longer than to draw it.
-Where a figure holds nothing but lines, ticks, labels and headings, its margins follow in closed form.
+Constrained layout, the default of all pictures, computes all boxes of a figure twice, which takes longer than the
+drawing. If a figure has only lines, ticks, labels and headings, its margins follow in closed form.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from hydrocrane.arrays import Array
 
 @dataclass
 class _Margins:
-    """Room beside each column and row of charts, pixels; rows count from the top."""
+    """Margins beside each column and row of charts, pixels; rows count from the top."""
 
     left: Array
     right: Array
@@ -39,7 +39,7 @@ class _Margins:
         return cls(columns.copy(), columns, rows.copy(), rows)
 
     def widen(self, axes: Axes, room: dict[str, float]) -> None:
-        """Make at least so much room beside the column or row of a chart."""
+        """Make the margin beside the column or row of a chart at least this wide."""
         place = axes.get_subplotspec()
         assert place is not None
         for side, pixels in room.items():
@@ -49,14 +49,14 @@ class _Margins:
 
 
 def arrange(fig: Figure) -> bool:
-    """Place the charts of a figure; False where it is no plain grid under constrained layout, which then serves it."""
+    """Place the charts of a figure. False if it is no plain grid, which is left to constrained layout."""
     engine, canvas, grid = fig.get_layout_engine(), fig.canvas, _plain_grid(fig)
     if grid is None or not isinstance(engine, ConstrainedLayoutEngine) or not isinstance(canvas, FigureCanvasAgg):
         return False
     renderer, margins = canvas.get_renderer(), _Margins.none(grid)
     pads = (float(engine.get()["w_pad"]) * fig.dpi, float(engine.get()["h_pad"]) * fig.dpi)
     head = _headline(fig, renderer, pads[1])
-    # The numbers at the ticks follow from the heights, and the heights from no number.
+    # The tick labels depend on the heights, but not the heights on the labels.
     for axes in fig.axes:
         margins.widen(axes, _above_and_below(axes, renderer))
     _place(fig, grid, margins, pads, head)
@@ -67,7 +67,7 @@ def arrange(fig: Figure) -> bool:
 
 
 def _plain_grid(fig: Figure) -> GridSpec | None:
-    """The grid of a figure that holds nothing but charts of lines, each in a cell, and a headline."""
+    """The grid of a figure that has only line charts, each in a cell, and a headline."""
     grids = {axes.get_gridspec() for axes in fig.axes}
     grid = grids.pop() if len(grids) == 1 else None
     words = [text.get_text() for text in fig.texts]
@@ -86,7 +86,7 @@ def _plain(axes: Axes) -> bool:
 
 
 def _headline(fig: Figure, renderer: RendererAgg, pad: float) -> float:
-    """Put the headline of a figure at its upper edge; the height that it takes with its pads, pixels."""
+    """Place the headline of a figure at its upper edge; returns its height with pads, pixels."""
     for text in fig.texts:
         text.set_position((text.get_position()[0], 1.0 - pad / fig.bbox.height))
         return float(text.get_window_extent(renderer).height) + 2.0 * pad
@@ -110,7 +110,7 @@ def _left_and_right(axes: Axes, renderer: RendererAgg) -> dict[str, float]:
 
 
 def _shown(axis: Axis, renderer: RendererAgg) -> list[Bbox]:
-    """Boxes of the numbers at the ticks within the view; charts that share an axis show them once."""
+    """Boxes of the tick labels within the view; charts with a common axis show them once."""
     if not axis.get_tick_params().get("labelbottom" if isinstance(axis, XAxis) else "labelleft", True):
         return []
     low, high = sorted(axis.get_view_interval())
@@ -132,7 +132,7 @@ def _numbers(axis: Axis, renderer: RendererAgg) -> Bbox:
 
 
 def _label(axis: Axis, renderer: RendererAgg) -> float:
-    """Room for the label of an axis beyond its numbers, pixels."""
+    """Height of the label of an axis beside its tick labels, pixels."""
     if not axis.label.get_text():
         return 0.0
     box = axis.label.get_window_extent(renderer)
@@ -141,7 +141,7 @@ def _label(axis: Axis, renderer: RendererAgg) -> float:
 
 
 def _place(fig: Figure, grid: GridSpec, margins: _Margins, pads: tuple[float, float], head: float) -> None:
-    """Give the columns and rows what the margins leave of the figure, in the ratios of their grid."""
+    """Distribute the figure without the margins to columns and rows, in the ratios of their grid."""
     x, widths = _stretches(fig.bbox.width, margins.left + pads[0], margins.right + pads[0], grid.get_width_ratios())
     down, heights = _stretches(
         fig.bbox.height - head, margins.top + pads[1], margins.bottom + pads[1], grid.get_height_ratios()
@@ -153,12 +153,12 @@ def _place(fig: Figure, grid: GridSpec, margins: _Margins, pads: tuple[float, fl
         low = fig.bbox.height - head - down[row] - heights[row]
         box = Bbox.from_bounds(x[column], low, widths[column], heights[row])
         axes.set_position(box.transformed(fig.transFigure.inverted()))
-        # A chart that was placed by hand is out of the layout; the engine of the figure shall still place this one.
+        # A chart with a manual position leaves the layout; the engine of the figure must still place this one.
         axes.set_in_layout(True)
 
 
 def _stretches(size: float, before: Array, after: Array, ratios: ArrayLike | None) -> tuple[Array, Array]:
-    """Begins and lengths of what lies one behind the other between margins, `size` in all."""
+    """Begins and lengths of consecutive cells between margins, with the total `size`."""
     share = np.ones(before.size) if ratios is None else np.asarray(ratios, dtype=np.float64)
     lengths = (size - (before + after).sum()) * share / share.sum()
     ends = np.cumsum(before + lengths + after)

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from hydrocrane.identification.result import StaticFit
 
 SIDES = (("extending", 1.0), ("retracting", -1.0))
-# Break-away readings have no speed; on a logarithmic axis they stand left of the slowest level by this factor.
+# Break-away readings have no speed; on a logarithmic axis they are drawn at the slowest level over this factor.
 BREAKAWAY_SHARE = 0.6
 
 
 @styled
 def static_fit(fit: StaticFit) -> Figure:
-    """Three charts: the map over velocity; its magnitude over the logarithm of speed, where the Stribeck effect is
-    seen; what is left over. Bands are 95 % of the map; crosses are points that were left out."""
+    """Three charts: the map over velocity; its magnitude over the logarithm of speed, which shows the Stribeck effect;
+    the residuals. Bands are 95 % of the map; crosses are points that were left out."""
     fig, axes = figure(12.0, 6.6, nrows=2, ncols=2, width_ratios=[1.15, 1.0], height_ratios=[1.6, 1.0])
     axes[1, 0].remove()
     whole = fig.add_subplot(axes[1, 0].get_gridspec()[:, 0])
@@ -75,7 +75,7 @@ def _shown_speed(points: FrictionPoints) -> np.ndarray:
 
 
 def _band(fit: StaticFit, v: np.ndarray) -> np.ndarray:
-    """Half width of the 95 % band of the map, N; zero where none is known."""
+    """Half width of the 95 % band of the map, N; zero if it is unknown."""
     if fit.spread is None:
         return np.zeros_like(v)
     from scipy.stats import t as student

@@ -47,7 +47,7 @@ def _curve(axes: Axes, machine: Machine, index: int) -> None:
     reasons = machine.joint_limit_reasons[index]
     for value, reason, side in ((low, reasons[0], "left"), (high, reasons[1], "right")):
         axes.axvline(value * factor, color=COLOURS[4], lw=1.0)
-        # The words go where the curve is not.
+        # The text is placed away from the curve.
         above = np.interp(value, angle, stroke) * 1e3 < np.mean(axes.get_ylim())
         axes.annotate(
             f"{value * factor:.1f} {unit}: {reason}", (value * factor, 0.98 if above else 0.02),

@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 def load_chart(machine: MachineLike, chart: LoadChart, *, height: Height | None = None) -> Figure:
     """Left, the largest payload at each tip position; right, against reach: at the best and the worst height.
 
-    With `height`, as of ``LoadChart.against_reach``, that curve alone.
+    With `height`, as in ``LoadChart.against_reach``, only that curve.
     """
     machine = as_machine(machine)
     fig, (area, curve) = figure(12.0, 5.4, ncols=2, width_ratios=[1.15, 1])
-    # Next to the pillar a load hardly loads the crane: the colours stay with the useful range.
+    # Near the pillar the payload is very large; the colours show the useful range.
     top = float(np.nanpercentile(chart.payload, 90))
     sheet = paint(area, chart.tip, chart.payload, largest=True, limits=(0.0, top))
     fig.colorbar(sheet, ax=area, label="payload [kg]", extend="max", shrink=0.85)
     draw_boundary(area, machine, colour=INK)
     draw_crane(area, machine.drawing(machine.home), alpha=0.9)
     metres(area)
-    area.set_title("payload at the tip, in the pose that holds most")
+    area.set_title("payload at the tip, in the pose with the highest payload")
     _against_reach(curve, chart, height)
     title(fig, "Static load chart", f"{machine.name} at {chart.supply_pressure * 1e-5:.0f} bar")
     return fig

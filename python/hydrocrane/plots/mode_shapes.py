@@ -21,13 +21,15 @@ _SWING = 0.12
 
 @styled
 def mode_shapes(machine: MachineLike, shapes: ModeShapes) -> Figure:
-    """Each mode as the crane at rest (dark) between the two ends of its swing (pale), much enlarged.
+    """Each mode: the crane at rest (dark) and at both ends of its oscillation (pale), much enlarged.
 
-    Parts of a mode that lag behind (the imaginary parts of its shape) are not drawn.
+    The imaginary parts of a mode shape (motions with a phase lag) are not drawn.
     """
     machine = as_machine(machine)
     if not shapes.frequency.size:
-        raise InputError(f"no mode of {machine.name} but those of the spools oscillates in this pose: nothing to draw")
+        raise InputError(
+            f"{machine.name} has no oscillating mode in this pose except those of the spools: nothing to draw"
+        )
     count = shapes.frequency.size
     fig, panels = figure(4.2 * count, 4.4, ncols=count, squeeze=False)
     lines = machine.drawing(shapes.q)
@@ -37,7 +39,7 @@ def mode_shapes(machine: MachineLike, shapes: ModeShapes) -> Figure:
     for panel, joints, frequency, damping in zip(
         panels.flat, shapes.joints.real, shapes.frequency, shapes.damping, strict=True
     ):
-        # Inside the joint limits, where there is a drawing.
+        # Inside the joint limits, because a drawing exists only there.
         room = np.min((high - low) / 2 / np.maximum(np.abs(joints), 1e-12))
         swing = min(_SWING * reach, 0.9 * room)
         for side in (-swing, swing):

@@ -29,7 +29,7 @@ def mode_map(machine: MachineLike, modes: ModeMap) -> Figure:
         (left, modes.frequency, "natural frequency [Hz]"),
         (right, 100 * modes.damping, "damping ratio [%]"),
     ):
-        # Rare extremes next to the limits must not take the whole scale.
+        # The scale leaves out rare extremes near the limits.
         limits = np.nanpercentile(value, (2, 95))
         sheet = paint(panel, modes.tip, value, largest=False, limits=(float(limits[0]), float(limits[1])))
         fig.colorbar(sheet, ax=panel, label=label, extend="both", shrink=0.9)

@@ -1,4 +1,4 @@
-"""Several runs over each other."""
+"""Several runs in one picture."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from hydrocrane.results.record import Record
 
-# Colours come round after six runs; dashes then tell them apart.
+# Colours repeat after six runs; dashes then distinguish them.
 DASHES = ("-", "--", ":")
 
 
@@ -30,7 +30,7 @@ def overlay(
     relative_to: str | None = None,
     span: tuple[float, float] | None = None,
 ) -> Figure:
-    """One panel per signal, in it one line per run.
+    """One panel per signal, with one line per run.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ def overlay(
     signals : str or sequence of str
         Variables of ``run.data``, such as ``cylinder.lift.friction``.
     against : str
-        What goes along: ``time``, or a signal, as the piston position for a loop of friction.
+        Abscissa: ``time``, or a signal, such as the piston position for a friction loop.
     relative_to : str, optional
-        Label of the run that is subtracted from the others, at equal times.
+        Label of the run that is subtracted from the others at equal times.
     span : (float, float), optional
         Only this stretch of time, s.
     """
@@ -68,7 +68,7 @@ def overlay(
 
 
 class Look(TypedDict, total=False):
-    """Of a line."""
+    """Colour and dashes of a line."""
 
     color: str
     ls: str | tuple[int, tuple[int, ...]]
@@ -77,7 +77,7 @@ class Look(TypedDict, total=False):
 
 
 def _look(number: int) -> Look:
-    """Colour and dashes of the run of this number."""
+    """Colour and dashes of the run with this number."""
     return {"color": COLOURS[number % len(COLOURS)], "ls": DASHES[number // len(COLOURS) % len(DASHES)], "lw": 1.2}
 
 

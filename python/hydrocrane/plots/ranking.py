@@ -1,4 +1,4 @@
-"""Which parameter matters most for a signal of a run."""
+"""Ranking of parameters by their effect on a signal of a run."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def ranking(slopes: Sensitivities, signals: str | Sequence[str], *, most: int = 
     Parameters
     ----------
     slopes : Sensitivities
-        Relative ones, ``sensitivities(..., relative=True)``: only they can be laid side by side.
+        Relative ones, ``sensitivities(..., relative=True)``, because only these are comparable.
     signals : str or sequence of str
-        One signal, or the components of one vector, such as ``tip.x`` and ``tip.z``, whose length then counts.
+        One signal, or the components of one vector, such as ``tip.x`` and ``tip.z``; its length then counts.
     most : int
-        How many parameters to show.
+        Number of parameters to show.
     """
     names = [signals] if isinstance(signals, str) else list(signals)
     _check(slopes, names, most)

@@ -25,12 +25,13 @@ BY_NAME: dict[str, Callable[[Record], Figure]] = {
 
 
 def of_run(run: Record, chart: str | None = None) -> Figure:
-    """The chart of a run by its name, ``cylinders``, ``tip``, ``energy`` or ``supply``, or those of a cylinder by its.
+    """The chart of a run by its name, ``cylinders``, ``tip``, ``energy`` or ``supply``, or those of a cylinder by its
+    name.
 
     Raises
     ------
     InputError
-        Where there is no such chart, or nothing was recorded for it.
+        If there is no such chart, or nothing was recorded for it.
     """
     if chart is None:
         return overview(run)

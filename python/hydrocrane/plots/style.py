@@ -1,4 +1,4 @@
-"""One look for every picture: colours, fonts, and the units in which people read cranes."""
+"""Common style of all pictures: colours, fonts, and the usual units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ INK = "#22313f"
 MUTED = "#7b8794"
 GRID = "#e4e7eb"
 ACCENT = "#c8553d"
-# Readable on white, told apart also in grey and by people with red-green weakness.
+# Readable on white; distinguishable in grey and with red-green colour blindness.
 COLOURS = ("#1f6f8b", "#e08e2b", "#6a4c93", "#3a9d6b", "#c8553d", "#7b8794")
 FIELD = "viridis"
 
@@ -72,8 +72,8 @@ SHOWN = {
     "N": ("kN", 1e-3),
 }
 
-# How files are written, by suffix. Compression: at 3 in place of the usual 6 charts are packed in two thirds of the
-# time, and a tenth larger. Without a date and with names that are not drawn by chance, files are the same every time.
+# Options of the writers, by suffix. Compression level 3 in place of the usual 6 saves a third of the time, and files
+# are a tenth larger. Without a date and with fixed names files are reproducible.
 OPTIONS: dict[str, dict[str, Any]] = {
     ".png": {"pil_kwargs": {"compress_level": 3}},
     ".svg": {"metadata": {"Date": None}},
@@ -90,14 +90,15 @@ def shown(unit: str) -> tuple[str, float]:
 
 
 def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw a figure in this style without changing matplotlib's settings for anybody else."""
+    """Draw a figure in this style without changing matplotlib's global settings."""
 
     @wraps(make)
     def in_style(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with mpl.rc_context(RC):
             made = shown_once(make(*args, **kwargs))
             shows_at_once = mpl.is_interactive()
-        # The first figure loads the backend, and that of notebooks then switches this on: the context must not undo it.
+        # The first figure loads the backend. That of notebooks then switches interactive mode on, which the context
+        # must not undo.
         mpl.interactive(shows_at_once)
         return made
 
@@ -105,14 +106,15 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def shown_once(fig: Figure) -> Figure:
-    """A notebook shows what a cell gives back and then every figure that pyplot holds: take it from the latter."""
+    """Removes a figure from pyplot: a notebook shows the result of a cell and all figures of pyplot, which would show
+    it twice."""
     if in_notebook():
         plt.close(fig)
     return fig
 
 
 class Subplots(TypedDict, total=False):
-    """What :func:`matplotlib.pyplot.subplots` takes besides the number of rows and columns."""
+    """Arguments of :func:`matplotlib.pyplot.subplots` besides the number of rows and columns."""
 
     sharex: bool | Literal["none", "all", "row", "col"]
     sharey: bool | Literal["none", "all", "row", "col"]
@@ -146,7 +148,7 @@ def draw_crane(axes: Axes, lines: list[tuple[str, str, np.ndarray]], *, alpha: f
         axes.plot(points[:, 0], points[:, 1], alpha=alpha, **CRANE_LINES[kind])
 
 
-# How each kind of line of a crane is drawn.
+# Style of each kind of line of a crane.
 CRANE_LINES: dict[str, dict[str, Any]] = {
     "link": {"color": INK, "lw": 3.0, "solid_capstyle": "round", "solid_joinstyle": "round", "zorder": 3},
     "cylinder-barrel": {"color": COLOURS[1], "lw": 4.5, "solid_capstyle": "butt", "zorder": 4},
@@ -158,9 +160,9 @@ CRANE_LINES: dict[str, dict[str, Any]] = {
 
 
 def write(fig: Figure, path: Path) -> Path:
-    """Save a figure, whole or not at all; missing folders are made."""
+    """Save a figure atomically; missing folders are made."""
     checked_suffix(path)
-    # Formats of lines measure texts in a way of their own; another size of the pixels changes the layout.
+    # Vector formats measure texts differently, and another resolution changes the layout.
     once = path.suffix.lower() == ".png" and mpl.rcParams["savefig.dpi"] == "figure"
     options = OPTIONS.get(path.suffix.lower(), {})
     with written_whole(path) as beside, laid_out(fig) if once else nullcontext(), mpl.rc_context(SAME_EVERY_TIME):
@@ -170,7 +172,7 @@ def write(fig: Figure, path: Path) -> Path:
 
 @contextmanager
 def laid_out(fig: Figure) -> Iterator[None]:
-    """Solve the layout once and keep it meanwhile; `savefig` would draw all twice, first for the layout alone."""
+    """Solve the layout once and keep it; `savefig` would draw twice, first for the layout."""
     engine = fig.get_layout_engine()
     if engine is None:
         yield

@@ -1,4 +1,4 @@
-"""What the pump gives and what the valves ask of it."""
+"""Supply and demand of flow: pump and valves."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ POWERS = {"mains.shaft_power": "shaft of the pump", "supply.power": "valves"}
 
 @styled
 def supply_charts(run: Record) -> Figure:
-    """Pressures, flows, power, displacement and compensators against time, as far as the machine has them.
+    """Pressures, flows, power, displacement and compensators against time, if the machine has them.
 
-    Where the pump cannot give what is asked for, the chart of the pressures is shaded.
+    The chart of the pressures is shaded while the pump cannot deliver the demand.
     """
     check_recorded(run)
     columns = run.columns
@@ -56,7 +56,7 @@ def _panels(run: Record) -> list[tuple[str, str, dict[str, str]]]:
         ("Flows", "flow", FLOWS),
         ("Power", "power", POWERS),
         ("Displacement of the pump in use", "share", swivels),
-        ("Shortfall: above zero the pump cannot give what is asked for", "pressure", {"mains.shortfall": ""}),
+        ("Shortfall: above zero the pump cannot deliver the demand", "pressure", {"mains.shortfall": ""}),
         ("What the compensators take", "pressure", drops),
     ]
 
@@ -74,7 +74,8 @@ def _unit(columns: Columns, names: dict[str, str]) -> str:
 
 
 def _shade(panel: Axes, columns: Columns) -> None:
-    """Mark when the pump cannot give what is asked for: a fifth of the pressure lacks, or any at full displacement."""
+    """Shade the times at which the pump cannot deliver the demand: the pressure is a fifth too low, or too low at full
+    displacement."""
     if "mains.shortfall" not in columns:
         return
     lack, setting = columns["mains.shortfall"].values, columns["mains.setting"].values

@@ -16,7 +16,7 @@ from hydrocrane.plots.style import ACCENT, COLOURS, FIELD, figure, one_chart, sh
 if TYPE_CHECKING:
     import xarray as xr
 
-# Keys beside which the figure is drawn one by one.
+# Most keys of a picture.
 MOST_KEYS = 6
 
 
@@ -27,9 +27,9 @@ def sweep(data: xr.Dataset, measure: str) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        What :func:`hydrocrane.sweep` gives; of a grid with more than two keys, a part of it: ``data.sel(...)``.
+        Result of :func:`hydrocrane.sweep`; for a grid with more than two keys, a part of it: ``data.sel(...)``.
     measure : str
-        One of its figures. Cases that did not come to their end have none and are marked.
+        One of its figures. Cases that ended early have none and are marked.
     """
     values = _checked(data, measure)
     if values.dims == ("case",):
@@ -87,7 +87,7 @@ def _field(data: xr.Dataset, values: xr.DataArray) -> Figure:
 
 
 def _points(data: xr.Dataset, values: xr.DataArray) -> Figure:
-    # In the order in which the study names them.
+    # In the order of the study.
     keys = list(json.loads(data.attrs["study"])["keys"])[:MOST_KEYS]
     unit, factor = shown(str(values.attrs.get("units", "")))
     fig, panels = figure(3.6 * len(keys) + 1.0, 4.0, ncols=len(keys), sharey=True, squeeze=False)
@@ -101,7 +101,7 @@ def _points(data: xr.Dataset, values: xr.DataArray) -> Figure:
 
 
 def _axis(key: xr.DataArray) -> tuple[np.ndarray, list[str] | None, str]:
-    """Places along an axis, labels where these are words, and the heading."""
+    """Positions along an axis, labels if they are words, and the heading."""
     if key.dtype.kind == "f":
         unit, factor = shown(str(key.attrs.get("units", "")))
         return key.values * factor, None, _named(str(key.name), unit)
@@ -122,7 +122,7 @@ def _named(name: str, unit: str) -> str:
 
 
 def _mark_failed(axes: Axes, places: np.ndarray) -> None:
-    """Crosses on the lower edge where a case has no figure."""
+    """Crosses on the lower edge for cases without a figure."""
     if places.size:
         low = axes.get_xaxis_transform()
         axes.plot(places, np.zeros(places.size), "x", color=ACCENT, transform=low, clip_on=False, label="no figure")

@@ -1,4 +1,4 @@
-"""The way of the crane tip, and what it carries on the way."""
+"""Path of the crane tip, with deviation, payload and pump power."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, figure, shown, s
 if TYPE_CHECKING:
     from hydrocrane.results.record import Record
 
-# Below the path, each against time where the run has it: variable, heading.
+# Charts below the path, each against time if the run has it: variable, heading.
 PANELS = (
     ("tip.deviation", "distance from the path of the set-point"),
     ("payload", "payload"),
@@ -24,7 +24,7 @@ PANELS = (
 
 @styled
 def tip_charts(run: Record) -> Figure:
-    """Path of the tip with the way of its set-point; deviation, payload and pump power against time."""
+    """Path of the tip with that of its set-point; deviation, payload and pump power against time."""
     data = run.columns
     if data.rows < 2:
         raise InputError(f"this run recorded no motion to draw: {run.outcome.kind}, {run.outcome.message}")
@@ -46,7 +46,7 @@ def tip_charts(run: Record) -> Figure:
 
 
 def mark_payload_changes(axes: Axes, run: Record) -> None:
-    """A line at each time at which a load is picked up or let go."""
+    """A line at each time at which a load is picked up or released."""
     for change in run.payload_changes:
         axes.axvline(change.time, color=ACCENT if change.after > change.before else MUTED, lw=0.9, ls=":", zorder=1.5)
 

@@ -51,7 +51,7 @@ def _stretches(panel: Axes, found: SteadyWindows) -> None:
 
 
 def _limits(panel: Axes, found: SteadyWindows) -> None:
-    """Room for the windows; inertia at the starts would press them flat."""
+    """Limits from the windows, because inertia forces at the starts are much larger."""
     if len(found):
         forces = np.array([w.force for w in found])
         reach = max(float(np.ptp(forces)), float(np.abs(forces).max()))

@@ -24,7 +24,7 @@ _AREA = "#dfebf0"
 @renamed_keyword("crane", "machine")
 @styled
 def workspace(machine: MachineLike) -> Figure:
-    """Reach of the tip inside the joint limits, its boundary, and regions to keep out of; the crane amid its limits."""
+    """Reach of the tip inside the joint limits, its boundary, and keep-out regions, with the crane in mid-range."""
     machine = as_machine(machine)
     fig, axes = one_chart(7.5, 7.0)
     if len(machine.joint_names) > 1:
@@ -47,13 +47,13 @@ def draw_boundary(axes: Axes, machine: Machine, *, colour: str = COLOURS[0]) -> 
 
 
 def draw_keep_out(axes: Axes, machine: Machine) -> None:
-    """Hatch the regions that the tip is kept out of; they do not widen the picture."""
+    """Hatch the keep-out regions; they do not extend the picture."""
     for outline in machine.keep_out.values():
         axes.add_artist(Polygon(outline, facecolor=GRID, edgecolor=MUTED, hatch="///", lw=0.8, alpha=0.7, zorder=1))
 
 
 def metres(axes: Axes, *, fixed: bool = False) -> None:
-    """Inertial x and z in metres at equal scale; `fixed` keeps the limits that were set and shrinks the box instead."""
+    """Inertial x and z in metres at equal scale; `fixed` keeps the limits and shrinks the box instead."""
     axes.set_aspect("equal", adjustable="box" if fixed else "datalim")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("z [m]")

@@ -1,1 +1,1 @@
-"""What a run leaves: its record, summary, warnings, verification, comparison with a log, citation."""
+"""Results of a run: record, summary, warnings, verification, comparison with a log, citation."""

@@ -68,7 +68,7 @@ ENTRIES = {
 }""",
 }
 
-# What each method is or rests on, and those that are this package's own.
+# Sources of each method, and the methods of this package.
 _METHODS = {
     "rodas5p": "steinebach2023",
     "hc-exponential-4": "luan2017",
@@ -107,7 +107,7 @@ def cite(subject: MachineLike | Record) -> str:
         method = FORMER_METHODS.get(method, method)
         keys.append(_METHODS[method])
         if method in _OWN_METHODS:
-            noted.append(f"% integrated by {method}, a method of hydrocrane's own that rests on {_METHODS[method]}")
+            noted.append(f"% integrated by {method}, a method of hydrocrane that is based on {_METHODS[method]}")
     sources = sorted({source for _, _, source in machine.provenance if source})
     noted += [f"% values of {machine.name}: {source}" for source in sources]
     return "\n\n".join([_software(), *(ENTRIES[key] for key in keys), *(["\n".join(noted)] if noted else [])])

@@ -57,7 +57,7 @@ class Comparison:
 
     @cached_property
     def figure(self) -> Figure:
-        """Run and log over each other, one chart per quantity."""
+        """Run and log in one chart per quantity."""
         from hydrocrane.plots.comparison import comparison_charts
 
         return comparison_charts(list(self.differences.values()))

@@ -1,4 +1,4 @@
-"""From the raw arrays of a run to columns by name, where somebody asks for them."""
+"""From the raw arrays of a run to columns by name, on request."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from hydrocrane.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class RunDataset:
-    """The data of a run before anybody has asked for it: making its columns takes as long as a run of a few seconds.
+    """The data of a run, whose columns are made on request, because this takes as long as a run of a few seconds.
 
     Attributes
     ----------
     attrs : dict
-        Those of the data.
+        Attributes of the data.
     machine : Machine
-        That the run began on.
+        Machine at the start of the run.
     recorded : Recording
     """
 
@@ -40,8 +40,8 @@ class RunDataset:
     def columns(self) -> Columns:
         """Everything the run recorded, over ``time``, with units and long names.
 
-        A ledger entry's ``sign`` says whether it adds to the stored energy (+1), takes from it (-1), or moves inside
-        (0).
+        A ledger entry's ``sign`` states whether it adds to the stored energy (+1), reduces it (-1), or is an internal
+        transfer (0).
         """
         machine, run = self.machine, self.recorded
         core = machine.core
@@ -74,18 +74,18 @@ def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: fl
             attrs["learnt"] = json.dumps(
                 dict(zip(run.samples[-1]["valves"], run.samples[-1]["learnt"].tolist(), strict=True))
             )
-        # What the controller took the crane for, where that was not the truth.
-        if plan.believed is not None:
-            believed = run.stages[0].believed
-            attrs["believed_source"] = believed.source
-            attrs["believed_overrides"] = json.dumps(believed.overrides)
+        # The controller model, if it is not that of the crane.
+        if plan.controller_model is not None:
+            model = run.stages[0].controller_model
+            attrs["controller_model_source"] = model.source
+            attrs["controller_model_overrides"] = json.dumps(model.overrides)
     return RunDataset(attrs, machine, run)
 
 
 def outputs_table(machine: Machine, run: Recording, *, oil: bool = True) -> np.ndarray:
     """Everything derived from the states, (m, n_outputs), in the order of the core's ``output_info``.
 
-    Without `oil`, ``energy.oil`` is NaN, and a machine that runs only once is spared the making of its tables.
+    Without `oil`, ``energy.oil`` is NaN, which saves the tables of the fluid for a machine that runs only once.
     """
     table = np.empty((len(run.states), len(machine.core.output_info)))
     parts = [(rows, stage.machine) for rows, stage in stage_rows(run)]
@@ -97,7 +97,7 @@ def outputs_table(machine: Machine, run: Recording, *, oil: bool = True) -> np.n
 
 
 def _events(run: Recording) -> list[tuple[float, str]]:
-    """What happened on the way, in order of time."""
+    """Events in order of time."""
     changes = [PayloadChange.of(entry) for entry in run.payload_changes]
     return sorted([*run.events, *((change.time, change.text) for change in changes)], key=lambda e: e[0])
 
@@ -117,7 +117,7 @@ def _phases(plan: Scenario) -> list[tuple[float, str, dict[str, Override]]]:
 
 
 def _run_attributes(machine: Machine, plan: Scenario, run: Recording, payload: float, wall: float) -> Attributes:
-    """Where the run came from and how it ended: plain strings and numbers, so that every file format keeps them."""
+    """Origin and outcome of the run as plain strings and numbers, which every file format can store."""
     from hydrocrane import __version__
 
     about: Attributes = {

@@ -1,4 +1,4 @@
-"""How far one quantity of a run and of a log are apart."""
+"""Difference of one quantity between a run and a log."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Difference:
     rms, maximum : float
         Root mean square and largest absolute difference, in `unit`.
     maximum_time : float
-        When the largest one occurs, s.
+        Time of the largest one, s.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Where the energy of a run came from and went to, summed from its ledger."""
+"""Energy sources and sinks of a run, summed from its ledger."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from hydrocrane.errors import InputError
 from hydrocrane.files.columns import Columns
 from hydrocrane.results.record import Record
 
-# What the pump hands to the valves: taken from the mains and given to the cylinders, it cancels.
+# Energy from the pump line to the valves: an internal transfer, which cancels.
 HANDED_ON = "delivered"
-# Terms that give energy from outside; all others of a positive sign are what oil carries with it.
+# Terms of external energy; all other terms of positive sign are elastic energy that oil carries in.
 SOURCES = ("shaft", "supply", "load")
 # Stored energies under one name.
 STORED = {
@@ -26,7 +26,7 @@ STORED = {
     "energy.ground": "spring of the ground",
 }
 CARRIED = STORED["energy.oil"]
-# Terms whose meaning does not say by itself what gave or took the energy.
+# Names for terms whose meaning does not name the source or sink.
 PLACES = {
     "shaft": "shaft of the pump",
     "supply": "supply",
@@ -37,14 +37,14 @@ PLACES = {
 
 @dataclass(frozen=True)
 class EnergyEntry:
-    """One place that energy came from or went to.
+    """One energy source or sink.
 
     Attributes
     ----------
     name : str
-        The place in words.
+        Name in words.
     parts : mapping
-        Energy in J by what it belongs to: a cylinder, or an empty text for the whole machine.
+        Energy in J by owner: a cylinder, or an empty text for the whole machine.
     """
 
     name: str
@@ -58,14 +58,15 @@ class EnergyEntry:
 
 @dataclass(frozen=True)
 class EnergyFlow:
-    """Energy from the start of a run to its end: what was given is what was taken, up to the error of the run.
+    """Energy from the start of a run to its end: the sum of the sources equals that of the sinks, up to the error of
+    the run.
 
     Attributes
     ----------
     given, taken : tuple of EnergyEntry
         Largest first, each with a total above zero.
     residual : float
-        Largest gap, at any time, between what came in and what was stored or lost, J.
+        Largest difference, at any time, between energy input and stored plus lost energy, J.
     """
 
     given: tuple[EnergyEntry, ...]
@@ -74,12 +75,12 @@ class EnergyFlow:
 
     @property
     def total(self) -> float:
-        """All that was given, J."""
+        """Sum of the sources, J."""
         return sum(entry.total for entry in self.given)
 
     @property
     def gap(self) -> float:
-        """What was given less what was taken, J: the error at the end."""
+        """Sum of the sources less that of the sinks, J: the error at the end."""
         return self.total - sum(entry.total for entry in self.taken)
 
 
@@ -92,7 +93,7 @@ class EnergyBalance:
     pump : float
         Work of the pump's shaft, or of an ideal supply, with the elastic energy that its oil carries.
     loads : float
-        Energy that loads brought that are picked up, minus the energy of loads that are let go.
+        Energy of loads that are picked up, minus that of loads that are released.
     stored : float
         Gain of kinetic, potential and elastic energy.
     lost : dict
@@ -110,7 +111,7 @@ class EnergyBalance:
 
 @dataclass(frozen=True)
 class _Term:
-    """An entry of the ledger at the end of a run; `energy` in J as its name reads."""
+    """An entry of the ledger at the end of a run; `energy` in J with the sign of its name."""
 
     owner: str
     name: str
@@ -135,19 +136,21 @@ def energy_balance(run: Record) -> EnergyBalance:
 
 
 def energy_flow(run: Record) -> EnergyFlow:
-    """Every place that the energy of a run came from and went to.
+    """All energy sources and sinks of a run.
 
     Raises
     ------
     InputError
-        Where the run recorded no ledger.
+        If the run recorded no ledger.
     """
     columns = run.columns
     terms = _terms(columns)
     if not terms or not columns.rows:
-        raise InputError("this run has no energy ledger: simulate it without `ledger=False`, and for more than no time")
+        raise InputError(
+            "this run has no energy ledger: simulate it without `ledger=False`, with a duration above zero"
+        )
     stored = _stored(columns)
-    # What was taken, by place and owner, J; what a place gave is below zero.
+    # Energy of the sinks by name and owner, J; sources are negative.
     taken: dict[str, dict[str, float]] = {}
 
     def take(name: str, owner: str, energy: float) -> None:
@@ -174,7 +177,7 @@ def _largest(entries: Iterable[EnergyEntry]) -> tuple[EnergyEntry, ...]:
 
 
 def _terms(columns: Columns) -> list[_Term]:
-    """Entries of the ledger that enter the balance; what is handed on within the machine is left out."""
+    """Entries of the ledger that enter the balance, without internal transfers."""
     found = []
     for key, column in columns.items():
         sign = float(column.attrs.get("sign", 0.0)) if key.startswith("ledger.") else 0.0
@@ -192,7 +195,7 @@ def _stored(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def _residual(columns: Columns, stored: Mapping[str, np.ndarray]) -> float:
-    """Over all times; what is handed on cancels."""
+    """Largest residual over all times; internal transfers cancel."""
     gap = np.sum([values - values[0] for values in stored.values()], axis=0) if stored else np.zeros(columns.rows)
     for name, column in columns.items():
         if name.startswith("ledger."):

@@ -1,4 +1,4 @@
-"""What a controller learnt of the valves that it drove."""
+"""Valve parameters that a controller learnt."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class LearntValve:
-    """One valve as its commands turned out to move the piston; see docs/theory/control/valve_learning.md.
+    """Learnt parameters of one valve; see docs/theory/control/valve_learning.md.
 
     Attributes
     ----------
     offset, dead_band : float
         m of spool stroke.
     gain : float
-        Spool position per command outside the dead band; mean of both senses.
+        Spool position per command outside the dead band; mean of both directions.
     leakage : float
-        Times that of the controller model; a signal chain cannot state it.
+        Factor on that of the controller model; a signal chain cannot state it.
     """
 
     offset: float
@@ -29,9 +29,9 @@ class LearntValves(dict[str, LearntValve]):
     """Learnt valves by their names in the machine file."""
 
     def to_toml(self) -> str:
-        """The signal chains as a block of a machine file, which goes by them from the first sample on.
+        """The signal chains as a block for a machine file; the controller then uses them from the first sample on.
 
-        Each valve's table `command` takes the place of the file's own.
+        Each valve's table `command` replaces that of the file.
 
         Examples
         --------

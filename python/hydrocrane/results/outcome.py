@@ -1,4 +1,4 @@
-"""How a run ended, and how it differs from a tighter repeat."""
+"""Outcome of a run, and its difference from a repeat with a tighter tolerance."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ KINDS = ("completed", "stroke-limit", "solver-failed", "controller-failed", "bad
 
 @dataclass(frozen=True)
 class Outcome:
-    """How and when a run ended.
+    """Outcome of a run and its time.
 
     Attributes
     ----------
@@ -18,7 +18,7 @@ class Outcome:
     time : float
         s.
     message : str
-        What happened and the cure; empty for a completed run.
+        Cause and cure; empty for a completed run.
 
     Examples
     --------
@@ -38,7 +38,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Verification:
-    """Difference of a run from its tighter repeat.
+    """Difference of a run from its repeat with a tighter tolerance.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Verification:
     pressure : float
         Largest difference of a chamber pressure, Pa.
     time : float
-        When the tips were farthest apart, s.
+        Time of the largest distance between the tips, s.
     """
 
     solver: str

@@ -66,7 +66,7 @@ class Record:
     def data(self) -> xr.Dataset:
         unlabelled = self._unlabelled
         if unlabelled is None:
-            # Another thread has just asked, too.
+            # Another thread may have made it in the meantime.
             return cast(xr.Dataset, self.__dict__["data"])
         self.data = unlabelled.columns.labelled()
         self._unlabelled = None
@@ -74,7 +74,7 @@ class Record:
 
     @property
     def _held(self) -> xr.Dataset | Columns:
-        """The data: labelled where somebody has asked for that, since what is written there counts."""
+        """The data; the labelled data set if it exists, because the user may have changed it."""
         unlabelled = self._unlabelled
         return self.data if unlabelled is None else unlabelled.columns
 
@@ -84,7 +84,7 @@ class Record:
 
     @property
     def _attrs(self) -> Attributes:
-        """Those of the data."""
+        """Attributes of the data."""
         unlabelled = self._unlabelled
         return cast("Attributes", self.data.attrs) if unlabelled is None else unlabelled.attrs
 

@@ -1,4 +1,4 @@
-"""What the core recorded of a run, before it is labelled."""
+"""The arrays that the core recorded of a run."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from hydrocrane.results.outcome import Outcome, Verification
 
 @dataclass(frozen=True)
 class RecordedStage:
-    """What held in a stage of a run.
+    """Settings of a stage of a run.
 
     Attributes
     ----------
     begin : float
         s.
-    machine, believed : Machine
-        The machine, and what the controller took it for.
+    machine, controller_model : Machine
+        The machine and the controller model.
     stick_mode : {"tip", "lever"}
     controlled : bool
         Whether a controller moved the spools.
@@ -31,45 +31,45 @@ class RecordedStage:
 
     begin: float
     machine: Machine
-    believed: Machine
+    controller_model: Machine
     stick_mode: str
     controlled: bool
 
     @classmethod
     def of(cls, told: StageTable, first: Machine) -> RecordedStage:
-        """From what the core tells of it; `first` is the machine that the run began on."""
+        """From the core's record; `first` is the machine at the start of the run."""
         machine = first.made(told["machine"])
         controlled = told["controller"] is not None or told["own"] is not None
-        return cls(told["from"], machine, machine.made(told["believed"]), told["mode"], controlled)
+        return cls(told["from"], machine, machine.made(told["controller_model"]), told["mode"], controlled)
 
 
 @dataclass
 class Recording:
-    """The arrays of a run, a row per time, and how it ended.
+    """The arrays of a run, a row per time, and its outcome.
 
     Attributes
     ----------
     time : (m,) array
         s.
     states, commands, ledger : (m, n) arrays
-        `ledger` is empty where it was not integrated.
+        `ledger` is empty if it was not integrated.
     payloads : (m,) array
         At the tip, kg.
     outcome : Outcome
     method : str
-        That integrated it.
+        Method of integration.
     effort : dict
         Steps, rejections, evaluations.
     warnings : tuple of ResultWarning
     payload_changes : sequence
-        As the core tells them.
+        As recorded by the core.
     stages : sequence of RecordedStage
-        Those that were to begin before the end.
+        The stages that begin before the end.
     samples : sequence
-        What the controller of each stage saw and did.
+        Inputs and outputs of the controller of each stage.
     events : sequence of (time, text)
     error : BaseException or None
-        What a controller of one's own raised, where that ended the run.
+        Exception of your own controller, if it ended the run.
     verification : Verification or None
     """
 
@@ -91,7 +91,7 @@ class Recording:
 
     @classmethod
     def of(cls, raw: RunRecord, machine: Machine, doubts: Sequence[ResultWarning] = ()) -> Recording:
-        """What the core recorded of a run that began on `machine`; its warnings and the plan's `doubts` come first."""
+        """From the core's record of a run that began on `machine`; its warnings and the plan's `doubts` come first."""
         return cls(
             time=np.asarray(raw["t"]),
             states=np.asarray(raw["states"]),

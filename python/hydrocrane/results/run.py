@@ -60,7 +60,7 @@ class Run(Record):
         """Write the data; the suffix decides: ``.nc``, ``.mat``, ``.csv``, ``.parquet``, ``.xlsx``,
         ``.mf4`` or ``.mcap``.
 
-        The last four need an optional package, which the error names where it is missing.
+        The last four need an optional package; if it is missing, the error names it.
         """
         return save(self._held, Path(path))
 
@@ -71,7 +71,7 @@ class Run(Record):
         ----------
         chart : str, optional
             Name of a cylinder: its joint, pressures, piston, spool and force, Figures 86-88 of the thesis and more;
-            ``tip``: the path of the tip; ``energy``: where the energy went; ``supply``: pump and load sensing. By
+            ``tip``: the path of the tip; ``energy``: energy sources and sinks; ``supply``: pump and load sensing. By
             default the charts of all cylinders, side by side.
         path : path, optional
             The suffix decides: ``.png``, ``.svg``, ``.pdf``.
@@ -79,7 +79,7 @@ class Run(Record):
         Raises
         ------
         InputError
-            Where there is no such chart, or nothing was recorded for it.
+            If there is no such chart, or nothing was recorded for it.
         """
         from hydrocrane.plots.run_charts import of_run
         from hydrocrane.plots.style import write
@@ -108,7 +108,7 @@ class Run(Record):
         speed : float
             1 is real time, 2 twice as fast.
         progress : callable, optional
-            Called with (pictures done, pictures in all).
+            Called with (pictures done, all pictures).
         """
         from hydrocrane.plots import animation
 

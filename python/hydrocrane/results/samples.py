@@ -1,4 +1,4 @@
-"""What a closed loop adds to a run's dataset: readings, sticks, commands and set-points, and the way's deviation."""
+"""Columns of a closed loop in a run's dataset: readings, sticks, commands, set-points, and path deviation."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from hydrocrane.files.columns import Column
 from hydrocrane.machine.machine import Machine
 from hydrocrane.results.recording import RecordedStage, Recording
 
-# Between a time of the record and one of a sample or phase, s.
+# Tolerance between a time of the record and one of a sample or phase, s.
 ROUNDING = 1e-9
-# Points whose distances are found together: some hundred kilobytes at a time.
+# Number of points per block of distances: some hundred kilobytes.
 TOGETHER = 64
 
 
 def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
-    """Rows (m,) of each stage among the times (m,) of a run, and what holds there; where it begins, the old holds."""
+    """Rows (m,) of each stage among the times (m,) of a run, and its settings; at its begin the previous stage still
+    applies."""
     time, stages = run.time, run.stages
     ends = [*(stage.begin for stage in stages[1:]), np.inf]
     for stage, end in zip(stages, ends, strict=False):
@@ -28,9 +29,9 @@ def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
 
 
 def sample_columns(tip: Array, machine: Machine, run: Recording) -> dict[str, Column]:
-    """The samples of a run, each held over its times (m,) until the next one; NaN where a stage has none.
+    """The samples of a run, each held over the times (m,) until the next one; NaN for a stage without samples.
 
-    `tip` (m, 2) is where the tip was.
+    `tip` (m, 2) is the tip position.
     """
     time = run.time
     columns: dict[str, Column] = {}
@@ -54,7 +55,7 @@ def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: Record
     for axis, column in zip(axes, samples["sticks"].T, strict=True):
         columns[f"stick.{axis}"] = _column(column[held], "1", f"deflection of the stick, {axis}")
     for cylinder, column in zip(machine.cylinder_names, samples["commands"].T, strict=True):
-        meaning = f"{cylinder} spool command as the controller gave it"
+        meaning = f"{cylinder} spool command of the controller"
         columns[f"controller.{cylinder}"] = _column(column[held], "m", meaning)
     return columns
 
@@ -74,9 +75,9 @@ def _column(values: Array, unit: str, meaning: str) -> Column:
 
 
 def distance_to_path(points: Array, path: Array) -> Array:
-    """Distance of each point (m, 2) from the nearest place of a polyline (k, 2); NaN rows of it are left out."""
+    """Distance of each point (m, 2) from the nearest point of a polyline (k, 2); its NaN rows are left out."""
     path = path[np.isfinite(path).all(axis=1)]
-    # A set-point at rest repeats itself; one of each is enough.
+    # A set-point at rest repeats; one is sufficient.
     moved = np.any(np.diff(path, axis=0) != 0, axis=1)
     path = path[np.concatenate([[True], moved])]
     begin, way = path[:-1], np.diff(path, axis=0)

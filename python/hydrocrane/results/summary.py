@@ -55,7 +55,7 @@ def _tip(run: Record) -> list[str]:
 
 
 def _loop(run: Record) -> list[str]:
-    """Controller, and how far the tip strayed."""
+    """Controller, and the largest path deviation."""
     columns, about = run.columns, run.columns.attrs
     if "controller" not in about:
         return []
@@ -68,7 +68,7 @@ def _loop(run: Record) -> list[str]:
 
 
 def _warnings(run: Record) -> list[str]:
-    """All of them, each with its cure."""
+    """All warnings, each with its cure."""
     lines = []
     for warning in run.warnings:
         lines += [f"  WARNING    from {warning.time:.3f} s on: {warning.text}", f"             {warning.cure}"]
@@ -76,7 +76,7 @@ def _warnings(run: Record) -> list[str]:
 
 
 def _events(run: Record) -> list[str]:
-    """The first of them; warnings stand at the end of the summary."""
+    """The first events; warnings are at the end of the summary."""
     events = [event for event in run.events if not event.warning]
     shown = [f"  {event.time:.3f} s: {event.text}" for event in events[:SHOWN_EVENTS]]
     more = len(events) - SHOWN_EVENTS
@@ -102,7 +102,7 @@ def _range(columns: Columns, name: str, scale: float) -> str:
 
 
 def _energy(run: Record) -> list[str]:
-    """Where the pump's work went, and how well the ledger closes."""
+    """Energy balance, and the residual of the ledger."""
     if not any(name.startswith("ledger.") for name in run.columns):
         return []
     balance = energy_balance(run)

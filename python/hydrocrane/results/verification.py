@@ -1,4 +1,4 @@
-"""Run a scenario again, tighter, and say by how much the two runs differ."""
+"""Repeat a scenario with a tighter tolerance, and report the difference of both runs."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from hydrocrane.results.recording import Recording
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.solver import Solver
 
-# A repeat takes so much less of the tolerance, or half the step.
+# Factor on the tolerance of a repeat; with fixed steps it uses half the step.
 TIGHTER = 1e-2
 TIGHTEST = 1e-12
-# Difference of the tip that is none, m, and as a share of the path of the tip.
+# Negligible difference of the tip, m, and as a share of the path of the tip.
 TIP = 1e-3
 SHARE = 0.01
 
 
 def tightened(solver: Solver) -> tuple[Solver, str]:
-    """The solver with a tighter tolerance or half the step, and what that is in words."""
+    """The solver with a tighter tolerance or half the step, and its description."""
     if solver.step is not None:
         step = 0.5 * solver.step
         return dataclasses.replace(solver, step=step), f"steps of {step * 1e3:g} ms"
@@ -35,7 +35,7 @@ def tightened(solver: Solver) -> tuple[Solver, str]:
 def compared(
     machine: Machine, plan: Scenario, run: Recording, repeat: Recording
 ) -> tuple[Verification, tuple[ResultWarning, ...]]:
-    """The verification of `run` by a tighter `repeat`, and what it makes doubtful."""
+    """The verification of `run` by a `repeat` with a tighter tolerance, and the warnings."""
     _, settings = tightened(plan.solver)
     rows = min(len(run.time), len(repeat.time))
     time, mine, other = run.time[:rows], run.states[:rows], repeat.states[:rows]

@@ -1,4 +1,4 @@
-"""The virtual friction rig: one hanging cylinder, its experiments, and the logs that they give (thesis 5.2).
+"""The virtual friction rig: one hanging cylinder, its experiments, and their logs (thesis 5.2).
 
 ::
 

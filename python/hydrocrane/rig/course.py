@@ -1,4 +1,4 @@
-"""A motion of the rig's piston under construction: velocities against time become a spool command."""
+"""Construction of a motion of the rig's piston: from velocities against time to a spool command."""
 
 from __future__ import annotations
 
@@ -12,24 +12,25 @@ from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
 from hydrocrane.rig.log import Segment
 
-# Time in which a commanded step is made, s: a real-time computer's sample or two, well below the spool's own time.
+# Duration of a commanded step, s: one or two samples of a real-time computer, well below the time constant of the
+# spool.
 EDGE = 5e-3
-# Share of the stroke left free at either end, which keeps out of the end stops.
+# Share of the stroke that is not used at either end, so that the piston does not reach the end stops.
 CLEARANCE = 0.08
 
 
 @dataclass(frozen=True)
 class Seal:
-    """What an experimenter guesses of the seal before: the scales on which its friction changes.
+    """Scales of the seal's friction that an experimenter must know in advance.
 
     Attributes
     ----------
     slip : float
         Travel over which the bristles bend before they slip, break-away force over stiffness, m.
     velocity : float
-        Where the map has fallen to 1/e of its Stribeck rise (121), m/s; the smaller of both directions.
+        Velocity at which the Stribeck rise has decreased to 1/e (121), m/s; the smaller one of both directions.
     room : float
-        Way that a course may take between the end stops of the cylinder, m.
+        Available travel between the end stops of the cylinder, m.
     """
 
     slip: float
@@ -70,10 +71,10 @@ class Course:
         self.follow(name, lambda t: np.full_like(t, velocity), duration, points=2)
 
     def follow(self, name: str, velocity: Callable[[Array], Array], duration: float, *, points: int) -> None:
-        """`velocity(t)` for t from 0 to `duration`, in `points` straight pieces; a `name` makes it a segment."""
+        """`velocity(t)` for t from 0 to `duration`, in `points` linear pieces; with a `name` it is a segment."""
         start = self.time[-1]
         if duration <= EDGE:
-            raise InputError(f"a motion of {duration:g} s is shorter than a step of the spool; ask for a slower one")
+            raise InputError(f"a motion of {duration:g} s is shorter than a step of the spool; use a slower one")
         t = np.linspace(EDGE, duration, points)
         v = velocity(t)
         self.time += (start + t).tolist()
@@ -87,13 +88,13 @@ class Course:
 
     @property
     def travel(self) -> Array:
-        """(k,) way of the piston from its start at the course's times, m."""
+        """(k,) displacement of the piston from its start at the course's times, m."""
         time, velocity = np.array(self.time), np.array(self.velocity)
         steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def start(self, machine: Machine) -> float:
-        """Piston position (m) from which the course stays in the middle of the stroke."""
+        """Start position of the piston (m) for a course in the middle of the stroke."""
         way = self.travel
         low, high = machine.stroke_limits[0] * (1 - 2 * CLEARANCE)
         if np.ptp(way) > high - low:

@@ -1,4 +1,4 @@
-"""How much damping to give the bristles of a LuGre seal, where none was measured that can be used (E19)."""
+"""Choice of the bristle damping of a LuGre seal without a usable measurement (E19)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class BristleDamping:
     damping : float
         sigma_1 at rest, N s/m: ``bristle-damping``.
     velocity : float or None
-        v_d over which it fades, m/s: ``bristle-damping-velocity``; None where it is constant.
+        v_d over which it fades, m/s: ``bristle-damping-velocity``; None if it is constant.
     """
 
     damping: float
@@ -29,9 +29,9 @@ class BristleDamping:
 
 
 def most_damping(coulomb: float, velocity: float | None = None, *, fastest: float = FASTEST) -> float:
-    """Largest sigma_1 at rest, N s/m, with which friction never gives energy back.
+    """Largest sigma_1 at rest, N s/m, for which friction never returns energy.
 
-    It does not where sigma_1(v) abs(v) <= 4 g(v), and g(v) is at least the Coulomb force F_C. Damping that fades as
+    This holds if sigma_1(v) abs(v) <= 4 g(v), and g(v) is at least the Coulomb force F_C. Damping that fades as
     exp(-(v/v_d)^2) has its largest sigma_1(v) abs(v), sigma_1 v_d / sqrt(2 e), at v = v_d / sqrt(2).
 
     Parameters
@@ -39,9 +39,9 @@ def most_damping(coulomb: float, velocity: float | None = None, *, fastest: floa
     coulomb : float
         The smaller of the Coulomb forces of both directions, N.
     velocity : float, optional
-        v_d, m/s; None where the damping is constant.
+        v_d, m/s; None if the damping is constant.
     fastest : float
-        Speed up to which a constant damping keeps the bound, m/s.
+        Speed up to which a constant damping satisfies the bound, m/s.
     """
     return 4.0 * coulomb / fastest if velocity is None else 4.0 * coulomb * math.sqrt(2.0 * math.e) / velocity
 
@@ -58,23 +58,23 @@ def bristle_damping(
 ) -> BristleDamping:
     """Bristle damping from a damping ratio at rest and a margin of passivity in motion.
 
-    At rest the mass swings on the bristles, m x'' + sigma_1 x' + sigma_0 x = 0 (127): sigma_1 = 2 zeta sqrt(sigma_0 m).
-    In motion friction keeps the bound of ``most_damping`` with `margin`: v_d is made small enough for it, and not
-    larger than `fastest`, beyond which nothing is known of bristles. Without fading, sigma_1 itself is bounded so that
-    it holds up to `fastest`.
+    At rest the mass oscillates on the bristles, m x'' + sigma_1 x' + sigma_0 x = 0 (127): sigma_1 = 2 zeta sqrt(sigma_0
+    m). In motion friction satisfies the bound of ``most_damping`` with `margin`: v_d is small enough for it, and not
+    larger than `fastest`, because there are no measurements above this speed. Without fading sigma_1 itself is limited
+    so that the bound holds up to `fastest`.
 
     Parameters
     ----------
     stiffness : float
         sigma_0, N/m.
     mass : float
-        What moves with the piston on the unloaded rig, kg.
+        Moving mass on the unloaded rig, kg.
     coulomb : float
         The smaller of the Coulomb forces of both directions, N.
     damping_ratio, margin, fastest : float
-        zeta; how many times the bound is kept; m/s.
+        zeta; factor of safety against the bound; m/s.
     fading : bool
-        Let the damping fade, or keep it constant.
+        Whether the damping fades with speed or is constant.
     """
     given = {"stiffness": stiffness, "mass": mass, "coulomb": coulomb, "damping_ratio": damping_ratio}
     for name, value in {**given, "margin": margin, "fastest": fastest}.items():
@@ -84,5 +84,5 @@ def bristle_damping(
     damping = 2 * damping_ratio * math.sqrt(stiffness * mass)
     if not fading:
         return BristleDamping(min(damping, most_damping(coulomb, fastest=fastest) / margin), None)
-    # The bound falls as 1/v_d.
+    # The bound is proportional to 1/v_d.
     return BristleDamping(damping, min(fastest, most_damping(coulomb, 1.0) / (margin * damping)))

@@ -1,7 +1,6 @@
-"""The experiments of section 5.2 of the thesis, each a course of piston velocities on the scales of the rig's seal.
+"""The experiments of section 5.2 of the thesis; each is a course of piston velocities, scaled by the rig's seal.
 
-Nothing is regulated: as on the real rig the spool follows a table, made before from the valve's steady law, and the
-piston moves as it then does.
+There is no feedback: as on the real rig the spool follows a table, computed in advance from the valve's steady law.
 """
 
 from __future__ import annotations
@@ -19,18 +18,19 @@ from hydrocrane.rig.course import Course, Seal
 # Velocities of section 5.2.2, m/s.
 LEVELS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1)
 FEWER_LEVELS = (5e-4, 1e-3, 2e-3, 5e-3, 2e-2, 5e-2, 1e-1)
-# Slips of the bristles that a level lasts, the most that the stroke has room for; ramps between levels take some of it.
+# Length of a level in bristle slips, and the largest share of the stroke for the levels; ramps between them need the
+# rest.
 MOST_SLIPS = (10.0, 9.0, 8.0, 7.0, 6.0, 5.0)
 ROOM = 1.05
-# Straight pieces of one period of a sinusoid.
+# Linear pieces per period of a sinusoid.
 POINTS_PER_PERIOD = 40
-# Pause between two motions, s, and velocity of an unmeasured way back, m/s.
+# Pause between two motions, s, and velocity of a return motion without measurement, m/s.
 REST = 1.0
 RETURN = 0.03
 
 
 def _small_sine(seal: Seal, *, frequency: float = 0.2, cycles: int = 5, travel: float = 3.0) -> Course:
-    """Figures 61, 62: a sinusoid that just breaks away; `travel` there and back in slips of the bristles."""
+    """Figures 61, 62: a sinusoid that just breaks away; `travel` forth and back in bristle slips."""
     peak = np.pi * frequency * travel * seal.slip
     course = Course()
     course.rest(REST)
@@ -49,9 +49,9 @@ def _constant_velocity(
 ) -> Course:
     """Section 5.2.2: levels from fast to slow, extending, then retracting.
 
-    From fast to slow the chamber pressures are near where they have to be when a slow level begins, which would take
-    minutes to build them up itself. Each level lasts for `slips` slips of the bristles, `least` m and `seconds`;
-    without `slips` for ten, or as many above five as the stroke has room for.
+    With levels from fast to slow the chamber pressures are nearly right when a slow level begins; at low speed they
+    would need minutes to build up. Each level lasts for at least `slips` bristle slips, `least` m and `seconds`;
+    without `slips` it is ten, or as many above five as the stroke allows.
     """
     speeds = _increasing("levels", np.sort(levels))[::-1]
 
@@ -72,7 +72,7 @@ def _constant_velocity(
 def _ramp(seal: Seal, *, speed: float = 0.25, last: float = 1.0) -> Course:
     """Figures 57, 71: the spool opens at a steady rate from rest, extending, then retracting.
 
-    The bristles slip at about `speed` Stribeck velocities, so that they are seen to bend before; it ends at `last`.
+    The bristles slip at about `speed` Stribeck velocities, so their deflection before is visible; it ends at `last`.
     """
     course = Course()
     course.rest(REST)
@@ -88,9 +88,8 @@ def _step(seal: Seal, *, shares: Sequence[float] = (0.3, 0.5), seconds: float = 
     """Figure 73: spool steps that bend the bristles by `shares` of their slip within `seconds`, and back,
     `pulses` times.
 
-    Damping shows in the velocity of bristles that do not slip yet: short steps tell more of it than long ones,
-    up to where
-    the spool's own time is reached (docs/validation/dynamic-friction.md).
+    The velocity of bristles before slip shows the damping. Short steps identify it better than long ones, down to the
+    time constant of the spool (docs/validation/dynamic-friction.md).
     """
     if pulses < 1:
         raise InputError(f"pulses must be 1 or more, got {pulses!r}")
@@ -104,7 +103,7 @@ def _step(seal: Seal, *, shares: Sequence[float] = (0.3, 0.5), seconds: float = 
 
 
 def _break_away(seal: Seal, *, speeds: Sequence[float] = (0.1, 0.3, 1.0, 3.0)) -> Course:
-    """Figure 54: ramps of growing rate, which load the seal ever faster; slipping at `speeds` Stribeck velocities."""
+    """Figure 54: ramps with increasing force rate on the seal; they slip at `speeds` Stribeck velocities."""
     course = Course()
     course.rest(REST)
     for speed in _increasing("speeds", speeds):
@@ -117,10 +116,10 @@ def _break_away(seal: Seal, *, speeds: Sequence[float] = (0.1, 0.3, 1.0, 3.0)) -
 
 
 def _frictional_lag(seal: Seal, *, shares: Sequence[float] = (0.025, 0.05, 0.1), cycles: int = 2) -> Course:
-    """Figure 55: velocity that swings about 1.5 Stribeck velocities without turning, ever faster.
+    """Figure 55: velocity that oscillates about 1.5 Stribeck velocities without reversal, at increasing frequency.
 
-    Frequencies are `shares` of the Stribeck velocity per slip of the bristles, which is how fast these can follow, but
-    no more than the valve can follow. Between two frequencies the piston goes back to where it was.
+    Frequencies are `shares` of the Stribeck velocity per bristle slip, which is the bandwidth of the bristles, limited
+    to that of the valve. Between two frequencies the piston returns to its start.
     """
     follow = min(seal.velocity / seal.slip, 6.0)
     course = Course()
@@ -162,7 +161,7 @@ def _increasing(name: str, values: ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A course with what it is for, and what is varied over several runs of it."""
+    """A course with its purpose, and the parameter that varies over several runs."""
 
     course: Callable[..., Course]
     title: str

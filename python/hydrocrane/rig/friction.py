@@ -1,4 +1,4 @@
-"""Friction of the two cylinders as Tables 3-5 of the thesis have it, beyond what the machine files take from them."""
+"""Friction of the two cylinders in Tables 3-5 of the thesis, as far as the machine files do not have it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a rig experiment leaves: the readings and the truth behind them."""
+"""Result of a rig experiment: the readings and the true signals."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ COLUMNS = {"time": "s", "x": "m", "p1": "Pa", "p2": "Pa", "force": "N", "command
 
 @dataclass(frozen=True)
 class Segment:
-    """A piece of an experiment: its name, from when to when (s), and the mean velocity aimed at (m/s)."""
+    """A piece of an experiment: its name, begin and end (s), and the intended mean velocity (m/s)."""
 
     name: str
     start: float
@@ -44,10 +44,10 @@ class RigLog:
     Attributes
     ----------
     data : xarray.Dataset
-        Over ``time``, as the sensors read them: ``x`` (piston from mid-stroke, m), ``p1``, ``p2`` (Pa), ``force`` (load
-        cell, net force on the rod, N; optional); and ``command`` (spool, m). `attrs` say what was run.
+        Sensor readings over ``time``: ``x`` (piston from mid-stroke, m), ``p1``, ``p2`` (Pa), ``force`` (load
+        cell, net force on the rod, N; optional); and ``command`` (spool, m). `attrs` describe the experiment.
     truth : xarray.Dataset
-        At the same times, without any sensor: ``x``, ``v``, ``p1``, ``p2``, ``force``, ``friction``, ``z``, ``spool``.
+        True signals at the same times: ``x``, ``v``, ``p1``, ``p2``, ``force``, ``friction``, ``z``, ``spool``.
     run : Run
         The simulation, without the calibration.
     """
@@ -83,12 +83,12 @@ class RigLog:
         overrides: Overrides | None = None,
         earlier: int | None = None,
     ) -> RigLog:
-        """The same motion, read by other sensors: nothing is simulated again.
+        """The same motion with readings of other sensors, without a new simulation.
 
         Parameters
         ----------
         seed : int
-            Draws the errors of the sensors.
+            Seed of the errors of the sensors.
         sensors, load_cell, calibration, earlier : optional
             As for :func:`hydrocrane.rig.run`; by default as in this log.
         bits : int, optional
@@ -105,7 +105,7 @@ class RigLog:
 
 
 def machine_of(rig: Rig, supply: float | str | None, overrides: Overrides | None, bits: int | None = None) -> Machine:
-    """The rig with everything that its file is to be changed in."""
+    """The rig with all changes of its file."""
     given = as_machine(rig)
     if len(given.joint_names) != 1 or given.joint_units[0] != "m":
         raise InputError(
@@ -183,7 +183,7 @@ def _read_again(
 
 
 def _lead(calibration: float, interval: float) -> float:
-    """Whole intervals of calibration before the run, s."""
+    """Duration of the calibration before the run, rounded to whole intervals, s."""
     duration = real_array(calibration, "calibration")
     if duration.ndim or duration < 0:
         raise InputError(f"calibration must be one time in s, zero or more; got {calibration!r}")
@@ -191,7 +191,7 @@ def _lead(calibration: float, interval: float) -> float:
 
 
 def _with_calibration(machine: Machine, data: xr.Dataset, lead: float, step: float) -> xr.Dataset:
-    """The record with `lead` seconds before it in which the rig rests on a support, open to the tank."""
+    """The record with a preceding calibration of `lead` seconds: the load on a support, chambers open to the tank."""
     import xarray as xr
 
     later = data.assign_coords(time=data.time + lead)

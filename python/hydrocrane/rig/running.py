@@ -23,10 +23,10 @@ from hydrocrane.scenario.solver import Solver
 if TYPE_CHECKING:
     import xarray as xr
 
-# Intervals of a log, s; one is taken that gives at most as many samples.
+# Possible intervals of a log, s, and the most samples; the shortest allowed interval is taken.
 INTERVALS = (1e-3, 2e-3, 5e-3, 1e-2)
 MOST_SAMPLES = 20_000
-# Stated, so that logs, and what is identified from them, stay as they are published in reproductions and validation.
+# A fixed method, so that logs and the results identified from them are those of reproductions and validation.
 SOLVER = Solver(method="rodas5p", rtol=1e-6)
 
 
@@ -74,23 +74,24 @@ def run(
     supply : float or str, optional
         Supply pressure, Pa or with its unit.
     seed : int
-        Draws the errors of the sensors. They alone depend on it: the motion is the same.
+        Seed of the errors of the sensors. The motion does not depend on it.
     sensors : {"data-sheet", "ideal"}
     bits : int, optional
         Resolution of all converters in place of the machine's.
     load_cell : bool
         Log the force on the rod.
     calibration : float
-        Seconds logged before, with the load supported and both chambers open to the tank: what the pressure sensors and
-        the load cell then read is their zero.
+        Seconds logged before the run, with the load supported and both chambers open to the tank. The readings of the
+        pressure sensors and the load cell are then their zero.
     earlier : int
-        Samples that the same sensors, those of `seed`, logged in earlier runs: no two runs have the same noise.
+        Number of samples that the same sensors, those of `seed`, logged in earlier runs, so that no two runs have the
+        same noise.
     interval : float, optional
         Time between samples, s.
     overrides : mapping, optional
         Machine keys to change; `payload` and `supply` state two of them, and may not differ from these.
     **options
-        Of the experiment: see :mod:`hydrocrane.rig.experiments`.
+        Options of the experiment, see :mod:`hydrocrane.rig.experiments`.
     """
     from hydrocrane.simulation.running import simulate
 
@@ -106,7 +107,7 @@ def run(
 
 
 class RunSettings(TypedDict, total=False):
-    """Settings of :func:`run`; options of an experiment stand beside them."""
+    """Settings of :func:`run`, without the options of an experiment."""
 
     payload: float | None
     supply: float | str | None
@@ -123,9 +124,9 @@ class RunSettings(TypedDict, total=False):
 
 
 def series(name: str, rig: Rig = "rig-rottne", **settings: Unpack[RunSettings]) -> list[RigLog]:
-    """All runs of an experiment that varies the load or the supply pressure; one run of any other.
+    """All runs of an experiment that varies the load or the supply pressure; one run of any other experiment.
 
-    `settings` are those of :func:`run`; what is varied may not be among them. Loads are 0, 20 and 115 kg, pressures the
+    `settings` are those of :func:`run` without the varied one. Loads are 0, 20 and 115 kg, pressures the
     rig's own and 5/7 of it: 140 and 100 bar on ``rig-rottne`` (Figures 74, 75).
     """
     members = experiment(name).series
@@ -166,7 +167,7 @@ def _plan(machine: Machine, name: str, payload: float | None, interval: float | 
 
 
 def _relaxed(machine: Machine, valve: SteadyValve, course: Course, payload: float) -> tuple[float, float]:
-    """Pressures (Pa) at rest without friction, at the level of the motion that comes first."""
+    """Pressures (Pa) at rest without friction, at the level of the first motion."""
     first = int(np.sign(next(v for v in course.velocity if v)))
     p1, p2 = valve.pressures(first)
     a1, a2 = machine.piston_areas[0]
@@ -175,7 +176,7 @@ def _relaxed(machine: Machine, valve: SteadyValve, course: Course, payload: floa
 
 
 def _about(machine: Machine, name: str, plan: Scenario, recorded: xr.Dataset) -> dict[str, str | float]:
-    """What was run: plain strings and numbers, so that every file format keeps them."""
+    """Description of the experiment as plain strings and numbers, which every file format can store."""
     kept = ("machine", "machine_source", "machine_overrides", "outcome", "outcome_time", "outcome_message", "source")
     return {
         "title": f"{machine.title}: {plan.title}",

@@ -1,4 +1,4 @@
-"""The rig in steady motion: which spool opening moves the piston how fast, at which pressures."""
+"""The rig in steady motion: spool opening and pressures as functions of velocity."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class SteadyMotion:
 def steady_motion(machine: Machine, velocity: float, *, payload: float | None = None) -> SteadyMotion:
     """Spool and pressures that move the rig's piston at a constant `velocity` (m/s, not zero) in mid-stroke.
 
-    The pressures balance load and friction (83), and neither of them changes (105), (106): metering edges and leakage
-    pass what the piston displaces.
+    The pressures balance load and friction (83) and are constant (105), (106): metering edges and leakage pass the flow
+    that the piston displaces.
 
     Raises
     ------
     InputError
-        Where the valve or the supply cannot.
+        If valve or supply cannot move it this fast.
     """
     speed = real_array(velocity, "velocity")
     if speed.ndim or speed == 0:
@@ -41,25 +41,26 @@ def steady_motion(machine: Machine, velocity: float, *, payload: float | None = 
     balance = _Balance(machine, float(speed), machine.payload(payload))
     found = balance.solution(balance.guess())
     faster = 1
-    # Where leakage takes most of the flow the guess is poor: come from faster motions, where it is better.
+    # The guess is poor if leakage is most of the flow: continue from faster motions.
     while found is None and faster < FASTEST:
         faster *= 2
         found = _slowed(machine, float(speed), balance.payload, faster)
     if found is None:
         raise InputError(
             f"{machine.name} cannot move {float(speed):g} m/s steadily with {balance.payload:g} kg at"
-            f" {machine.supply_pressure / 1e5:g} bar; ask for a slower motion or raise supply.pressure"
+            f" {machine.supply_pressure / 1e5:g} bar; ask for a slower motion or increase supply.pressure"
         )
     p1, p2, spool = found
     return SteadyMotion(float(speed), float(spool), float(p1), float(p2), balance.friction)
 
 
-# How many times faster a motion may be from which a slow one is found.
+# Largest ratio of the speeds in this continuation.
 FASTEST = 64
 
 
 def _slowed(machine: Machine, velocity: float, payload: float, faster: int) -> Array | None:
-    """Pressures (Pa) and spool (m) at `velocity`, found from those `faster` times as fast, halving the speed."""
+    """Pressures (Pa) and spool (m) at `velocity`, by continuation from the motion that is `faster` times as fast, in
+    steps of half the speed."""
     balance = _Balance(machine, faster * velocity, payload)
     found = balance.solution(balance.guess())
     while found is not None and faster > 1:
@@ -70,7 +71,7 @@ def _slowed(machine: Machine, velocity: float, payload: float, faster: int) -> A
 
 
 class _Balance:
-    """Three equations for both pressures and the spool, each in numbers of order one."""
+    """Three equations for both pressures and the spool, scaled to order one."""
 
     def __init__(self, machine: Machine, velocity: float, payload: float) -> None:
         self.machine, self.velocity, self.payload = machine, velocity, payload
@@ -80,14 +81,14 @@ class _Balance:
         cylinder = machine.cylinder_names[0]
         self.places = [machine.state_names.index(f"cylinder.{cylinder}.{name}") for name in ("p1", "p2", "xs")]
         full = float(machine.spool_strokes[0])
-        # At full opening and half the supply's pressure drop the valve passes about what moves the piston this fast.
+        # Piston speed for the flow at full opening and half the supply pressure as drop.
         flow = float(machine.orifice_flow(full, 0.5 * machine.supply_pressure))
         self.opening = full * abs(velocity) * self.areas[0] / flow
         self.scale = np.array([1e5, 1e5, self.opening])
         self.moving = machine.pack_state([0.0], [velocity])
 
     def guess(self) -> Array:
-        """Both edges open alike, no leakage, turbulent flow."""
+        """Start values: equal openings, no leakage, turbulent flow."""
         (a1, a2), supply = self.areas, self.machine.supply_pressure
         ratio = (a1 / a2) ** 2
         if self.velocity > 0:
@@ -99,7 +100,7 @@ class _Balance:
         return np.array([p1 / 1e5, p2 / 1e5, np.sign(self.velocity)])
 
     def solution(self, guess: Array) -> Array | None:
-        """Both pressures (Pa) and the spool (m), if they are found from the `guess` and can be."""
+        """Both pressures (Pa) and the spool (m), if the solution from the `guess` converges and is admissible."""
         from scipy.optimize import root
 
         found = root(self.residual, guess, tol=1e-12)
@@ -114,7 +115,7 @@ class _Balance:
         state[self.places] = values
         rates = self.machine.state_derivative(state, [spool], payload=self.payload)
         a1, a2 = self.areas
-        # What the pressures would change by while the piston moves 0.1 mm.
+        # Change of the pressures while the piston moves 0.1 mm.
         change = rates[self.places[:2]] * 1e-4 / abs(self.velocity)
         return np.array([(p1 * a1 - p2 * a2 - self.force) / 100.0, *(change / 1e5)])
 
@@ -133,7 +134,7 @@ class SteadyValve:
         found = np.zeros_like(speed)
         for sign, motions in self.motions.items():
             per_speed = np.array([motion.spool for motion in motions]) / self.speeds
-            # Opening over velocity hardly changes with velocity, unlike the opening itself.
+            # The ratio of opening to velocity is nearly constant, unlike the opening itself.
             gain = np.interp(np.log(np.maximum(speed, 1e-12)), np.log(self.speeds), per_speed)
             found = np.where(np.sign(velocity) == sign, gain * speed, found)
         return found

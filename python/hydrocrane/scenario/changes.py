@@ -1,4 +1,4 @@
-"""What of a scenario can be given by keyword: its fields, and those of its solver."""
+"""Keyword arguments that change a scenario: its fields, and those of its solver."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Pressures: TypeAlias = str | Mapping[str, tuple[float, float]]
 
 
 class CommonFields(TypedDict, total=False):
-    """Fields of a :class:`~hydrocrane.Scenario` but for its machine and seed."""
+    """Fields of a :class:`~hydrocrane.Scenario` except machine and seed."""
 
     joints: Mapping[str, float]
     commands: Commands
@@ -41,7 +41,7 @@ class CommonFields(TypedDict, total=False):
     sensors: str
     sensor_faults: Iterable[SensorFault]
     payload_changes: Mapping[float, float]
-    believed: Machine | Overrides | None
+    controller_model: Machine | Overrides | None
     monitor: bool | None
     phases: Iterable[Phase]
     supply: SupplyLike | None
@@ -50,7 +50,7 @@ class CommonFields(TypedDict, total=False):
 
 
 class CommonSettings(TypedDict, total=False):
-    """Fields of a :class:`~hydrocrane.Solver` but for its method."""
+    """Fields of a :class:`~hydrocrane.Solver` except the method."""
 
     rtol: float
     atol: float | None
@@ -72,15 +72,15 @@ class SolverFields(CommonSettings, total=False):
 
 
 class Changes(ScenarioFields, SolverFields, total=False):
-    """What :meth:`hydrocrane.Scenario.changed` takes."""
+    """Arguments of :meth:`hydrocrane.Scenario.changed`."""
 
 
 class SweepChanges(CommonFields, CommonSettings, total=False):
-    """What :func:`hydrocrane.sweep` takes, which has a machine, a method and a seed of its own."""
+    """Changes in :func:`hydrocrane.sweep`, which has its own arguments machine, method and seed."""
 
 
 class RunChanges(SweepChanges, total=False):
-    """What :func:`hydrocrane.simulate` takes, which has a parameter `machine` of its own."""
+    """Changes in :func:`hydrocrane.simulate`, which has its own argument `machine`."""
 
     seed: int
     method: str

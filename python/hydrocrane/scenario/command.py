@@ -60,7 +60,7 @@ class Command:
     interpolation: str = "hold"
 
     if TYPE_CHECKING:
-        # Whatever NumPy takes as an array may be given.
+        # Any array_like is accepted.
         def __init__(self, time: ArrayLike, spool: ArrayLike, interpolation: str = "hold") -> None: ...
 
     def __post_init__(self) -> None:
@@ -77,7 +77,7 @@ class Command:
         return np.where(index < 0, 0.0, self.spool[index])
 
 
-# A command, what its parameters are, a pair (time, spool), or one constant spool value.
+# A command, a dict of its parameters, a pair (time, spool), or one constant spool value.
 CommandLike: TypeAlias = Command | Mapping[str, ArrayLike] | Sequence[ArrayLike] | float
 # By cylinder, or one pair (time (k,), spool (k, n_cyl)) for all.
 Commands: TypeAlias = Mapping[str, CommandLike] | Sequence[ArrayLike]

@@ -1,4 +1,4 @@
-"""What happens at times of its own: a list in order of time, no two at once."""
+"""Timed entries of a scenario, in order of time, with distinct times."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hydrocrane.errors import InputError
 
 
 class Due(Protocol):
-    """Something that happens at a time, s."""
+    """An entry with a time, s."""
 
     @property
     def time(self) -> float: ...
@@ -19,9 +19,9 @@ D = TypeVar("D", bound=Due)
 
 
 def in_order_of_time(given: Iterable[D] | D, kind: type[D], name: str, twice: str) -> tuple[D, ...]:
-    """The things `given` of one `kind`, in order of time.
+    """The entries `given` of one `kind`, in order of time.
 
-    `name` is what the argument is called in messages, `twice` what two of them do at one time.
+    In messages `name` is the name of the argument, and `twice` says what two entries do at one time.
     """
     listed = list(given) if isinstance(given, Iterable) else [given]
     if not all(isinstance(one, kind) for one in listed):

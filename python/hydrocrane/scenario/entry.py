@@ -1,4 +1,4 @@
-"""Scenarios as the core takes them."""
+"""Conversion of scenarios to the arguments of the core."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from hydrocrane.scenario.supply import SupplyPressure
 
 
 class Plan(Loop, Protocol):
-    """The fields of a scenario that the core takes."""
+    """The fields of a scenario that the core needs."""
 
     @property
     def overrides(self) -> Mapping[str, Override]: ...
@@ -93,7 +93,7 @@ def scenario_entry(plan: Plan, cylinders: tuple[str, ...] | None = None) -> Scen
 
 
 def own_controllers(plan: Plan) -> dict[int, AnyController]:
-    """The controllers that have no name, by the numbers that the core knows them by."""
+    """Your own controllers, by their numbers in the core."""
     drivers = [plan.driver, *(phase.controller for phase in plan.phases)]
     return {number: driver for number, driver in enumerate(drivers) if not isinstance(driver, str | None)}
 
@@ -132,19 +132,19 @@ def _series(command: Command) -> tuple[Array, Array]:
 
 def _controller(own: Loop, driver: AnyController | None, number: int) -> ControllerEntry:
     other: Machine | None = None
-    believed: Pairs = []
-    if isinstance(own.believed, Machine):
-        other = own.believed
-    elif own.believed is not None:
-        believed = list(plain_overrides(own.believed).items())
+    changes: Pairs = []
+    if isinstance(own.controller_model, Machine):
+        other = own.controller_model
+    elif own.controller_model is not None:
+        changes = list(plain_overrides(own.controller_model).items())
     return {
         "name": driver if isinstance(driver, str) else "",
         "own": None if isinstance(driver, str) else number,
         "period": None if own.period is None else float(own.period),
         "delay": float(own.delay),
         "sensors": own.sensors,
-        "believed": believed,
-        "believed_machine": None if other is None else (other.source, list(other.overrides.items())),
+        "controller_model": changes,
+        "other_model": None if other is None else (other.source, list(other.overrides.items())),
         "monitor": own.monitor,
     }
 

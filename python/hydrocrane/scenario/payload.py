@@ -1,4 +1,4 @@
-"""Loads that come and go: the payload against time, and the effect of a change."""
+"""The payload against time, and the effect of a change."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class PayloadChange:
 
     @classmethod
     def of(cls, entry: PayloadEntry) -> PayloadChange:
-        """From the core's entry, also after its way through JSON."""
+        """From the core's entry, also after a conversion to JSON and back."""
         time, (before, after), (incoming, outgoing), loss = entry
         return cls(time, before, after, (incoming[0], incoming[1]), (outgoing[0], outgoing[1]), loss)
 

@@ -12,9 +12,10 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SENSORS
+from hydrocrane.scenario.former import refuses_former_names
 
 # Fields of a phase that come with a controller.
-LOOP = ("period", "delay", "sensors", "believed", "monitor")
+LOOP = ("period", "delay", "sensors", "controller_model", "monitor")
 
 
 class Loop(Protocol):
@@ -27,11 +28,12 @@ class Loop(Protocol):
     @property
     def sensors(self) -> str: ...
     @property
-    def believed(self) -> Machine | Overrides | None: ...
+    def controller_model(self) -> Machine | Overrides | None: ...
     @property
     def monitor(self) -> bool | None: ...
 
 
+@refuses_former_names
 @dataclass(frozen=True)
 class Phase:
     """From a given time on the crane has another controller or other sticks, or other values.
@@ -46,8 +48,8 @@ class Phase:
     overrides : mapping
         Machine keys that change, added to those in force.
     controller : str or object, optional
-        As in a scenario; `period`, `delay`, `sensors`, `believed` and `monitor` belong to it. By default all of them
-        are unchanged, the period also if only the controller is given.
+        As in a scenario; `period`, `delay`, `sensors`, `controller_model` and `monitor` belong to it. By default all
+        of them are unchanged, the period also if only the controller is given.
     joystick : Joystick, optional
         By default the sticks are unchanged; if the controller needs sticks of the other mode, they are centred.
         A joystick of the other mode without `controller` selects the controller of its mode.
@@ -69,7 +71,7 @@ class Phase:
     period: float | None = None
     delay: float = 0.0
     sensors: str = "ideal"
-    believed: Machine | Overrides | None = None
+    controller_model: Machine | Overrides | None = None
     monitor: bool | None = None
 
     def __post_init__(self) -> None:

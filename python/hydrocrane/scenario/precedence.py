@@ -1,6 +1,6 @@
-"""Which value counts where a scenario and the overrides of its machine state the same.
+"""Precedence of values that both a scenario and the overrides of its machine state.
 
-What is given later counts: a call or the command line before the scenario, the scenario before its machine. Two
+The later statement has priority: a call or the command line over the scenario, the scenario over its machine. Two
 different values given at once are an error. The payload, a named controller's period, and its speed at full stick have
 two such places: a field of the scenario, and a key of the machine.
 """
@@ -35,7 +35,7 @@ class Statements(Protocol):
 
 
 class Stated(NamedTuple):
-    """A field of a scenario that stands for a key of its machine."""
+    """A field of a scenario that replaces a key of its machine."""
 
     field: str
     value: float
@@ -43,7 +43,7 @@ class Stated(NamedTuple):
 
 
 def stated_fields(plan: Statements) -> dict[str, Stated]:
-    """What the fields of a scenario state in the machine's place, by its keys."""
+    """Values that the fields of a scenario state in place of the machine, by its keys."""
     name = plan.driver if isinstance(plan.driver, str) else None
     speed = None if plan.joystick is None else plan.joystick.full_speed
     payload, period, speed = (
@@ -54,13 +54,13 @@ def stated_fields(plan: Statements) -> dict[str, Stated]:
 
 
 def check_agreement(plan: Statements, overrides: Mapping[str, Override]) -> None:
-    """An error where a field of the scenario and one of `overrides` state different values."""
+    """Raises an error if a field of the scenario and one of `overrides` state different values."""
     for key, (field, value, unit) in stated_fields(plan).items():
         check_equal(field, value, unit, key, overrides)
 
 
 def check_equal(field: str, value: float | str | None, unit: str, key: str, overrides: Mapping[str, Override]) -> None:
-    """An error where `value` (SI, or a text with its unit) of `field` and the override of `key` differ."""
+    """Raises an error if `value` (SI, or a text with its unit) of `field` and the override of `key` differ."""
     if value is None or key not in overrides:
         return
     wrong = _core.contradiction(value, unit, key, overrides[key])
@@ -69,7 +69,7 @@ def check_equal(field: str, value: float | str | None, unit: str, key: str, over
 
 
 def later_counts(plan: Statements, changes: ScenarioFields) -> ScenarioFields:
-    """`changes` of the fields of `plan`, with whatever they take the place of taken out of the fields and overrides."""
+    """`changes` of the fields of `plan`; the fields and overrides that they replace are removed."""
     later, older = changes.get("overrides", {}), dict(plan.overrides)
     freed: ScenarioFields = {}
     if "payload.mass" in later:

@@ -1,4 +1,4 @@
-"""How large a record may be: it is estimated before a run, so that no run ends for want of memory."""
+"""Limit of the size of a record, estimated before a run, so that no run fails for lack of memory."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from hydrocrane.errors import InputError
 
 # Largest record of one run, of a case of a study, or state of a batch, bytes.
 MOST_BYTES = 2 * 1024**3
-# Numbers that a run keeps at each time: 94 of the lab crane with its ledger, more of longer chains.
+# Numbers that a run keeps at each time: 94 for the lab crane with its ledger, more for longer chains.
 NUMBERS_PER_ROW = 100
 _BYTES = 8
 
 
 def row_count(duration: float, interval: float) -> float:
-    """Times from 0 to `duration` (s) every `interval` (s); a float, as it may exceed any whole number."""
+    """Times from 0 to `duration` (s) every `interval` (s); a float, because it may exceed the range of integers."""
     steps = duration / interval * (1 + 1e-12) if interval > duration / 1e300 else math.inf
     return math.floor(steps) + 1.0 if math.isfinite(steps) else math.inf
 
 
 def check_size(what: str, rows: float, numbers: float, cure: str) -> None:
-    """Refuse `rows` of `numbers` each where they take more than :data:`MOST_BYTES`.
+    """Refuse `rows` of `numbers` each if they need more than :data:`MOST_BYTES`.
 
     Raises
     ------

@@ -35,6 +35,7 @@ from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
 from hydrocrane.scenario.command import Command, as_command
 from hydrocrane.scenario.due import in_order_of_time
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
+from hydrocrane.scenario.former import refuse_former_name, refuses_former_names
 from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import Phase, check_values
@@ -45,6 +46,7 @@ from hydrocrane.scenario.stage import Stage
 from hydrocrane.scenario.supply import MEASURED, SupplyPressure, as_supply
 
 
+@refuses_former_names
 @dataclass(frozen=True)
 class Scenario:
     """A complete description of one run.
@@ -90,7 +92,7 @@ class Scenario:
     payload_changes : mapping
         Time, s, to the payload, kg, from then on: loads at rest that are picked up, and loads released. Entries after
         the end of the run have no effect.
-    believed : mapping or Machine, optional
+    controller_model : mapping or Machine, optional
         Controller model: overrides of the machine, or another machine with as many joints of the same kinds. It does
         not change the simulated crane. By default it equals the crane. Your own controller receives this machine in
         ``reset``.
@@ -134,7 +136,7 @@ class Scenario:
     sensors: str = "ideal"
     sensor_faults: Sequence[SensorFault] = ()
     payload_changes: Mapping[float, float] = field(default_factory=dict)
-    believed: Machine | Mapping[str, Override] | None = None
+    controller_model: Machine | Mapping[str, Override] | None = None
     monitor: bool | None = None
     phases: Sequence[Phase] = ()
     supply: SupplyPressure | None = None
@@ -142,7 +144,7 @@ class Scenario:
     warnings: Sequence[ResultWarning] = field(default=(), compare=False)
 
     if TYPE_CHECKING:
-        # More may be given than is kept: a machine, commands and overrides in all their forms.
+        # Arguments have more forms than the stored fields: a machine, commands and overrides.
         def __init__(self, **fields: Unpack[ScenarioFields]) -> None: ...
 
     def __post_init__(self) -> None:
@@ -187,6 +189,7 @@ class Scenario:
         inner = {f.name for f in dataclasses.fields(self.solver)}
         changes: dict[str, Any] = dict(fields)
         for name in changes:
+            refuse_former_name(name)
             if name not in own | inner:
                 raise InputError(f"a scenario has no `{name}`{nearest(name, sorted(own | inner))}")
         solver = changes.pop("solver", self.solver)
@@ -199,7 +202,7 @@ class Scenario:
         return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **counting)
 
     def _check_loop(self) -> None:
-        """What concerns the controller and its surroundings."""
+        """Checks of the controller and its settings."""
         check_controller(self.controller)
         if self.closed_loop and len(self.commands):
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
@@ -208,11 +211,11 @@ class Scenario:
         check_values(self)
         if self.joystick is not None and not isinstance(self.joystick, Joystick):
             raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
-        if self.believed is not None:
+        if self.controller_model is not None:
             if not self.closed_loop:
-                raise InputError("`believed` changes the controller model; this scenario has no controller")
-            if not isinstance(self.believed, Machine):
-                object.__setattr__(self, "believed", plain_overrides(self.believed))
+                raise InputError("this scenario has a `controller_model`, but no controller")
+            if not isinstance(self.controller_model, Machine):
+                object.__setattr__(self, "controller_model", plain_overrides(self.controller_model))
         if isinstance(self.driver, str) and self.stick_mode not in MODES_OF[self.driver]:
             raise InputError(f"controller `{self.driver}` does not support the stick mode `{self.stick_mode}`")
 

@@ -79,7 +79,7 @@ class LoopFields(TypedDict, total=False):
     """Fields of a scenario or phase that come with a controller."""
 
     controller: str
-    believed: dict[str, Override] | None
+    controller_model: dict[str, Override] | None
     period: float | None
     delay: float
     sensors: str
@@ -96,7 +96,7 @@ def _loop(raw: ControllerTable | None) -> LoopFields:
         return {}
     return {
         "controller": raw["name"],
-        "believed": dict(raw["believed"]) or None,
+        "controller_model": dict(raw["controller_model"]) or None,
         "period": raw["period"],
         "delay": raw["delay"],
         "sensors": raw["sensors"],

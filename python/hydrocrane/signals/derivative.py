@@ -12,17 +12,17 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.logs.noise import Noise, noise_of
 
-# Neighbouring windows differ by this ratio; the widest one spans this share of the record.
+# Ratio of the widths of successive windows; and the widest one as a share of the record.
 GROWTH, WIDEST_SHARE = 1.35, 0.5
-# Half-width of the confidence intervals that must overlap, in standard deviations: wide, since many are compared.
+# Half-width of the confidence intervals that must overlap, in standard deviations; wide, because many are compared.
 CONFIDENCE = 3.5
-# Where they no longer overlap the bias is of their size. So many windows back it is small against the noise: it grows
-# with the square of the width, while the noise falls with its power 3/2.
+# When the intervals no longer overlap, the bias has their size. This many windows earlier it is small against the
+# noise: the bias grows with the square of the width, while the noise decreases with its power 3/2.
 BACK = 3
 
 
 class Derivative(NamedTuple):
-    """Derivative (n,), its standard uncertainty (n,), and the half-width (n,) in samples of the window behind it."""
+    """Derivative (n,), its standard uncertainty (n,), and the half-width (n,) of its window in samples."""
 
     value: Array
     error: Array
@@ -35,8 +35,8 @@ def derivative(
     """First or second derivative of a uniformly sampled signal.
 
     A polynomial of one degree more than the derivative is fitted around each sample. Its window grows while the
-    estimates of all smaller windows agree within their uncertainty, so that steady motion is averaged for long and a
-    jerk is not smeared.
+    estimates of all smaller windows agree within their uncertainty. Steady motion is thus averaged over a long time,
+    and a jerk is not smeared.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def derivative(
         Samples per second.
     order : {1, 2}
     noise : Noise, optional
-        Of the sensor; by default estimated from `values`.
+        Noise of the sensor; by default estimated from `values`.
     longest : float, optional
         Longest window, s; by default half of the record.
     """
@@ -78,7 +78,7 @@ def _grown(values: Array, rate: float, order: int, noise: Noise, longest: float 
         growing &= ~stopped
         tried = [*tried[-1 - BACK :], (estimate, uncertainty, np.full(n, float(m)))]
         _take(chosen, tried[max(len(tried) - 2 - BACK, 0)], stopped)
-        # Those that still grow hold the widest window so far.
+        # Samples whose window still grows take the widest window so far.
         _take(chosen, tried[-1], growing)
         if not growing.any():
             break
@@ -100,7 +100,7 @@ def _half_widths(n: int, rate: float, order: int, longest: float | None) -> list
 
 
 def _powers(m: int, order: int) -> Array:
-    """(2 m + 1, order + 2) powers of the place in the window, from -1 to 1."""
+    """(2 m + 1, order + 2) powers of the position in the window, from -1 to 1."""
     return np.vander(np.arange(-m, m + 1) / m, order + 2, increasing=True)
 
 
@@ -129,13 +129,14 @@ def _uncertainty(estimate: Array, m: int, rate: float, order: int, noise: Noise)
     """Standard deviation of the fit's derivative at every sample, from noise and rounding."""
     powers = _powers(m, order)
     covariance = np.linalg.inv(powers.T @ powers)
-    # Where the derivative is read in the window: its middle, and off it within m samples of the record's ends.
+    # Position in the window at which the derivative is evaluated: its middle, or off it within m samples of the
+    # record's ends.
     n = estimate.size
     at = np.clip(np.arange(n), 0, m) - np.clip(np.arange(n)[::-1], 0, m)
     rows = _rows(at.astype(np.float64), m, rate, order)
     gain = np.sqrt(np.einsum("ni,ij,nj->n", rows, covariance, rows))
     span = 2.0 * m / rate
-    # Rounding repeats from step to step, so that it averages over the steps crossed and not over samples.
+    # The rounding error is periodic in the steps, so it averages over the number of crossed steps and not of samples.
     crossed = np.abs(estimate) * span / noise.step if noise.step and order == 1 else np.zeros(n)
     dither = np.exp(-2.0 * (np.pi * noise.sigma / noise.step) ** 2) if noise.step else 0.0
     rounding = 0.5 * noise.step * dither * order * (2.0 / span) ** order / 2.0 / np.maximum(crossed, 1.0)

@@ -23,7 +23,7 @@ def low_pass(
     Parameters
     ----------
     values : (n,) array_like
-        Finite samples; the filter starts at rest on the first one.
+        Finite samples; the filter starts in steady state at the first one.
     rate : float
         Samples per second.
     cutoff : float
@@ -31,10 +31,10 @@ def low_pass(
     order : int
         1 to 10.
     zero_phase : bool
-        Forward and backward: no delay, for logs that are complete. Else causal, as a controller sees it.
+        Forward and backward, without delay, for complete logs. Otherwise causal, as in a controller.
     norm : {"mag", "phase"}
-        What `cutoff` means: where the whole filter, both passes, has lost 3 dB; or, causal only, where the phase is
-        half of its final value, which is MATLAB's meaning and that of the thesis.
+        Meaning of `cutoff`: the frequency at which the whole filter (both passes) has -3 dB; or, causal only, at which
+        the phase is half of its final value, as in MATLAB and the thesis.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def _check(rate: float, cutoff: float, order: int, zero_phase: bool, norm: str) 
 
 
 def _widening(order: int) -> float:
-    """By how much one pass must be wider for both together to lose 3 dB at the cut-off."""
+    """Factor on the cut-off of one pass for -3 dB of both passes at the wanted cut-off."""
     zeros, poles, gain = bessel(order, 1.0, analog=True, norm="mag", output="zpk")
 
     def excess(w: float) -> float:

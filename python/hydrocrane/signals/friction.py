@@ -19,22 +19,22 @@ from hydrocrane.signals.resample import at_common_rate, resample, unbroken
 
 @dataclass(frozen=True)
 class RigParameters:
-    """What the friction force needs to know of a rig that moves along a straight line.
+    """Parameters for the friction force of a rig that moves along a straight line.
 
     Attributes
     ----------
     piston_area, rod_area : float
         m^2, of the chambers of p1 and p2.
     mass : float
-        All that moves with the piston, load included, kg.
+        Moving mass including the load, kg.
     gravity : float
         Component along the extending piston, m/s^2: +9.81 where the load hangs, 0 where the cylinder lies.
     rod_mass : float
-        What moves on the cylinder's side of a load cell, kg.
+        Moving mass on the cylinder's side of a load cell, kg.
     stroke : (float, float)
-        Piston positions from mid-stroke that it can take, m.
+        Range of the piston position from mid-stroke, m.
     slip : float
-        Travel over which the bristles of the seal bend before they slip, m, as far as it is known; 0: it is not.
+        Travel over which the bristles of the seal bend before they slip, m; 0 if it is not known.
     """
 
     piston_area: float
@@ -54,7 +54,7 @@ class RigParameters:
 
     @classmethod
     def of(cls, machine: MachineLike, *, payload: float | None = None, rod_mass: float = 0.0) -> RigParameters:
-        """The parameters of a machine with one cylinder that moves its load along a straight line; or of its name."""
+        """The parameters of a machine, or of its name, with one cylinder that moves its load along a straight line."""
         machine = as_machine(machine)
         if len(machine.cylinder_names) != 1:
             raise InputError(
@@ -93,7 +93,7 @@ def pressure_force(log: Log, rig: RigParameters) -> Array:
 
 
 def steady_friction(log: Log, rig: RigParameters, *, load_cell: bool = False) -> Array:
-    """Friction force (n,) where velocity is constant, N; positive against positive velocity   (120)."""
+    """Friction force (n,) at constant velocity, N; positive against positive velocity   (120)."""
     if load_cell:
         return pressure_force(log, rig) - log["force"] + rig.rod_mass * rig.gravity
     return pressure_force(log, rig) + rig.mass * rig.gravity
@@ -102,8 +102,8 @@ def steady_friction(log: Log, rig: RigParameters, *, load_cell: bool = False) ->
 def friction_force(log: LogLike, rig: RigParameters | MachineLike, *, load_cell: bool = False) -> xr.Dataset:
     """Friction force over time, N: F = p1 A1 - p2 A2 + m g - m x''   (118, with the sign of erratum E17).
 
-    With `load_cell` the measured net force on the load holds the load's weight and inertia, so that only `rod_mass`
-    remains.
+    With `load_cell` the measured net force includes the load's weight and inertia, so only `rod_mass` remains in the
+    balance.
 
     Parameters
     ----------

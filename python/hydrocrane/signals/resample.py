@@ -14,7 +14,7 @@ from hydrocrane.logs.log import Log
 from hydrocrane.logs.rates import own_samples
 from hydrocrane.signals.filters import low_pass
 
-# Cut-off before a lower rate, as a share of it: half of where folding begins.
+# Cut-off before a lower rate, as a share of that rate: half the Nyquist frequency.
 CUTOFF = 0.25
 
 
@@ -26,7 +26,7 @@ def sampling_rate(time: Array) -> float:
 def resample(log: Log, rate: float | None = None, *, longest_gap: float | None = None) -> Log:
     """The log at evenly spaced times.
 
-    Values are joined by straight lines; a lower rate filters first, so that what is faster does not fold down.
+    Values are interpolated linearly. Before a lower rate a filter prevents aliasing.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def resample(log: Log, rate: float | None = None, *, longest_gap: float | None =
     rate : float, optional
         Samples per second; by default the log's usual rate.
     longest_gap : float, optional
-        Stretches without samples or values that are longer, s, stay empty (NaN); by default five usual intervals.
+        Longer stretches without samples or values, s, remain empty (NaN); by default five usual intervals.
     """
     log = log.usable()
     time = log.time
@@ -44,7 +44,7 @@ def resample(log: Log, rate: float | None = None, *, longest_gap: float | None =
         raise InputError(f"rate must be between 0 and 1e7 samples per second, got {rate}")
     limit = GAP / usual if longest_gap is None else float(longest_gap)
     count = int(np.floor((time[-1] - time[0]) * rate * (1 + 1e-9))) + 1
-    # The last one may lie beyond the record by its rounding.
+    # By rounding the last one may lie beyond the record.
     even = np.minimum(time[0] + np.arange(count) / rate, time[-1])
     data = xr.Dataset(coords={"time": ("time", even, dict(log.data["time"].attrs))}, attrs=dict(log.data.attrs))
     for name in log.data.data_vars:
@@ -57,7 +57,7 @@ def resample(log: Log, rate: float | None = None, *, longest_gap: float | None =
 def readable(log: Log, *signals: str) -> Log:
     """The log at the rate of the slowest of the `signals`, without rows in which one of them is missing.
 
-    Up to a few rows missing leave a gap that windows go on across; more of them end one, see :func:`unbroken`.
+    Windows continue across a gap of a few rows; a longer gap ends a window, see :func:`unbroken`.
     """
     log = at_common_rate(log, *signals)
     whole = np.isfinite(np.stack([log[name] for name in signals])).all(axis=0)
@@ -65,16 +65,16 @@ def readable(log: Log, *signals: str) -> Log:
 
 
 def at_common_rate(log: Log, *signals: str) -> Log:
-    """The log at the times at which the slowest of the `signals` was sampled; itself where all have the log's rate.
+    """The log at the sampling times of the slowest of the `signals`; the log itself if all have its rate.
 
-    Faster signals are means of all samples around each of these times, half way to the next ones: filtered, so that
-    nothing folds down, and no sample is lost. Commands are taken as they stand at these times.
+    Faster signals are means of all samples around each of these times, up to half way to the next ones. This prevents
+    aliasing and uses all samples. Commands have their value at these times.
     """
     own = [found.rows for name in signals if (found := own_samples(log[name])) is not None]
     if not own:
         return log
     rows = min(own, key=len)
-    # Blocks at both ends would reach to one side only.
+    # Blocks at both ends would be one-sided.
     edges = (rows[:-1] + rows[1:] + 1) // 2
     rows = rows[1:-1]
     data = log.data.isel(time=rows).copy()
@@ -104,7 +104,7 @@ def _series(time: Array, values: Array, even: Array, usual: float, rate: float, 
 
 
 def _smoothed(time: Array, values: Array, usual: float, cutoff: float, limit: float) -> Array:
-    """Each stretch between long gaps filtered on its own, at the usual rate."""
+    """Each stretch between long gaps, filtered separately at the usual rate."""
     smooth = values.copy()
     edges = [0, *(np.flatnonzero(np.diff(time) > limit) + 1), time.size]
     for a, b in zip(edges[:-1], edges[1:]):

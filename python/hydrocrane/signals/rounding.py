@@ -1,4 +1,4 @@
-"""What a converter's rounding does to means of noisy readings."""
+"""Effect of a converter's rounding on means of noisy readings."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ from scipy.optimize import brentq
 from hydrocrane.arrays import Array
 from hydrocrane.logs.noise import Noise, noise_of
 
-# Samples in which a signal is seen to stand: it moves by less than this share of a converter's step.
+# Number of samples over which a signal at rest is detected: it changes by less than this share of a converter's step.
 BLOCK, STANDS = 64, 0.5
-# A place that shows this many times the variance of the others shakes.
+# A place with more than this multiple of the variance of the others vibrates.
 SHAKES = 5.0
 
 
 def rounding_bias(sigma: float, step: float, travel: float = 0.0) -> float:
-    """Error that a converter's rounding leaves in a mean, as a standard deviation over all places within a step.
+    """Error of a mean due to a converter's rounding, as a standard deviation over all positions within a step.
 
-    Noise of standard deviation `sigma` before a converter of `step` smooths its staircase: the first harmonic of the
-    rounding error, amplitude step/pi, fades as exp(-2 pi^2 sigma^2 / step^2) (Widrow and Kollar, Quantization Noise,
-    2008). A steady change by `travel` averages over the places that it crosses: step/(pi travel) is left at most.
+    Noise of standard deviation `sigma` before a converter with `step` smooths its staircase: the first harmonic of the
+    rounding error, amplitude step/pi, is reduced by exp(-2 pi^2 sigma^2 / step^2) (Widrow and Kollar, Quantization
+    Noise, 2008). A steady change by `travel` averages over the crossed steps: at most the share step/(pi travel)
+    remains.
 
-    `sigma` must come from readings all over the steps. The spread of readings at one place says less: in the middle of
-    a code they are all alike, at its edge they fall on two.
+    `sigma` must come from readings at many positions within the steps. Readings at one position are not sufficient: in
+    the middle of a code they are all equal, at its edge they have two values.
     """
     if step <= 0.0:
         return 0.0
@@ -31,10 +32,11 @@ def rounding_bias(sigma: float, step: float, travel: float = 0.0) -> float:
 
 
 def noise_before_rounding(values: Array) -> Noise:
-    """Noise of a signal (n,) as the converter meets it, also where the signal stands still for long.
+    """Noise of a signal (n,) before the converter, also for a signal that is at rest for a long time.
 
-    Each place where the signal stands counts once, however long it stays. On average over all places within a step
-    readings scatter by sigma^2 + step^2/12 less what rounding leaves in their mean, which does not scatter.
+    Each place at which the signal rests counts once, independent of the time. On average over all positions within a
+    step the variance of the readings is sigma^2 + step^2/12 less the square of the rounding error of their mean, which
+    does not scatter.
     """
     noise = noise_of(values)
     finite = values[np.isfinite(values)]
@@ -57,7 +59,7 @@ def noise_before_rounding(values: Array) -> Noise:
 
 
 def _places(means: Array, apart: float) -> Array:
-    """Number of the place of each of successive means (b,): another one where they have moved by more than `apart`."""
+    """Index of the place of each of successive means (b,); a new place begins after a change by more than `apart`."""
     number, at, found = 0, float(means[0]), []
     for mean in means:
         if abs(mean - at) > apart:

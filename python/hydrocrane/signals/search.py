@@ -27,13 +27,14 @@ from hydrocrane.signals.steadiness import (
 from hydrocrane.signals.window_checks import checked_windows
 from hydrocrane.signals.windows import Rejected, SteadyWindows, Window
 
-# A sensor's slow noise, which neighbouring samples do not show, may add so much to its fast one.
+# Allowance for a sensor's slow noise, which neighbouring samples do not show, as a factor on its fast noise.
 WAVINESS = 1.3
 # Velocities of neighbouring pieces that differ by less than this share belong to one motion.
 SAME_SPEED = 0.3
-# Slips of the bristles that are left out at the start of a piece, at most this share of it.
+# Travel in bristle slips that is left out at the start of a piece, and its largest share of the piece.
 LEFT_OUT_SLIPS, LEFT_OUT_SHARE = 6.0, 0.6
-# Share of the travel by which a steady piece may leave a straight line: velocity constant within about 5 %.
+# Largest deviation of a steady piece from a straight line, as a share of its travel: velocity is constant within about
+# 5 %.
 STRAIGHTNESS = 0.002
 
 
@@ -52,23 +53,23 @@ def steady_windows(
     Parameters
     ----------
     log : Log
-        Or what :meth:`Log.of` makes one of, such as a log of the virtual rig. With ``x``, ``p1``, ``p2``; a
-        ``command`` helps to cut; ``force`` for `load_cell`.
+        A log or any argument of :meth:`Log.of`, such as a log of the virtual rig. It needs ``x``, ``p1``, ``p2``, and
+        ``force`` for `load_cell`; a ``command`` helps to find the pieces.
     rig : RigParameters, Machine, or the name or path of one
     load_cell : bool
         Take the load's weight from the load cell, see :func:`friction_force`.
     least_duration, least_travel : float
-        What is left after the transient must last and move so much, s and m.
+        Least duration and travel after the transient, s and m.
     settle_travel : float, optional
-        Travel to leave out at the start of each piece at least, m; by default six slips of the bristles where the rig's
-        file knows them, but no more than 60 % of a piece. The transient that shows is removed in any case.
+        Least travel to leave out at the start of each piece, m. The default is six bristle slips if the rig's file has
+        them, but at most 60 % of a piece. A visible transient is removed in any case.
     straightness : float
         Deviation from a straight line that counts as constant velocity, as a share of the travel.
 
     Returns
     -------
     SteadyWindows
-        Empty, with the reasons, where nothing is steady.
+        Empty, with the reasons, if nothing is steady.
     """
     rig = rig if isinstance(rig, RigParameters) else RigParameters.of(rig)
     for name, value in (("least_duration", least_duration), ("least_travel", least_travel)):
@@ -94,7 +95,8 @@ def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tup
     edges = np.flatnonzero(np.diff(log.stuck(*signals).astype(np.int8))) + 1
     cuts = sorted({*_jumps(log), *edges.tolist()})
     pieces = []
-    # Below a micrometre nothing is known of a piston. A reading that wavers between two codes is half a step off.
+    # A position is not known better than a micrometre. A reading that alternates between two codes has an error of half
+    # a step.
     sigma = max(WAVINESS * float(np.hypot(noise.sigma, 0.5 * noise.step)), 1e-6)
     for a, b in unbroken(log, *signals):
         inner = straight_pieces(time[a:b], x[a:b], sigma, straightness, [cut - a for cut in cuts])
@@ -103,7 +105,7 @@ def _pieces(log: Log, signals: tuple[str, ...], straightness: float) -> list[tup
 
 
 def _position_noise(log: Log) -> Noise:
-    """Noise of the position where its sensor reads: at the end of its range it shows none."""
+    """Noise of the position within the sensor's range; at the end of its range there is none."""
     return noise_of(log["x"][~log.stuck("x")])
 
 
@@ -142,7 +144,7 @@ class _Reader:
         found: list[Window | Rejected] = []
         for i, (a, b) in enumerate(self.pieces):
             if b - a < LEAST_SAMPLES:
-                # A corner between two pieces is no stretch that anybody would look for.
+                # A corner between two pieces is too short to be reported.
                 continue
             result = self._piece(i, a, b)
             if isinstance(result, str):
@@ -162,7 +164,7 @@ class _Reader:
         return abs(motion.velocity) > 4.0 * motion.error and abs(motion.travel) > self.least_travel
 
     def _piece(self, i: int, a: int, b: int) -> Window | str:
-        """The window in piece i, samples a .. b - 1, or why there is none."""
+        """The window in piece i, samples a .. b - 1, or the reason why there is none."""
         time, whole = self.time, self.motions[i]
         if self.bad[a:b].any():
             return "a sensor is frozen or at the end of its range, see the flags"
@@ -185,7 +187,7 @@ class _Reader:
         return reason if first is None else self._window(began, a + first, b)
 
     def _left_out(self, travel: float) -> float:
-        """Share of a piece of so much travel, m, that is left out at its start."""
+        """Share of a piece with this `travel`, m, that is left out at its start."""
         if self.settle_travel is None:
             return min(LEFT_OUT_SLIPS * self.rig.slip / travel, LEFT_OUT_SHARE)
         return min(self.settle_travel / travel, 1.0)
@@ -207,7 +209,7 @@ class _Reader:
         return self.pieces[first][0]
 
     def _half_way(self, began: int, b: int) -> int:
-        """Sample at which half of the way from sample `began` to sample b was made."""
+        """Sample at half of the displacement between sample `began` and sample b."""
         way = np.abs(self.x[began:b] - self.x[began])
         return began + int(np.argmax(way >= 0.5 * way[-1]))
 

@@ -1,4 +1,4 @@
-"""Cutting a position record into straight pieces."""
+"""Segmentation of a position record into straight pieces."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 
-# A record is first cut into at most this many pieces of at least so many samples.
+# Most initial pieces of a record, and their least number of samples.
 MOST_PIECES, LEAST_SAMPLES = 1500, 4
-# How far the sum of squares of a straight piece may exceed its expectation, in standard deviations of white noise.
+# Allowed excess of the sum of squares of a straight piece over its expectation, in standard deviations for white noise.
 EXCESS = 4.0
 
 
 class _Sums:
-    """Sums from which the residual of a line through any stretch follows at once."""
+    """Cumulative sums, from which the residual of a line through any stretch follows directly."""
 
     def __init__(self, time: Array, x: Array) -> None:
         t, y = time - time.mean(), x - x.mean()
@@ -30,7 +30,7 @@ class _Sums:
         ctt, cty, cyy = stt - st * st / n, sty - st * sy / n, syy - sy * sy / n
         if ctt <= 0.0:
             return 0.0, 0.0
-        # The samples of a line lie evenly, so that their spread gives its length: n^2 / 12 intervals squared.
+        # The samples of a line are evenly spaced, so their variance gives its length: n^2 / 12 squared intervals.
         travel = abs(cty / ctt) * np.sqrt(12.0 * ctt / n)
         return max(cyy - cty * cty / ctt, 0.0), float(travel)
 
@@ -48,7 +48,7 @@ def straight_pieces(time: Array, x: Array, sigma: float, straightness: float, cu
     sigma : float
         Standard deviation of the position sensor, m.
     straightness : float
-        Deviation from the line that counts as straight too, as a share of the piece's travel.
+        Deviation from the line that still counts as straight, as a share of the piece's travel.
     cuts : list of int
         Samples that no piece spans, where the command changes.
     """
@@ -59,7 +59,7 @@ def straight_pieces(time: Array, x: Array, sigma: float, straightness: float, cu
     edges = sorted(fixed | set(np.linspace(0, n, count + 1).astype(int).tolist()))
 
     def crookedness(a: int, b: int) -> float:
-        """Residual over what is allowed; up to 1 is straight."""
+        """Residual over the allowed one; up to 1 the piece is straight."""
         squares, travel = sums.line(a, b)
         allowed = sigma**2 + (straightness * travel) ** 2
         size = b - a
@@ -85,6 +85,6 @@ def straight_pieces(time: Array, x: Array, sigma: float, straightness: float, cu
 
 
 def command_changes(command: Array, sigma: float, step: float) -> list[int]:
-    """Samples at which a command jumps; empty where it changes all the time, as a ramp or a controller's does."""
+    """Samples at which a command jumps; empty if it changes all the time, like a ramp or the output of a controller."""
     jumps = np.flatnonzero(np.abs(np.diff(command)) > max(6.0 * sigma, 1.5 * step if sigma else 0.0, 1e-9)) + 1
     return [] if jumps.size > 0.1 * command.size else [int(i) for i in jumps]

@@ -10,7 +10,7 @@ from hydrocrane.arrays import Array
 
 
 class Line(NamedTuple):
-    """A straight line through samples: value in the middle, slope, their standard errors, and what is left over."""
+    """A straight line through samples: value in the middle, slope, their standard errors, and the residuals."""
 
     mean: float
     slope: float
@@ -21,7 +21,7 @@ class Line(NamedTuple):
 
 
 def correlation_samples(residual: Array) -> float:
-    """Integrated correlation time of residuals (n,), in samples: 1 for white noise, more where neighbours agree.
+    """Integrated correlation time of residuals (n,), in samples: 1 for white noise, larger for correlated neighbours.
 
     Sums of neighbouring pairs of the autocorrelation are added while they are positive (Geyer, Practical Markov Chain
     Monte Carlo, Statistical Science 7, 1992), at most over a third of the record, beyond which none can be estimated.

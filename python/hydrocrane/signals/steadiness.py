@@ -1,4 +1,4 @@
-"""Whether a piece of constant velocity has settled, and what it then says."""
+"""Test whether a piece of constant velocity is settled, and its mean friction."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ from hydrocrane.logs.noise import Noise
 from hydrocrane.signals.rounding import rounding_bias
 from hydrocrane.signals.statistics import fitted_line
 
-# Share of a piece at its end that may already belong to what follows.
+# Share at the end of a piece that may already belong to the next one.
 MARGIN = 0.05
-# Change of friction over the second half of the way since the motion began, as a share of friction. Where friction
-# approaches its end exponentially with the way, 10 % there means that about 1 % is still to come.
+# Limit of the change of friction over the second half of the displacement since the motion began, as a share of
+# friction. If friction approaches its final value exponentially with displacement, 10 % means that about 1 % is still
+# missing.
 HALF_WAY_SHARE = 0.1
-# A peak of the spectrum is a line from this many times the mean of the rest on; the velocity by which it swings may
-# be this share of the mean velocity.
+# A peak of the spectrum is a line above this multiple of the mean of the rest; and the largest amplitude of its
+# velocity, as a share of the mean velocity.
 LINE, OSCILLATION_SHARE = 25.0, 0.2
-# Hum spreads so far about its frequency, Hz; a line so many times as strong is more than hum.
+# Width of a hum line about its frequency, Hz; a line stronger than this multiple is more than hum.
 HUM_WIDTH, HUM_FACTOR = 0.6, 2.0
 # Drift over a window that still counts as steady: as a share of the friction, and in its standard errors.
 STEADY_SHARE, STEADY_ERRORS = 0.03, 2.5
-# Pressures may drift more than friction: common drift of both chambers moves nothing.
+# Pressures may drift more than friction, because a common drift of both chambers has no net force.
 PRESSURE_SHARE = 0.1
 BATCHES = 100
-# A later start must lessen the error of the mean by more than this factor.
+# A later start must reduce the error of the mean by more than this factor.
 WORTH = 1.1
-# Rounding is a wave in time over so many steps at least, each sampled so often, where residuals are no larger than this
-# multiple of noise and rounding.
+# Conditions for the treatment of rounding as a wave in time: least number of crossed steps, least samples per step, and
+# largest residuals as a multiple of noise and rounding.
 CROSSINGS, SAMPLED, EXPLAINED = 3.0, 8.0, 1.3
 
 
@@ -45,7 +46,7 @@ class Piece(NamedTuple):
     chambers : list of (n,) arrays
         p1 A1 and p2 A2, N.
     way : (k,) array
-        Friction over the second half of the way since the motion began, up to the end of the piece, N.
+        Friction over the second half of the displacement since the motion began, up to the end of the piece, N.
     way_time : (k,) array
         s.
     """
@@ -68,9 +69,9 @@ class Motion(NamedTuple):
 def motion_of(time: Array, x: Array, noise: Noise) -> Motion:
     """Velocity of a straight piece by least squares.
 
-    The scatter about the line holds the noise, of which a short stretch may show too little by chance: the larger of
-    both counts. So does rounding, which repeats as the piston crosses the converter's steps; what incomplete crossings
-    at both ends leave is step^2 / (duration travel).
+    The scatter about the line contains the noise. A short stretch may have too little scatter by chance, so the larger
+    of both counts. The rounding error is periodic in the converter's steps; incomplete periods at both ends leave
+    step^2 / (duration travel).
     """
     line = fitted_line(time, x)
     duration = float(time[-1] - time[0])
@@ -86,12 +87,12 @@ def motion_of(time: Array, x: Array, noise: Noise) -> Motion:
 
 
 def _staircase(residual: Array, travel: float, noise: Noise) -> float | None:
-    """Standard deviation, m, of a travel found by least squares where rounding is a wave; None where it is not.
+    """Standard deviation, m, of a least-squares travel if rounding is a wave in time; None if it is not.
 
-    As a wave in time it must not count as noise too. One of amplitude a, k periods and unknown phase adds up to
-    6 a / (pi k) times a cosine; the first harmonic of the staircase, faded by noise, is that of :func:`rounding_bias`.
-    Over several steps the residuals are those of rounding and noise together, also where neighbouring samples fall on
-    one code and show none.
+    As a wave in time rounding must not count as noise too. A wave of amplitude a, k periods and unknown phase changes
+    the travel by 6 a / (pi k) times a cosine. The first harmonic of the staircase, reduced by noise, is that of
+    :func:`rounding_bias`. Over several steps the residuals are those of rounding and noise together, even if
+    neighbouring samples have the same code.
     """
     crossed = travel / noise.step if noise.step else 0.0
     spread = float(np.std(residual))
@@ -105,9 +106,9 @@ def _staircase(residual: Array, travel: float, noise: Noise) -> float | None:
 
 
 def _change(time: Array, x: Array, insignificant: float) -> float:
-    """Half of the difference between the velocities of both halves, as far as it is significant, m/s.
+    """Significant part of half the difference between the velocities of both halves, m/s.
 
-    Each half knows its velocity 2 sqrt(2) times worse than the whole does, their difference 4 times.
+    The error of the velocity of each half is 2 sqrt(2) times that of the whole, and that of the difference 4 times.
     """
     middle = x.size // 2
     if middle < 3:
@@ -118,10 +119,10 @@ def _change(time: Array, x: Array, insignificant: float) -> float:
 
 
 def settled(piece: Piece, skipped: int, least: int) -> tuple[int | None, str]:
-    """First sample from which friction and pressures are steady, or the reason why there is none.
+    """First sample after which friction and pressures are steady, or the reason why there is none.
 
-    The start is where the standard error of the remaining mean is least (marginal standard error rule, White,
-    Simulation 69, 1997), then later in steps of a tenth of what is left until nothing drifts any more.
+    The start minimises the standard error of the mean of the rest (marginal standard error rule, White, Simulation 69,
+    1997). It is then moved later in steps of a tenth of the rest until nothing drifts.
     """
     n = piece.time.size
     still = _settling(piece)
@@ -140,7 +141,7 @@ def settled(piece: Piece, skipped: int, least: int) -> tuple[int | None, str]:
 
 
 def _settling(piece: Piece) -> str:
-    """Whether friction is still approaching its end, judged over as much way as the motion has made before."""
+    """Whether friction still approaches its final value, judged over the second half of the displacement so far."""
     if piece.way.size < 8:
         return ""
     line = fitted_line(piece.way_time, piece.way)
@@ -154,23 +155,24 @@ def _settling(piece: Piece) -> str:
 
 
 def oscillation(time: Array, force: Array, mass: float, hums: Sequence[Hum] = ()) -> tuple[float, float]:
-    """Amplitude of velocity, m/s, and frequency, Hz, of the strongest line in the pressure force (n,); 0 where none.
+    """Amplitude of velocity, m/s, and frequency, Hz, of the strongest line in the pressure force (n,); 0 without a
+    line.
 
-    A force that swings with amplitude F at frequency f shakes the mass by F / (2 pi f m); the position sensor would
-    not show it. Lines of `hums` count where they are stronger here than hum is.
+    A force oscillation of amplitude F at frequency f moves the mass with velocity F / (2 pi f m), which the position
+    sensor may not show. Lines of `hums` count if they are stronger here than the hum.
     """
     n = force.size
     if n < 32:
         return 0.0, 0.0
     residual = fitted_line(time, force).residual * np.hanning(n)
     power = np.abs(np.fft.rfft(residual)) ** 2
-    # The slowest lines are drift, which is judged elsewhere.
+    # The slowest lines are drift, which has its own test.
     power[:4] = 0.0
     width = (n - 1) / (n * float(time[-1] - time[0]))
     for hum in hums:
         middle = int(round(hum.frequency / width))
         near = slice(max(middle - 3 - int(HUM_WIDTH / width), 0), middle + 4 + int(HUM_WIDTH / width))
-        # The window holds 3/8 of the power of a sine.
+        # The window leaves 3/8 of the power of a sine.
         if np.sqrt(float(power[near].sum()) / (n * n * 0.375 / 4.0)) < HUM_FACTOR * hum.amplitude:
             power[near] = 0.0
     peak = int(np.argmax(power))
@@ -184,25 +186,25 @@ def oscillation(time: Array, force: Array, mass: float, hums: Sequence[Hum] = ()
 
 
 def _least_marginal_error(values: Array) -> int:
-    """Sample at which to begin so that the error of the mean, as if samples were independent, is least."""
+    """Start sample with the least error of the mean, computed for independent samples."""
     batch = max(values.size // BATCHES, 1)
     count = values.size // batch
-    # The remainder goes to the front, which is judged and not kept.
+    # The remainder is at the front, which is tested and not used.
     means = values[values.size - count * batch :].reshape(count, batch).mean(axis=1)
     tail = means[::-1]
     size = np.arange(1, count + 1)
     centred = tail - tail.mean()
     spread = np.cumsum(centred**2) - np.cumsum(centred) ** 2 / size
-    # Fewer than a quarter of the batches say too little about their own spread.
+    # Fewer than a quarter of the batches give no reliable variance.
     lowest = max(count // 4, 1)
     error = np.maximum(spread[lowest - 1 :], 0.0) / size[lowest - 1 :] ** 2
-    # Where several starts are as good the first is taken: the least of many estimated errors is one by chance.
+    # Among nearly equal starts the first is taken, because the least of many estimated errors is so by chance.
     kept = lowest + int(np.flatnonzero(error <= WORTH * error.min())[-1])
     return values.size - kept * batch if kept < count else 0
 
 
 def _drift(piece: Piece, first: int) -> str:
-    """What drifts from `first` on; empty where nothing does."""
+    """Message on the quantity that drifts after `first`; empty if none does."""
     time, friction = piece.time[first:], piece.friction[first:]
     duration = float(time[-1] - time[0])
     level = abs(float(friction.mean()))
@@ -222,8 +224,8 @@ def _drift(piece: Piece, first: int) -> str:
 def mean_force(time: Array, friction: Array, readings: list[tuple[Array, Noise, float]]) -> tuple[float, float, float]:
     """Mean friction, its standard error, N, and the effective number of samples.
 
-    The error holds the scatter with its correlation in time, half of a drift that shows, and what the converters'
-    rounding hides; `readings` are (values, noise of the whole signal, factor to N) of the signals in the sum.
+    The error contains the scatter with its correlation in time, half of a visible drift, and the rounding of the
+    converters; `readings` are (values, noise of the whole signal, factor to N) of the signals in the sum.
     """
     line = fitted_line(time, friction)
     duration = float(time[-1] - time[0])

@@ -12,17 +12,17 @@ from hydrocrane.logs.log import Log
 from hydrocrane.signals.friction import RigParameters
 from hydrocrane.signals.windows import Window
 
-# Velocities within this share of each other are one level; so many levels a friction map needs at least.
+# Velocities within this share are one level; and the least number of levels for a friction map.
 SAME_LEVEL, LEAST_LEVELS = 0.15, 3
-# Slips of the bristles after which friction is that of steady motion: less than a hundredth is still to come.
+# Travel in bristle slips after which friction is that of steady motion within one percent.
 SETTLED_SLIPS = 5.0
-# Ratio of friction in both directions from which something else is likelier than a seal.
+# Ratio of friction in both directions above which another cause than a seal is likelier.
 LOPSIDED = 3.0
 DIRECTIONS = ((1, "extending"), (-1, "retracting"))
 
 
 def checked_windows(log: Log, rig: RigParameters, windows: Sequence[Window]) -> list[Flag]:
-    """Flags about the whole set of windows and its rig."""
+    """Flags on the whole set of windows and its rig."""
     start, end = float(log.time[0]), float(log.time[-1])
     texts = _coverage(windows) + _beyond_stroke(log, rig) + _unsettled(rig, windows)
     for direction, word in DIRECTIONS:
@@ -32,7 +32,7 @@ def checked_windows(log: Log, rig: RigParameters, windows: Sequence[Window]) -> 
             worst = max(abs(w.force) for w in driven)
             text = (
                 f"in {len(driven)} of {len(moving)} windows {word} friction would drive the piston, by up to "
-                f"{worst:.3g} N; the zeros of the pressure sensors are off by so much at least: log them at zero "
+                f"{worst:.3g} N; the zeros of the pressure sensors have at least this error: log them at zero "
                 "pressure and subtract them"
             )
             texts.append(("friction-drives", text))
@@ -48,7 +48,7 @@ def checked_windows(log: Log, rig: RigParameters, windows: Sequence[Window]) -> 
 
 
 def _likely_cause(windows: Sequence[Window], rig: RigParameters) -> str:
-    """Which single mistake would explain that friction drives: those that put all windows right, once undone."""
+    """Single mistakes that explain driving friction: those whose correction makes all windows plausible."""
     v, force = (np.array([getattr(w, name) for w in windows]) for name in ("velocity", "force"))
     cures = []
     if all(w.chambers is not None for w in windows):
@@ -59,16 +59,16 @@ def _likely_cause(windows: Sequence[Window], rig: RigParameters) -> str:
         cures.append("the sign of x")
     out, back = force[v > 0], force[v < 0]
     if out.size and back.size and out.min() > back.max():
-        # What must be added lies between these; the middle leaves friction alike in both directions.
+        # Bounds of the missing force; their middle makes friction equal in both directions.
         lacking = -0.5 * float(np.median(out) + np.median(back))
         if rig.gravity:
             cures.append(
-                f"the mass: it takes {rig.mass + lacking / rig.gravity:.4g} kg for friction alike both ways, where the "
+                f"the mass: {rig.mass + lacking / rig.gravity:.4g} kg would make friction equal in both ways; the "
                 f"rig has {rig.mass:.4g} kg"
             )
         else:
             cures.append(
-                f"a force of {lacking:.4g} N along the piston that the rig does not know, or zeros of p1 and p2"
+                f"a force of {lacking:.4g} N along the piston that the rig's file lacks, or zeros of p1 and p2"
             )
     if cures:
         return "each of these corrections would make all windows plausible: " + "; ".join(cures)
@@ -85,7 +85,7 @@ def _opposes(velocity: Array, force: Array) -> bool:
 
 
 def _lopsided(windows: Sequence[Window]) -> list[tuple[str, str]]:
-    """Friction that is much larger one way than the other."""
+    """Flag of friction that is much larger in one direction than in the other."""
     medians = [float(np.median([abs(w.force) for w in windows if w.direction == d] or [np.nan])) for d in (1, -1)]
     errors = [float(np.median([w.force_error for w in windows if w.direction == d] or [np.nan])) for d in (1, -1)]
     low, high = sorted(medians)
@@ -115,7 +115,7 @@ def _coverage(windows: Sequence[Window]) -> list[tuple[str, str]]:
         levels = len(velocity_levels(windows, direction))
         if levels == 0:
             texts.append(
-                ("one-direction", f"no window of {word} motion; the parameters of that direction stay unknown")
+                ("one-direction", f"no window of {word} motion; the parameters of that direction remain unknown")
             )
         elif levels < LEAST_LEVELS:
             count = "one velocity level" if levels == 1 else f"{levels} velocity levels"
@@ -126,7 +126,8 @@ def _coverage(windows: Sequence[Window]) -> list[tuple[str, str]]:
 
 
 def _unsettled(rig: RigParameters, windows: Sequence[Window]) -> list[tuple[str, str]]:
-    """Windows that begin before the bristles of the rig's file have settled: the drift left may hide in the noise."""
+    """Flag of windows that begin before the bristles have settled by the rig's file; noise may hide the remaining
+    drift."""
     early = [w for w in windows if w.before < SETTLED_SLIPS * rig.slip]
     if not early:
         return []

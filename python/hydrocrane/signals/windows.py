@@ -1,4 +1,4 @@
-"""Windows of steady motion, as the search finds them and identification takes them."""
+"""Windows of steady motion, the result of the search and the input of identification."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class Window:
         1 extending, -1 retracting.
     samples : int
     effective_samples : float
-        How many independent samples would give the same error of the force.
+        Number of independent samples with the same error of the force.
     chambers : (float, float)
         Means of p1 A1 and p2 A2, N.
     position : float
         Mean of x, m.
     before : float
-        Way from the beginning of the motion to the window, m.
+        Displacement from the beginning of the motion to the window, m.
     """
 
     start: float
@@ -58,7 +58,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A stretch of the log that is no window, and why."""
+    """A stretch of the log that is no window, with the reason."""
 
     start: float
     end: float
@@ -75,7 +75,7 @@ class SteadyWindows(Sequence[Window]):
     windows : tuple of Window
     rejected : tuple of Rejected
     flags : tuple of Flag
-        Those of the log, and what its windows lack.
+        Flags of the log and of the whole set of windows.
     log : Log
     rig : RigParameters
     load_cell : bool

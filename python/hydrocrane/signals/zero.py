@@ -1,4 +1,4 @@
-"""The zero calibration of a log: what the sensors read where nothing pushes, taken away from all of it."""
+"""The zero calibration of a log: sensor readings without a load are subtracted from the whole log."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from hydrocrane.signals.resample import readable
 from hydrocrane.signals.rounding import noise_before_rounding, rounding_bias
 from hydrocrane.signals.statistics import fitted_line
 
-# Signals that have a zero to be read while the rig rests, where the log has them.
+# Signals with a zero that can be read while the rig is at rest.
 SIGNALS = ("p1", "p2", "force")
 LEAST_SAMPLES = 20
-# A reading at rest may drift by this many standard errors: with four, one rig at rest in some thousands is accused.
+# Allowed drift of a reading at rest in standard errors; with four, the rate of false alarms is below one in a thousand.
 STEADY_ERRORS = 5.0
-# Its scatter may exceed that of neighbouring samples so many times.
+# Allowed ratio of its scatter to that of neighbouring samples.
 WANDER = 3.0
 
 
@@ -35,7 +35,7 @@ class ZeroCalibrated:
     log : Log
         The rest of the log, after the calibration, zeros subtracted.
     zeros, errors : dict
-        By signal, what it read at zero and the standard error of that, Pa or N.
+        Zero reading of each signal and its standard error, Pa or N.
     """
 
     log: Log
@@ -43,7 +43,7 @@ class ZeroCalibrated:
     errors: Mapping[str, float]
 
     def force_error(self, rig: RigParameters, *, load_cell: bool = False) -> float:
-        """Standard deviation of the constant error that is left in the friction force, N: `bias` of a fit."""
+        """Standard deviation of the remaining constant error of the friction force, N: `bias` of a fit."""
         parts = [self.errors["p1"] * rig.piston_area, self.errors["p2"] * rig.rod_area]
         if load_cell:
             if "force" not in self.errors:
@@ -55,25 +55,25 @@ class ZeroCalibrated:
 def zero_calibrated(
     log: Log, until: float, *, start: float | None = None, signals: Sequence[str] = ()
 ) -> ZeroCalibrated:
-    """Subtract what the sensors read while nothing pushed: chambers open to the tank, load supported.
+    """Subtract the sensor readings without a load: chambers open to the tank, load supported.
 
     Parameters
     ----------
     log : Log
     until, start : float
-        The calibration, s, by default from the start of the log. What lies before `until` is left out afterwards.
+        The calibration, s, by default from the start of the log. The result begins at `until`.
     signals : sequence of str
         Signals to calibrate; by default those of ``p1``, ``p2``, ``force`` that the log has.
 
     Returns
     -------
     ZeroCalibrated
-        Its errors hold the noise with its correlation in time, and what rounding hides.
+        Its errors contain the noise with its correlation in time, and the rounding.
 
     Raises
     ------
     InputError
-        Where the stretch is too short, spoilt, or was not at rest.
+        If the stretch is too short, has faulty readings, or was not at rest.
     """
     for name in signals:
         if name not in SIGNALS:
@@ -106,14 +106,14 @@ def _inside(log: Log, start: float, until: float) -> np.ndarray:
         )
     if not (time >= until).any():
         raise InputError(
-            f"{log.source}: nothing is left after the calibration, which ends at {until:g} s; the log ends at"
+            f"{log.source}: no sample is left after the calibration, which ends at {until:g} s; the log ends at"
             f" {time[-1]:g} s"
         )
     return np.asarray(inside)
 
 
 def _zero(log: Log, name: str, inside: np.ndarray, start: float, until: float) -> tuple[float, float]:
-    """Mean reading and its standard error; an error where it drifts, as pressures that still sink do."""
+    """Mean reading and its standard error; an error if it drifts, such as pressures that still decrease."""
     values: Array = log[name][inside]
     line, noise = fitted_line(log.time[inside], values), noise_of(values)
     drift = line.slope * (until - start)
@@ -123,7 +123,7 @@ def _zero(log: Log, name: str, inside: np.ndarray, start: float, until: float) -
         unit = log.data[name].attrs.get("units", "")
         raise InputError(
             f"{log.source}: {name} changes by {np.ptp(values):.3g} {unit} between {start:g} and {until:g} s; the rig"
-            f" was not at rest with nothing pushing. Wait until it is, or state the right stretch"
+            f" was not at rest without a load. Wait until it is, or state another stretch"
         )
-    # The rest of the log meets the steps elsewhere, and tells the noise before them.
+    # The rest of the log has other positions within the steps, and gives the noise before them.
     return line.mean, float(np.hypot(line.mean_error, rounding_bias(*noise_before_rounding(log[name]))))

@@ -1,10 +1,10 @@
-"""Simulation: whole runs, one sample after the other, many cranes at once."""
+"""Simulation: whole runs, sample by sample, many cranes at once."""
 
 from __future__ import annotations
 
 
 def __getattr__(name: str) -> object:
-    """`simulate` and its parts, which need more libraries than stepping does."""
+    """`simulate` and its parts, which need more libraries than stepping."""
     if name in ("simulate", "integrate"):
         from hydrocrane.simulation import running
 

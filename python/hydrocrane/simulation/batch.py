@@ -16,7 +16,7 @@ from hydrocrane.errors import InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size
 
-# Of the errors of a step; see docs/theory/batch.md for what comes of it.
+# Default tolerance of the errors of a step; see docs/theory/batch.md for the resulting accuracy.
 TOLERANCE = 0.02
 
 
@@ -51,7 +51,7 @@ class BatchObservation:
 
 
 class BatchSimulator:
-    """n cranes of one machine that advance together, each with spool commands of its own, sample by sample.
+    """n cranes of one machine that advance together, sample by sample, each with its own spool commands.
 
     Each crane has its own step sizes (GRK4T, order four), chosen for `tolerance`. Its result depends only
     on its own start, commands and payload, bit for bit: not on its place, on n, on the number of threads or on

@@ -10,9 +10,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], bool] | None]:
-    """While inside, the first Ctrl-C only asks to stop; the second one interrupts as usual.
+    """A context in which the first Ctrl-C requests a stop; the second one interrupts as usual.
 
-    Signals reach the main thread alone, so elsewhere there is nothing to ask.
+    Only the main thread receives signals; in other threads it does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield None

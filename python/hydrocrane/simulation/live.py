@@ -80,10 +80,10 @@ class LiveSimulator:
         self._plan = plan
         own = own_controllers(plan)
 
-        def make(number: int, believed: _core.Machine, mode: str, full_speed: float | None) -> SampledController:
+        def make(number: int, model: _core.Machine, mode: str, full_speed: float | None) -> SampledController:
             law = own[number]
             assert not isinstance(law, str), "controllers by name are the core's"
-            return SampledController(law, self.machine.made(believed), mode, full_speed)
+            return SampledController(law, self.machine.made(model), mode, full_speed)
 
         with translated():
             entry = scenario_entry(plan, self.machine.cylinder_names)

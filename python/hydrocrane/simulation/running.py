@@ -110,12 +110,12 @@ def integrate(
     should_stop: Callable[[], bool] | None = None,
     on_error: str = "stop",
 ) -> Recording:
-    """Hand the plan to the core, which records states, commands and ledger until the end or a reason to stop.
+    """Run the plan in the core, which records states, commands and ledger until the end or a reason to stop.
 
     Parameters
     ----------
     record : (m,) array
-        Times to record at, s, increasing.
+        Recorded times, s, increasing.
     should_stop : callable, optional
         Called from time to time; True ends the run with outcome ``interrupted``.
     on_error : {"raise", "stop", "neutral"}
@@ -124,10 +124,10 @@ def integrate(
     own = own_controllers(plan)
     made: list[SampledController] = []
 
-    def make(number: int, believed: _core.Machine, mode: str, full_speed: float | None) -> SampledController:
+    def make(number: int, model: _core.Machine, mode: str, full_speed: float | None) -> SampledController:
         law = own[number]
         assert not isinstance(law, str), "controllers by name are the core's"
-        made.append(SampledController(law, machine.made(believed), mode, full_speed, on_error=on_error))
+        made.append(SampledController(law, machine.made(model), mode, full_speed, on_error=on_error))
         return made[-1]
 
     entry = scenario_entry(plan, machine.cylinder_names)

@@ -73,7 +73,7 @@ class Simulator:
         self.machine = machine
         self._start_payload = machine.payload(payload)
         self.sample_time = float(period)
-        # How the last sample ended; none before the first reset.
+        # Outcome of the last sample; None before the first reset.
         self._ended: str | None = None
         self._warnings: tuple[ResultWarning, ...] = ()
         if sensors not in SENSORS:
@@ -171,7 +171,7 @@ class Simulator:
         """
         self._require_running()
         seen = None
-        # Loops call this every sample: what is right as it is goes straight to the core.
+        # Called in every sample: a valid command goes directly to the core.
         with suppress(TypeError, ValueError):
             self._ended, seen = self._core.step(np.asarray(spool_command))
         if seen is None:
@@ -186,7 +186,7 @@ class Simulator:
         return f"the simulation ended with `{self._ended}` at {self.time:.4g} s"
 
     def _checked(self, spool_command: ArrayLike) -> Array:
-        """One finite command per cylinder, as the core takes it."""
+        """One finite command per cylinder, in the form of the core."""
         command = vectors(spool_command, "spool_command", self.machine.cylinder_names)
         if command.ndim != 1:
             raise InputError(f"step takes one command of shape ({len(self.machine.cylinder_names)},)")
@@ -203,7 +203,7 @@ class Sample:
     """The core's row of a sample, part by part."""
 
     def __init__(self, machine: Machine, signals: list[str]) -> None:
-        # Where q, qd, p and the tip end, behind the time.
+        # Ends of q, qd, p and the tip, after the time.
         self._ends = (1 + np.cumsum([len(machine.joint_names)] * 2 + [2 * len(machine.cylinder_names), 2])).tolist()
         self._signals = signals
 

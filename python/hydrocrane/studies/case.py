@@ -1,4 +1,4 @@
-"""Runs the cases of a study, block by block; nothing here knows where the others run or where results go."""
+"""Runs the cases of a study, block by block, independent of their distribution and storage."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from hydrocrane.studies.record import CaseRecord
 
 # Outcomes of cases beyond those of runs.
 INVALID, MEASURE_FAILED, CRASHED = "invalid-input", "measure-failed", "crashed"
-# Times closer than this are one, s.
+# Times closer than this are equal, s.
 SAME_TIME = 1e-9
 
 
 class Abandoned(Exception):
-    """A block was told to stop before its last case."""
+    """A block was stopped before its last case."""
 
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What is kept of a case: how it ended, figures by name, signals (n_signals, n_times) or None."""
+    """Stored result of a case: outcome, figures by name, signals (n_signals, n_times) or None."""
 
     outcome: str
     message: str
@@ -46,13 +46,13 @@ class CaseResult:
 
 @dataclass(frozen=True)
 class BlockResult:
-    """What is kept of the cases of a block, in their order.
+    """Stored results of the cases of a block, in their order.
 
     Attributes
     ----------
     outcomes, messages : list of str
     figures : dict
-        Name to (n_cases,) values, NaN where a case has none.
+        Name to (n_cases,) values, NaN for a case without a value.
     signals : (n_signals, n_cases, n_times) array
     """
 
@@ -64,7 +64,7 @@ class BlockResult:
 
 @dataclass(frozen=True)
 class Job:
-    """All that a worker needs to know of a study besides the values of its cases.
+    """All data of a study for a worker, except the values of its cases.
 
     Attributes
     ----------
@@ -73,11 +73,11 @@ class Job:
     measures : tuple of Measure
     signals : tuple of str
     times : (n_times,) array
-        Times that signals are kept at, s.
+        Times of the stored signals, s.
     ledger : bool
-        Integrate the energy ledger too, for functions of one's own.
+        Whether the energy ledger is integrated too, for your own functions.
     digest : str
-        Of the machine with the plan's overrides: a worker with another one must not take part.
+        Digest of the machine with the plan's overrides; a worker with another machine is refused.
     """
 
     plan: Scenario
@@ -89,12 +89,12 @@ class Job:
     digest: str
 
     def __getstate__(self) -> dict[str, object]:
-        # What was made of the machine file stays where it was made.
+        # Objects made from the machine file are not sent.
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
     @cached_property
     def base(self) -> _core.Machine:
-        """The machine of the plan, whose file is read once."""
+        """The machine of the plan; its file is read once."""
         with translated():
             core = _core.load_machine(self.plan.machine, list(self.plan.machine_overrides.items()))
         if digest_of(core) != self.digest:
@@ -103,11 +103,11 @@ class Job:
 
     @cached_property
     def _recent(self) -> threading.local:
-        """The machine that each thread had last."""
+        """The last machine of each thread."""
         return threading.local()
 
     def machine(self, plan: Scenario) -> Machine:
-        """The machine of one case; neighbours that vary only the scenario share it."""
+        """The machine of one case; consecutive cases with the same machine keys share it."""
         overrides = plain_overrides(plan.machine_overrides)
         recent: Machine | None = getattr(self._recent, "machine", None)
         if recent is not None and recent.overrides == overrides:
@@ -119,7 +119,7 @@ class Job:
 
 
 def digest_of(core: _core.Machine) -> str:
-    """What tells two machines apart."""
+    """A digest that distinguishes machines."""
     return hashlib.sha256(core.resolved.encode()).hexdigest()
 
 
@@ -131,9 +131,9 @@ def run_block(
     Raises
     ------
     Abandoned
-        Where `should_stop` said so before the last case was done.
+        If `should_stop` is true before the last case is done.
     """
-    # A machine that differs concerns the whole study, not its first case.
+    # A different machine is an error of the whole study, not of its first case.
     _ = job.base
     signals = np.full((len(job.signals), len(cases), job.times.size), np.nan)
     results = []
@@ -143,7 +143,7 @@ def run_block(
             raise Abandoned
         if result.signals is not None:
             signals[:, i] = result.signals
-        # The signals of a block are most of its memory, and shall be there once.
+        # The signals are most of the memory of a block, so there is only one copy.
         results.append(dataclasses.replace(result, signals=None))
     names = dict.fromkeys(name for result in results for name in result.figures)
     figures = {name: np.array([result.figures.get(name, np.nan) for result in results]) for name in names}
@@ -151,7 +151,7 @@ def run_block(
 
 
 def run_case(job: Job, values: Sequence[Override], should_stop: Callable[[], bool] | None = None) -> CaseResult:
-    """Run one case; whatever goes wrong in it is its outcome."""
+    """Run one case; an error in it becomes its outcome."""
     try:
         return _kept(job, _simulated(job, values, should_stop))
     except HydrocraneError as error:
@@ -165,7 +165,7 @@ def run_case(job: Job, values: Sequence[Override], should_stop: Callable[[], boo
 def _simulated(job: Job, values: Sequence[Override], should_stop: Callable[[], bool] | None) -> CaseRecord:
     plan = changed_plan(job.plan, job.keys, values)
     if not isinstance(plan.driver, str | None):
-        # A controller of one's own remembers: each run has its own.
+        # Your own controller may have states, so each run has a copy.
         plan = plan.changed(controller=copy.deepcopy(plan.controller))
     machine = job.machine(plan)
     payload = machine.payload(plan.payload)
@@ -187,7 +187,7 @@ def _kept(job: Job, record: CaseRecord) -> CaseResult:
 
 
 def recorded_times(plan: Scenario, wanted: Array) -> tuple[Array, np.ndarray]:
-    """When to record so that the `wanted` times are among them, as far as the run goes; and their places."""
+    """Recorded times that include the `wanted` ones up to the end of the run, and the indices of these."""
     own = plan.record_times()
     wanted = wanted[wanted <= own[-1] + SAME_TIME]
     near = np.clip(np.searchsorted(own, wanted - SAME_TIME), 0, own.size - 1)
@@ -197,9 +197,9 @@ def recorded_times(plan: Scenario, wanted: Array) -> tuple[Array, np.ndarray]:
 
 
 def _signals(job: Job, record: CaseRecord) -> Array:
-    """(n_signals, n_times), NaN from where the run ended, and where a machine has no such signal."""
+    """(n_signals, n_times), NaN after the end of the run, and for a signal that a machine does not have."""
     times, places = recorded_times(record.plan, job.times)
-    # A run that broke off has its last state behind the times that were asked for.
+    # A run that ended early has its last state after the requested times.
     done = min(record.time.size, times.size)
     reached = int(np.count_nonzero(record.time[:done] == times[:done]))
     places = places[places < reached]

@@ -1,4 +1,4 @@
-"""A scenario with values of some keys in place of its own."""
+"""A scenario with other values of some keys."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hydrocrane.studies.values import si_numbers
 
 
 def changed_plan(plan: Scenario, keys: Sequence[Key], values: Sequence[Override]) -> Scenario:
-    """`plan` with `values` of the `keys` in place of its own; a key counts before what `plan` states."""
+    """`plan` with `values` of the `keys`; they have priority over those of `plan`."""
     fields: ScenarioFields = {}
     machine: dict[str, Override] = {}
     for key, value in zip(keys, values, strict=True):
@@ -72,9 +72,9 @@ def _change_named(fields: ScenarioFields, plan: Scenario, name: str, value: Over
         commands = dict(cast("Mapping[str, Command]", fields.get("commands", _command_table(plan))))
         commands[second] = _command(commands.get(second), rest[0], si_numbers(value, COMMAND_FIELDS[rest[0]]))
         fields["commands"] = commands
-    elif second == "believed":
-        before = cast("Mapping[str, Override]", fields.get("believed", plan.believed) or {})
-        fields["believed"] = {**before, ".".join(rest): value}
+    elif second == "model":
+        before = cast("Mapping[str, Override]", fields.get("controller_model", plan.controller_model) or {})
+        fields["controller_model"] = {**before, ".".join(rest): value}
     elif second == "joint":
         fields["joints"] = {**fields.get("joints", plan.joints), rest[0]: cast(float, value)}
     else:
@@ -90,7 +90,7 @@ def _command_table(plan: Scenario) -> Mapping[str, Command]:
 
 
 def _command(old: Command | None, field: str, value: Override) -> Command:
-    """A command with one field replaced; a single spool value holds throughout."""
+    """A command with one field replaced; a single spool value is constant."""
     if field == "spool" and np.ndim(value) == 0:
         return Command(np.array([0.0]), np.array([value]))
     if old is None:

@@ -1,4 +1,4 @@
-"""Spreads the blocks of a study over the workers of a Dask cluster; a block whose worker is lost is run again."""
+"""Distributes the blocks of a study to the workers of a Dask cluster; a block of a lost worker is run again."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hydrocrane.studies.local import AHEAD, Results, as_ready
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-# Time that scheduler and workers have to answer, s.
+# Time-out for scheduler and workers, s.
 CONNECT = 30
 
 
@@ -24,7 +24,7 @@ def on_cluster(job: Job, cases: Cases, places: Sequence[Place], scheduler: str |
     Parameters
     ----------
     scheduler : str or distributed.Client
-        Address of a scheduler, or a client of one's own.
+        Address of a scheduler, or your own client.
     """
     from distributed import wait
 
@@ -75,12 +75,12 @@ def _version() -> str:
 
 
 def _check_versions(client: Client) -> None:
-    """Workers must compute what this process would."""
+    """Checks that the workers have the same version of hydrocrane."""
     try:
         client.wait_for_workers(1, timeout=CONNECT)
     except TimeoutError:
         raise InputError(
-            f"the scheduler has no workers, and none came within {CONNECT} s; start `dask worker`"
+            f"the scheduler has no workers, and none connected within {CONNECT} s; start `dask worker`"
         ) from None
     try:
         versions = client.run(_version)

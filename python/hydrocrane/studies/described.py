@@ -1,4 +1,4 @@
-"""What a notebook shows of a study."""
+"""The view of a study in notebooks."""
 
 from __future__ import annotations
 

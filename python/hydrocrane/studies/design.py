@@ -1,4 +1,4 @@
-"""Which cases a study has: all combinations, random draws, a Latin hypercube, or a list."""
+"""Design of a study: all combinations, random cases, a Latin hypercube, or a list."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from hydrocrane.studies.values import si_value
 METHODS = ("grid", "random", "latin", "list")
 DRAWN = ("random", "latin")
 CASE = "case"
-# What lists of cases still fit into memory, and more than anybody waits for.
+# Most cases of a study, limited by memory and time.
 MOST_CASES = 10_000_000
-# Blocks that a study is cut into, where they do not become too small or too large.
+# Number of blocks of a study, unless they would be too small or too large.
 BLOCKS = 64
 LARGEST_BLOCK = 1024
 # Bytes of signals in one block.
@@ -32,13 +32,13 @@ Place = tuple[slice, ...]
 
 @dataclass(frozen=True)
 class Cases:
-    """The cases of a study, in an array of one dimension per key or in a row.
+    """The cases of a study, in an array with one dimension per key or in a list.
 
     Attributes
     ----------
     keys : tuple of Key
     axes : tuple of list
-        Per key its values: those of its dimension on a grid, else one per case.
+        Values of each key: those of its dimension on a grid, else one per case.
     grid : bool
     """
 
@@ -65,7 +65,7 @@ class Cases:
         return list(itertools.product(*(axis[part] for axis, part in zip(self.axes, place, strict=True))))
 
     def along(self, key: str) -> list[Override]:
-        """All values that a key takes; none for a key that is not varied."""
+        """All values of a key; none for a key that is not varied."""
         return next((axis for own, axis in zip(self.keys, self.axes, strict=True) if own.name == key), [])
 
 
@@ -76,16 +76,16 @@ def designed(keys: Sequence[Key], given: Mapping[str, object], method: str, n: i
     ----------
     keys : sequence of Key
     given : mapping
-        Per key its values or range, as it was given.
+        Values or range of each key, as given.
     method : {"grid", "random", "latin", "list"}
     n : int
-        How many cases to draw.
+        Number of random cases.
     seed : int
     """
     if method not in METHODS:
         raise unknown("method of a study", method, METHODS)
     if (n is not None) != (method in DRAWN):
-        need = "needs n, the number of cases" if n is None else "takes no n: its values say how many cases there are"
+        need = "needs n, the number of cases" if n is None else "takes no n: its values determine the number of cases"
         raise InputError(f"the method `{method}` {need}")
     if method in DRAWN:
         return Cases(tuple(keys), _drawn(keys, given, method, n, seed), grid=False)
@@ -130,7 +130,7 @@ def _shares(method: str, n: int, width: int, seed: int) -> Array:
 
 
 def block_shape(shape: Sequence[int], size: int | None, bytes_per_case: int) -> tuple[int, ...]:
-    """How many cases a block has along each dimension: about `size` of them, in neighbouring places."""
+    """Shape of a block of about `size` neighbouring cases."""
     count = int(np.prod(shape))
     if size is None:
         size = min(max(count // BLOCKS, 1), LARGEST_BLOCK)
@@ -143,7 +143,7 @@ def block_shape(shape: Sequence[int], size: int | None, bytes_per_case: int) -> 
 
 
 def blocks(shape: Sequence[int], block: Sequence[int]) -> Iterator[Place]:
-    """The places of all blocks, in order."""
+    """The indices of all blocks, in order."""
     starts = [range(0, length, step) for length, step in zip(shape, block, strict=True)]
     for corner in itertools.product(*starts):
         yield tuple(slice(a, min(a + b, n)) for a, b, n in zip(corner, block, shape, strict=True))

@@ -1,4 +1,4 @@
-"""What makes a study the one it is, all that its results depend on, as plain data; and how two studies differ."""
+"""Identity of a study: all data that its results depend on; and the differences of two studies."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from hydrocrane.studies.values import axis_values
 
 Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json]"
 
-# Longer tables are told apart by their digest.
+# Longer tables are compared by their digest.
 SHOWN_NUMBERS = 40
 SHOWN_DIFFERENCES = 5
-# Where a machine file lies, and what its fields are called, changes no result.
+# Fields without effect on results, such as the path of the machine file.
 NOT_OF_THE_SCENARIO = ("machine", "overrides", "name", "title")
 
 
 def identity(
     plan: Scenario, machine: Machine, cases: Cases, measures: tuple[Measure, ...], settings: Mapping[str, object]
 ) -> dict[str, Json]:
-    """What the results of a study depend on, as it comes back from JSON."""
+    """All data that the results of a study depend on, in a form that JSON preserves."""
     from hydrocrane import __version__
 
     fields = {field.name: getattr(plan, field.name) for field in dataclasses.fields(plan)}
@@ -48,7 +48,7 @@ def identity(
 
 
 def plain(value: object) -> Json:
-    """`value` as JSON can hold it; functions and objects by their name and source."""
+    """`value` in a form for JSON; functions and objects by their name and source."""
     if value is None or isinstance(value, bool | int | float | str):
         return value if not isinstance(value, float) or np.isfinite(value) else str(value)
     if isinstance(value, np.generic):
@@ -72,7 +72,7 @@ def _shortened(values: list[Json]) -> Json:
 
 
 def _of_object(value: object) -> str:
-    """A function or an object: its name, and the digest of the source of what made it."""
+    """A function or an object: its name, and the digest of the source of its definition."""
     kind = value if inspect.isroutine(value) else type(value)
     try:
         source = hashlib.sha256(inspect.getsource(kind).encode()).hexdigest()[:16]
@@ -82,12 +82,12 @@ def _of_object(value: object) -> str:
 
 
 def differences(stored: Mapping[str, Json], wanted: Mapping[str, Json]) -> str:
-    """Where two studies differ, in words; empty where they do not."""
+    """Differences of two studies in words; empty if they are equal."""
     before, after = dict(_leaves(stored)), dict(_leaves(wanted))
     absent = object()
     every = dict.fromkeys([*before, *after])
     names = [name for name in every if before.get(name, absent) != after.get(name, absent)]
-    # The digest tells of whatever the values do not show, and nothing where they do.
+    # The digest is reported only if the values show no difference.
     if len(names) > 1 and "machine.digest" in names:
         names.remove("machine.digest")
     shown = [_difference(name, before, after) for name in names[:SHOWN_DIFFERENCES]]

@@ -1,7 +1,7 @@
-"""Whether a store on disk still holds what was written: checksums of its chunks and of its descriptions.
+"""Integrity of a store on disk: checksums of its chunks and of its descriptions.
 
-The chunks carry a CRC-32C behind their bytes, by the codec `crc32c` of Zarr, so that other programs check them too.
-Zarr has none for ``zarr.json``: each holds a digest of the rest of itself among its attributes.
+Each chunk ends with a CRC-32C (codec `crc32c` of Zarr), which other programs check too. Zarr has no checksum for
+``zarr.json``, so each such file has a digest of its other content among its attributes.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from hydrocrane.files.whole_file import write_text
 
 # Attribute with the digest of a description.
 CHECKSUM = "checksum"
-# Attributes of the group: the arrays with a chunk per block, and those that every block shares.
+# Attributes of the group: the arrays with a chunk per block, and the common ones.
 BLOCK_ARRAYS, AXES = "block_arrays", "axes"
 DESCRIPTION = "zarr.json"
 _CRC_BYTES = 4
 _MISSING, _CHANGED = "is missing", "was cut off or changed"
-# Damaged files that a message names.
+# Most damaged files that a message names.
 _SHOWN = 5
 
 
@@ -38,7 +38,7 @@ class ChunkGrid(TypedDict):
 
 
 class Description(TypedDict):
-    """What is read of the ``zarr.json`` of a group or array."""
+    """The fields of the ``zarr.json`` of a group or array that are used."""
 
     attributes: dict[str, str]
     shape: list[int]
@@ -46,12 +46,12 @@ class Description(TypedDict):
 
 
 def compressors() -> tuple[ZstdCodec, Crc32cCodec]:
-    """The codecs of every array: the checksum comes last, so that it covers the bytes of the file."""
+    """The codecs of every array: the checksum is last, so it covers the bytes of the file."""
     return ZstdCodec(), Crc32cCodec()
 
 
 def seal(node: Path, **attributes: str) -> None:
-    """Set attributes of a group's or an array's description and put the digest of the whole into it, in one step."""
+    """Set attributes of a group's or an array's description together with the digest of the whole, in one step."""
     file = node / DESCRIPTION
     content: Description = json.loads(file.read_text(encoding="utf-8"))
     content["attributes"] |= attributes
@@ -60,7 +60,7 @@ def seal(node: Path, **attributes: str) -> None:
 
 
 def description(node: Path) -> Description | None:
-    """The description of a group or array; None where it cannot be read or is not as it was sealed."""
+    """The description of a group or array; None if it cannot be read or does not match its digest."""
     try:
         content: Description = json.loads((node / DESCRIPTION).read_text(encoding="utf-8"))
         stated = content["attributes"].get(CHECKSUM)
@@ -71,16 +71,16 @@ def description(node: Path) -> Description | None:
 
 @dataclass(frozen=True)
 class Faults:
-    """What is damaged in a store.
+    """The damage of a store.
 
     Attributes
     ----------
     arrays : dict
-        Arrays whose description, or whose values outside all blocks, are damaged, with what was found.
+        Arrays with a damaged description, or with damaged values outside all blocks, and the finding.
     blocks : dict
-        Place of a damaged block among the blocks, with what was found in its chunks.
+        Index of each damaged block, and the findings in its chunks.
     count : int
-        Blocks that there are.
+        Number of blocks.
     """
 
     arrays: dict[str, str]
@@ -103,9 +103,9 @@ def study_faults(folder: Path, outcome: str) -> Faults:
     Parameters
     ----------
     folder : Path
-        A store whose own description is sealed and sound.
+        A store with a valid description.
     outcome : str
-        The array whose chunk is written last: where it has none, a block is not finished.
+        The array whose chunk is written last; without this chunk a block is not finished.
     """
     own = description(folder)
     assert own is not None, "a store is checked once its own description is found sound"
@@ -123,7 +123,7 @@ def study_faults(folder: Path, outcome: str) -> Faults:
     blocks: dict[tuple[int, ...], list[str]] = {}
     for place in places:
         if chunk_file(folder / outcome, place).exists():
-            # Signals have a dimension more, which no block divides.
+            # Signals have one more dimension, which is not divided into blocks.
             indices = {name: place + (0,) * (len(known[name]["shape"]) - len(place)) for name in names if name in known}
             faults = [fault for name, index in indices.items() for fault in _chunk_faults(folder / name, [index])]
             blocks |= {place: faults} if faults else {}
@@ -151,7 +151,7 @@ def _description_fault(array: Path) -> str:
 
 
 def _chunk_faults(array: Path, indices: list[tuple[int, ...]]) -> list[str]:
-    """What is wrong with chunks of the array in a folder, each with its name."""
+    """Faults of the chunks of the array in a folder, each with its name."""
     faults = []
     for index in indices:
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-# Key of a scenario file -> field of a Scenario, SI unit; None where the value is a word or a switch.
+# Key of a scenario file -> field of a Scenario, SI unit; None if the value is a word or a switch.
 FIELDS: dict[str, tuple[str, str | None]] = {
     "duration": ("duration", "s"),
     "record-interval": ("record_interval", "s"),
@@ -36,7 +36,7 @@ PLAIN = FIELDS | SOLVER | JOYSTICK | {COMMAND_LOG: ("commands", None), SUPPLY_LO
 # Tables that machine files have too.
 BOTH = {"payload", "supply"}
 # Tables of a scenario file whose keys hold names.
-NAMED = ("initial.joint", "initial.pressure", "command", "controller.believed")
+NAMED = ("initial.joint", "initial.pressure", "command", "controller.model")
 COMMAND_FIELDS: dict[str, str | None] = {"time": "s", "spool": "m", "interpolation": None}
 
 
@@ -47,11 +47,11 @@ class Key:
     Attributes
     ----------
     name : str
-        As it was given.
+        As given.
     unit : str or None
         SI unit, empty for a plain number; None for words, switches and lists.
     whole : tuple of float or None
-        Where `name` means one value of a list, ``friction.lift.coulomb[0]``, the whole list, SI.
+        If `name` means one value of a list, ``friction.lift.coulomb[0]``, the whole list, SI.
     """
 
     name: str

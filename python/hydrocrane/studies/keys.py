@@ -1,4 +1,4 @@
-"""Finds out what a dotted key of a study means: a value of the machine, or a field of the scenario."""
+"""Resolves a dotted key of a study: a value of the machine, or a field of the scenario."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.changes import changed_plan
 from hydrocrane.studies.key import BOTH, COMMAND_FIELDS, COMMAND_LOG, JOYSTICK, NAMED, PLAIN, Key
 
-# Mistakes of a value that leave its key and unit beyond doubt: a case of a study may have them.
+# Errors of a value that do not concern its key and unit; a case of a study may have them.
 OF_THE_VALUE = ("out-of-range", "not-finite", "crossed-limits", "cannot-close", "cannot-build")
-# Values that a key is tried out with.
+# Number of values with which a key is tried.
 MOST_TRIED = 200
 
 
 def resolved_key(name: str, values: Sequence[object], plan: Scenario, machine: Machine) -> Key:
-    """The key `name` of a study of `plan` on `machine`, tried out with some of its `values`.
+    """The key `name` of a study of `plan` on `machine`, tried with some of its `values`.
 
     Raises
     ------
     InputError, MachineFileError
-        Where there is no such key, with the nearest one; where no value fits it.
+        If there is no such key (the message has the nearest one), or no value is valid.
     """
     name = name.removeprefix("scenario.")
     if name in PLAIN:
@@ -40,7 +40,7 @@ def resolved_key(name: str, values: Sequence[object], plan: Scenario, machine: M
             raise InputError(f"key `{name}`: this scenario has no controller")
         key = Key(name, PLAIN[name][1])
         if key.unit is None:
-            # A misspelt word would fail in every case.
+            # Tried here, because a misspelt word would fail in every case.
             for value in _distinct(values):
                 changed_plan(plan, [key], [value])
         return key
@@ -53,7 +53,7 @@ def resolved_key(name: str, values: Sequence[object], plan: Scenario, machine: M
 
 
 def _examples(plan: Scenario, machine: Machine) -> list[str]:
-    """Keys of a scenario that hold names."""
+    """Keys of a scenario that contain names."""
     joints = [f"initial.joint.{name}" for name in machine.joint_names]
     pressures = [f"initial.pressure.{name}" for name in machine.cylinder_names]
     commands = [f"command.{name}.{field}" for name in machine.cylinder_names for field in COMMAND_FIELDS]
@@ -63,10 +63,10 @@ def _examples(plan: Scenario, machine: Machine) -> list[str]:
 def _named_key(table: str, name: str, values: Sequence[object], plan: Scenario, machine: Machine) -> Key:
     rest = name.removeprefix(f"{table}.")
     known = [key for key in _examples(plan, machine) if key.startswith(f"{table}.")]
-    if table == "controller.believed":
+    if table == "controller.model":
         if not plan.closed_loop:
             raise InputError(f"key `{name}`: this scenario has no controller, so no controller model")
-        if not (plan.believed is None or isinstance(plan.believed, Mapping)):
+        if not (plan.controller_model is None or isinstance(plan.controller_model, Mapping)):
             raise InputError(f"key `{name}`: the controller model is another machine here; state it as overrides")
         return dataclasses.replace(_machine_key(rest, values, plan), name=name)
     if name not in known:
@@ -79,9 +79,9 @@ def _named_key(table: str, name: str, values: Sequence[object], plan: Scenario, 
 
 
 def _machine_key(name: str, values: Sequence[object], plan: Scenario) -> Key:
-    """A key of the machine file, told by building the machine with its values.
+    """A key of the machine file, resolved by building the machine with its values.
 
-    Of numbers one that builds is enough; each word is tried.
+    For numbers one valid value is sufficient; each word is tried.
     """
     base = plan.load_machine()
     if name.endswith("]") and "[" in name:
@@ -107,7 +107,7 @@ def _machine_key(name: str, values: Sequence[object], plan: Scenario) -> Key:
 
 
 def _distinct(values: Sequence[object]) -> list[Override]:
-    """Each value once, as overrides take it."""
+    """Each value once, in the form of overrides."""
     plain = [plain_overrides({"value": cast(Override, value)})["value"] for value in values[:MOST_TRIED]]
     return list({repr(value): value for value in plain}.values())
 
@@ -129,7 +129,7 @@ def _element_key(name: str, base: Machine) -> Key:
 
 
 def _with_scenario_keys(error: MachineFileError, name: str) -> Exception:
-    """The error, or a better one where a key of the scenario was meant."""
+    """The error, or a better one if a key of the scenario was meant."""
     if error.slug in ("unknown-key", "unknown-reference"):
         meant = difflib.get_close_matches(name, PLAIN, n=1, cutoff=0.75)
         if meant:

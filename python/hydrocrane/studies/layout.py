@@ -23,19 +23,19 @@ OUTCOME, MESSAGE, TIME = "outcome", "message", "time"
 
 @dataclass(frozen=True)
 class Layout:
-    """What a store is made from.
+    """Data for a new store.
 
     Attributes
     ----------
     cases : Cases
     block : tuple of int
-        Cases of a block along each dimension.
+        Shape of a block.
     times : (n_times,) array
     signals, figures : dict
         Name to (unit, meaning).
     identity : dict
     about : dict
-        Attributes for people.
+        Attributes for readers.
     """
 
     cases: Cases
@@ -56,7 +56,7 @@ class Size(TypedDict):
 
 
 def makers(layout: Layout) -> dict[str, Callable[[zarr.Group], None]]:
-    """What makes each array of a study in its group."""
+    """Functions that make the arrays of a study in its group."""
     cases = layout.cases
     found: dict[str, Callable[[zarr.Group], None]] = {}
     about: dict[str, JSON]

@@ -1,4 +1,4 @@
-"""Spreads the blocks of a study over the threads of this process: the core computes without the interpreter lock."""
+"""Distributes the blocks of a study to the threads of this process; the core computes without the interpreter lock."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from hydrocrane.errors import InputError
 from hydrocrane.studies.case import BlockResult, Job, run_block
 from hydrocrane.studies.design import Cases, Place
 
-# Blocks under way per worker: one that computes, one that waits, so that nobody idles while results are written.
+# Blocks in progress per worker: one that is computed and one that waits, so that no worker idles while results are
+# written.
 AHEAD = 2
 Results = Generator[tuple[Place, BlockResult], None, None]
 
 
 class Pending(Protocol):
-    """A block under way, in a thread or on a worker."""
+    """A block in progress, in a thread or on a worker."""
 
     def result(self) -> BlockResult: ...
 
@@ -28,7 +29,7 @@ F = TypeVar("F", bound=Pending)
 
 
 def thread_count(given: int | None = None) -> int:
-    """`given`, checked, or as many threads as there are cores for this process."""
+    """`given`, checked; default is the number of cores available to this process."""
     if given is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if isinstance(given, bool) or not isinstance(given, int) or given < 1:
@@ -57,14 +58,14 @@ def in_threads(job: Job, cases: Cases, places: Sequence[Place], workers: int) ->
 def as_ready(
     submit: Callable[[Place], F], first: Callable[[list[F]], Iterable[F]], places: Sequence[Place], most: int
 ) -> Results:
-    """Hand over blocks, never more than `most` at a time, and give each back once it is done.
+    """Submit blocks, at most `most` at a time, and yield each when it is done.
 
     Parameters
     ----------
     submit : callable
-        Begins a block and gives its future.
+        Starts a block and returns its future.
     first : callable
-        Waits until some of the futures are done, and gives these.
+        Waits until some of the futures are done, and returns these.
     """
     waiting = iter(places)
     under_way: dict[F, Place] = {}

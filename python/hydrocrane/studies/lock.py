@@ -1,7 +1,7 @@
-"""One process at a time writes to a store: a lock of the operating system on a file beside it.
+"""A lock for the single process that writes to a store: a lock of the operating system on a file beside it.
 
-The system itself lets go of such a lock when its process ends, however it ends, so that none is left over; a file with
-a process number in it would have to be judged.
+The system releases such a lock when its process ends in any way, so no stale lock remains. A file with a process number
+could be stale.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from pathlib import Path
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.whole_file import cannot_write
 
-# On Windows locked bytes cannot be read by others: one far behind the text is locked.
+# On Windows other processes cannot read locked bytes, so a byte far behind the text is locked.
 _BEYOND = 1 << 30
 
 
 @contextmanager
 def written_by_one(store: Path | None) -> Iterator[None]:
-    """Keep other processes from writing to the store at a path.
+    """Prevent other processes from writing to the store at a path.
 
     Raises
     ------
     ResultFileError
-        Where another process does so, with its number.
+        If another process writes to it; the message has its number.
     """
     place = None if store is None else Path(os.path.abspath(store))
     if place is None or not place.name:
@@ -50,14 +50,14 @@ def written_by_one(store: Path | None) -> Iterator[None]:
 
 
 def _locked(file: Path) -> int | None:
-    """An open descriptor of the locked file, or None where another process has it."""
+    """An open descriptor of the locked file, or None if another process has the lock."""
     while True:
         descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o666)
         try:
             if not _taken(descriptor):
                 os.close(descriptor)
                 return None
-            # The one who had it before may have removed the file between our opening and locking it.
+            # The previous owner may have removed the file between opening and locking it here.
             with suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(descriptor), os.stat(file)):
                     _sign(descriptor)
@@ -104,7 +104,8 @@ def _holder(file: Path) -> str:
 
 
 def _release(file: Path, descriptor: int) -> None:
-    # POSIX: removed while it is locked. Windows removes no open file, and none that the next one has opened since.
+    # On POSIX the file is removed while it is locked. Windows refuses to remove an open file, also one that the next
+    # process has opened.
     if sys.platform != "win32":
         file.unlink(missing_ok=True)
     os.close(descriptor)

@@ -1,8 +1,8 @@
-"""Figures that a study keeps of each run.
+"""Figures of each run that a study stores.
 
-By name: one of :data:`BUILT_IN`, or a statistic of a signal, ``max(cylinder.lift.p1)``; or a function that takes a
-:class:`hydrocrane.Run` and gives a number or a mapping of names to numbers. A run that did not come to its end has
-NaN for all of them but ``end_time``.
+By name: one of :data:`BUILT_IN`, or a statistic of a signal, ``max(cylinder.lift.p1)``; or a function of a
+:class:`hydrocrane.Run` that returns a number or a mapping of names to numbers. A run that ended early has NaN for all
+of them except ``end_time``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ STATISTICS: dict[str, Callable[[np.ndarray], float]] = {
     "start": lambda values: values[0],
     "end": lambda values: values[-1],
 }
-# A function of a run, and what a study takes as its measures.
+# A function of a run, and the accepted forms of the measures of a study.
 Own: TypeAlias = Callable[[Run], Mapping[str, float] | float]
 Measures: TypeAlias = str | Own | Sequence[str | Own] | Mapping[str, Own]
 _STATISTIC = re.compile(r"(\w+)\(([^()]+)\)")
@@ -55,13 +55,13 @@ BUILT_IN: dict[str, tuple[str, str, Callable[[CaseRecord], float]]] = {
     "tip_way": ("m", "path length of the tip", _way),
     "largest_pressure": ("Pa", "largest pressure of any chamber", lambda record: float(record.pressures().max())),
     "smallest_pressure": ("Pa", "smallest pressure of any chamber", lambda record: float(record.pressures().min())),
-    "pump_energy": ("J", "work of the pump, from the recorded power by trapezia", _pump_energy),
+    "pump_energy": ("J", "work of the pump, from the recorded power by the trapezoidal rule", _pump_energy),
     "stroke_margin": ("m", "smallest distance of any piston from the end of its stroke", _stroke_margin),
     "steps": ("1", "steps of the integrator", lambda record: float(record.effort["steps"])),
     "rejected": ("1", "rejected steps of the integrator", lambda record: float(record.effort["rejected"])),
 }
 DEFAULT = ("tip_way", "largest_pressure", "pump_energy")
-# What every run has, and every study keeps.
+# The measure that every run has and every study stores.
 OF_ANY_RUN = "end_time"
 
 
@@ -73,9 +73,9 @@ class Measure:
     ----------
     name : str
     unit, meaning : str
-        Empty for functions of one's own.
+        Empty for your own functions.
     own : callable or None
-        A function of one's own.
+        Your own function.
     """
 
     name: str
@@ -84,7 +84,7 @@ class Measure:
     own: Own | None = None
 
     def of(self, record: CaseRecord) -> dict[str, float]:
-        """Name to value, of a run that came to its end."""
+        """Name to value, for a complete run."""
         if self.own is not None:
             return self._of_run(self.own(record.run))
         if self.name in BUILT_IN:
@@ -105,7 +105,7 @@ def checked_measures(given: Measures, units: Mapping[str, str]) -> tuple[Measure
     ----------
     given : sequence of str or callable, or mapping of name to callable
     units : mapping
-        Signal to unit, of the machine as it stands.
+        Signal to unit, for the unchanged machine.
     """
     if isinstance(given, str) or callable(given):
         given = [given]
@@ -150,7 +150,7 @@ def _parts(name: str) -> tuple[str, str]:
 
 
 def measured(measures: Sequence[Measure], record: CaseRecord) -> dict[str, float]:
-    """All figures of a run that came to its end, or what any run has."""
+    """All figures of a complete run, or those that any run has."""
     if not record.outcome.completed:
         return {OF_ANY_RUN: record.outcome.time}
     found: dict[str, float] = {}

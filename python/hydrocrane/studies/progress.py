@@ -1,4 +1,4 @@
-"""How far a study is, and how long it will still take."""
+"""Progress of a study and its remaining time."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from contextlib import contextmanager
 
 from hydrocrane.notebook import in_notebook, progress_bar
 
-# Called with (cases done, cases in all).
+# Called with (cases done, all cases).
 Progress = Callable[[int, int], None]
 
 
 @contextmanager
 def telling(progress: Progress | bool | None, title: str) -> Iterator[Progress]:
-    """A function to be called with (done, in all): `progress` itself, a bar, or nothing.
+    """A function of (done, total): `progress` itself, a bar, or no output.
 
-    Without a choice there is a bar in notebooks and where stderr is a terminal.
+    By default there is a bar in notebooks and if stderr is a terminal.
     """
     if callable(progress):
         yield progress

@@ -1,4 +1,4 @@
-"""Where the values of a key come from: a list, a span with both ends, or a distribution."""
+"""Sources of the values of a key: a list, a range with both ends, or a distribution."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SpanTable(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Span:
-    """From `low` to `high`, evenly or in even ratios; `count` values on a grid."""
+    """From `low` to `high`, in equal steps or equal ratios; `count` values on a grid."""
 
     low: object
     high: object
@@ -41,31 +41,31 @@ class Span:
     log: bool = False
 
     def at(self, share: Array, name: str, convert: Convert) -> list[float]:
-        """Values at shares (m,) of the way from low to high."""
+        """Values at shares (m,) of the range from low to high."""
         low, high = _number(convert(self.low)), _number(convert(self.high))
         if not low < high:
             raise InputError(f"the range of `{name}` must go from low to high; got {self.low!r} to {self.high!r}")
         if not self.log:
             return [float(value) for value in low + (high - low) * share]
         if low <= 0:
-            raise InputError(f"the range of `{name}` is even in ratios (log), so it must lie above zero")
+            raise InputError(f"the range of `{name}` has equal ratios (log), so it must lie above zero")
         return [float(value) for value in np.exp(np.log(low) + (np.log(high) - np.log(low)) * share)]
 
 
 def _number(value: Override) -> float:
-    """An end of a span, which a comparison with words or lists would refuse."""
+    """An end of a range, checked to be a number."""
     if not isinstance(value, int | float):
         raise InputError(f"a range goes from one number to another; got {value!r}")
     return float(value)
 
 
 def is_distribution(spec: object) -> bool:
-    """Whether values can be drawn from `spec`: a frozen distribution of SciPy, or a table that names one."""
+    """Whether `spec` is a frozen distribution of SciPy, or a table that names one."""
     return isinstance(spec, Distribution) or (isinstance(spec, Mapping) and "distribution" in spec)
 
 
 def samples_of(name: str, spec: object) -> list[Override]:
-    """Some values of a range to try out a key with; none where it has none to show."""
+    """Some values of a range with which a key is tried; empty if there are none."""
     if isinstance(spec, Mapping) and "distribution" in spec:
         return [spec.get("loc", 0.0), 1.0]
     if isinstance(spec, Mapping):
@@ -77,7 +77,7 @@ def samples_of(name: str, spec: object) -> list[Override]:
 
 
 def grid_size(spec: object) -> int:
-    """How many values a key has on a grid, before any is made; one where that is still to be found wrong."""
+    """Number of values of a key on a grid, before they are made; one for an invalid range, which is refused later."""
     if isinstance(spec, Mapping) and set(spec) != {"values"}:
         count = spec.get("count")
         return count if isinstance(count, int) and count > 0 else 1

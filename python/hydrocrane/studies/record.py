@@ -1,4 +1,4 @@
-"""One run of a study: its arrays by name, labelled only where somebody asks for it."""
+"""One run of a study: its arrays by name, labelled only on request."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
 
-# Its tables take longer to make than a run of a few seconds.
+# Its tables take longer than a run of a few seconds.
 OIL = "energy.oil"
 
 
 class CaseRecord:
-    """What the core recorded of a run.
+    """The core's record of a run.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class CaseRecord:
 
     @cached_property
     def run(self) -> Run:
-        """The whole run as people know it."""
+        """The whole run as a :class:`hydrocrane.Run`."""
         return Run(run_dataset(self.machine, self.plan, self._recorded, payload=self._payload, wall=0.0), self.machine)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Signals that a study can keep, and the times that it keeps them at."""
+"""Signals that a study can store, and their times."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrocrane.units import converted
 
 
 def known_signals(plan: Scenario, machine: Machine) -> dict[str, tuple[str, str]]:
-    """Name to unit and meaning of whatever a run of `plan` on `machine` records."""
+    """Name to unit and meaning of all signals of a run of `plan` on `machine`."""
     states = zip(machine.state_names, machine.state_units, machine.core.state_long_names, strict=True)
     known = {name: (unit, text) for name, unit, text in (*states, *machine.core.output_info)}
     known |= {f"cylinder.{c}.command": ("m", f"{c} spool command") for c in machine.cylinder_names}
@@ -29,9 +29,9 @@ def known_signals(plan: Scenario, machine: Machine) -> dict[str, tuple[str, str]
 
 
 def signal_times(plan: Scenario, cases: Cases, resample: float | str | None) -> Array:
-    """Times (n_times,) that all cases share, up to the longest duration, s."""
+    """Common times (n_times,) of all cases, up to the longest duration, s."""
     if resample is None and cases.along("record-interval"):
-        raise InputError("signals of runs with different record intervals need one of their own: resample=0.05")
+        raise InputError("signals of runs with different record intervals need a common one: resample=0.05")
     interval = plan.record_interval if resample is None else _interval(resample)
     longest = max([float(cast(float, value)) for value in cases.along("duration")] or [plan.duration])
     rows = row_count(longest, interval)

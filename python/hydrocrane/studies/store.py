@@ -1,9 +1,9 @@
-"""Where the results of a study lie: a Zarr group, one array per variable, one chunk per block of cases.
+"""The store of a study's results: a Zarr group, one array per variable, one chunk per block of cases.
 
-A block's chunks are written one by one, each put in place by renaming a whole file; the chunk of `outcome` comes
-last. So a block is done exactly where its outcomes are, whenever the process may have been killed, and what was half
-written is written again. A finished block has a chunk with a checksum in every array, also where nothing is to be told:
-what is missing or changed is found when the store is opened, and computed again when the study goes on.
+A block's chunks are written one by one, each atomically by renaming a complete file; the chunk of `outcome` is last. So
+a block is done if and only if its outcomes exist, even if the process was killed, and an incomplete block is written
+again. A finished block has a chunk with a checksum in every array, also without values. Missing or changed chunks are
+found when the store is opened, and computed again when the study continues.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ IDENTITY = "study"
 
 
 class StudyRepaired(UserWarning):
-    """Some of a store was damaged; these cases are computed again."""
+    """A part of a store was damaged; its cases are computed again."""
 
 
 class Store:
-    """The results of a study, done and to come."""
+    """The results of a study, finished and pending."""
 
     def __init__(self, group: zarr.Group, path: Path | None) -> None:
         self._group, self.path = group, path
@@ -62,14 +62,14 @@ class Store:
 
     @classmethod
     def at(cls, path: str | PathLike[str] | None, layout: Layout, *, overwrite: bool = False) -> Store:
-        """The store at a path, made where it is not there; in memory without a path.
+        """The store at a path, which is made if it does not exist; in memory without a path.
 
-        Only one process at a time may do so, see :func:`hydrocrane.studies.lock.written_by_one`.
+        Only one process at a time may open it, see :func:`hydrocrane.studies.lock.written_by_one`.
 
         Raises
         ------
         ResultFileError
-            Where something else is there, or another study, or where nothing can be written.
+            If the path has something else or another study, or cannot be written.
         """
         if path is None:
             return cls(_created(MemoryStore(), layout), None)
@@ -105,15 +105,15 @@ class Store:
 
     @property
     def total(self) -> int:
-        """How many cases there are."""
+        """Number of cases."""
         return int(self._outcome.size)
 
     def pending(self) -> list[Place]:
-        """Places of the blocks that are not done, in order."""
+        """Indices of the blocks that are not done, in order."""
         return [place for place in self._places() if not self._is_done(place)]
 
     def write(self, place: Place, result: BlockResult) -> None:
-        """Keep the results of the block at `place`."""
+        """Store the results of the block at `place`."""
         shape = tuple(part.stop - part.start for part in place)
         for name in result.figures:
             self._make_sure_of(name)
@@ -128,11 +128,12 @@ class Store:
         self._outcome[place] = _texts(result.outcomes, shape)
 
     def dataset(self) -> xr.Dataset:
-        """What is done, read from the store when it is used; cases that are not done have an empty outcome."""
+        """The finished results, read from the store on use; cases that are not done have an empty outcome."""
         try:
             data = xr.open_zarr(self._group.store, consolidated=False, chunks=None)
             data = data[sorted(name for name in self._arrays if name in data.data_vars)]
-            # Texts as Python has them: many tools do not know the strings of Zarr. They are few beside the signals.
+            # Texts as Python strings, because many tools do not support the strings of Zarr. They are few compared with
+            # the signals.
             for name, entry in data.variables.items():
                 if entry.dtype.kind not in "biufO":
                     data[name] = entry.dims, entry.values.astype(object), entry.attrs
@@ -152,7 +153,7 @@ class Store:
         return chunk_file(self.path / OUTCOME, index).exists()
 
     def _make_sure_of(self, name: str) -> None:
-        """The array of a figure is there; functions of one's own tell their names as they go."""
+        """Makes the array of a figure if it is missing; your own functions define their names when they run."""
         if name in self._arrays:
             return
         shape, block = self._outcome.shape, self._outcome.chunks
@@ -166,25 +167,25 @@ class Store:
         if self.path is None:
             self._group.attrs[BLOCK_ARRAYS] = listed
         else:
-            # Listed once it is complete: an array that no list names is none.
+            # Listed when it is complete; an array that is not listed does not count.
             seal(self.path / name)
             seal(self.path, **{BLOCK_ARRAYS: listed})
 
 
 def open_study(path: str | PathLike[str]) -> xr.Dataset:
-    """Open the results of a study, also of one that is not done.
+    """Open the results of a study, also of an unfinished one.
 
     Every finished block is checked first.
 
     Raises
     ------
     ResultFileError
-        Where there is no study, or where some of it is missing or changed, with what it is.
+        If there is no study, or if a part of it is missing or changed; the message names it.
 
     Warns
     -----
     UserWarning
-        Where the store has no checksums, since an earlier version wrote it: damage cannot be found then.
+        If the store has no checksums because an earlier version wrote it; damage cannot be detected then.
 
     Examples
     --------
@@ -209,7 +210,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 
 
 def _array(group: zarr.Group, name: str) -> zarr.Array[Any]:
-    """An array that writes every chunk, so that a chunk that is not there is known to be lost."""
+    """An array that writes every chunk, so that a missing chunk is known to be lost."""
     array = group[name]
     assert isinstance(array, zarr.Array)
     return array.with_config({"write_empty_chunks": True})
@@ -220,7 +221,7 @@ def _is_empty(folder: Path) -> bool:
 
 
 def _opened(folder: Path) -> zarr.Group:
-    """The study at a path; anything else there is left alone."""
+    """The study at a path; anything else is not changed."""
     if (folder / DESCRIPTION).exists() and description(folder) is None:
         raise ResultFileError(
             f"{folder} is damaged: its {DESCRIPTION} was cut off or changed, so it is unknown which study it "
@@ -240,7 +241,7 @@ def _beside(folder: Path) -> Path:
 
 
 def _sweep_remains(folder: Path) -> None:
-    """Remove what a killed process left while it made or replaced this store."""
+    """Remove temporary files of a killed process that made or replaced this store."""
     pattern = re.compile(rf"\.{re.escape(folder.name)}\.[0-9a-f]{{32}}")
     if folder.parent.is_dir():
         for left in folder.parent.iterdir():
@@ -249,7 +250,7 @@ def _sweep_remains(folder: Path) -> None:
 
 
 def _put(folder: Path, layout: Layout) -> None:
-    """Make a store beside its place and rename it, so that a store is whole or not there."""
+    """Make a store at a temporary path and rename it, so that no incomplete store exists."""
     made, old = _beside(folder), _beside(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     try:
@@ -266,7 +267,7 @@ def _put(folder: Path, layout: Layout) -> None:
 
 
 def _repair(folder: Path, layout: Layout) -> None:
-    """Make damaged arrays anew, and let damaged blocks count as not done."""
+    """Make damaged arrays again, and mark damaged blocks as not done."""
     faults = study_faults(folder, OUTCOME)
     if not faults:
         return
@@ -274,7 +275,7 @@ def _repair(folder: Path, layout: Layout) -> None:
     for place in faults.blocks:
         chunk_file(folder / OUTCOME, place).unlink(missing_ok=True)
     if any(name in listed for name in faults.arrays):
-        # What one of them held of each block is lost.
+        # A damaged array loses its part of each block.
         shutil.rmtree(folder / OUTCOME / "c", ignore_errors=True)
     seal(folder, **{BLOCK_ARRAYS: json.dumps([n for n in listed if n in known or n not in faults.arrays])})
     for name in faults.arrays:

@@ -112,7 +112,7 @@ class Study:
             copy.deepcopy(plan.controller)
         except Exception as error:
             raise InputError(
-                f"every case needs a controller of its own, and this one cannot be copied: {error}"
+                f"every case needs a copy of the controller, and this one cannot be copied: {error}"
             ) from None
         return plan
 
@@ -191,7 +191,7 @@ class Study:
                     done += _size(place)
                     tell(done, total)
         except KeyboardInterrupt:
-            # Ctrl-C may have come between a block's writing and its counting: the store knows.
+            # Ctrl-C may have come between the writing and the counting of a block, so the store is asked.
             raise StudyInterrupted(_stopped(total - _sizes(kept.pending()), total, kept)) from None
 
     def pictured(self, measure: str | None) -> str:

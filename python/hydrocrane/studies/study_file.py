@@ -23,13 +23,13 @@ TYPES: dict[str, tuple[type, ...]] = {
     "name": (str,), "scenario": (str,), "machine": (str,), "method": (str,), "n": (int,), "seed": (int,),
     "measures": (list,), "signals": (list,), "resample": (str, float, int), "ledger": (bool,), "store": (str,),
 }  # fmt: skip
-# Keys of a table that is a range, not a part of a dotted key.
+# Keys that mark a table as a range and not as a part of a dotted key.
 RANGE = ("low", "high", "values", "distribution")
 
 
 @dataclass(frozen=True)
 class StudyFile:
-    """A study from a file, with its name and the folder that it is to be kept in."""
+    """A study from a file, with its name and the folder of its store."""
 
     name: str
     study: Study
@@ -92,7 +92,7 @@ def _known(file: Path, path: str, table: Mapping[str, TomlValue], known: tuple[s
 
 
 def _flat(table: Mapping[str, TomlValue], path: str = "") -> dict[str, TomlValue]:
-    """Dotted keys, also where TOML made tables of them."""
+    """Dotted keys, also from nested tables of TOML."""
     flat: dict[str, TomlValue] = {}
     for key, value in table.items():
         dotted = f"{path}.{key}" if path else key
@@ -104,9 +104,9 @@ def _flat(table: Mapping[str, TomlValue], path: str = "") -> dict[str, TomlValue
 
 
 def _beside(file: Path, name: str) -> str:
-    """A path is taken from the study file's folder; a bundled name stays."""
+    """A path relative to the study file's folder; a bundled name is unchanged."""
     there = file.resolve().parent / name
     try:
         return str(there) if there.is_file() else name
-    except (OSError, ValueError):  # No path can be that long, or hold that character.
+    except (OSError, ValueError):  # The text is too long for a path, or has an invalid character.
         return name

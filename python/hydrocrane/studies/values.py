@@ -1,4 +1,4 @@
-"""Values of keys: in SI where they are numbers, and as coordinates of a result."""
+"""Values of keys: numbers in SI, and coordinates of a result."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hydrocrane.units import converted
 
 
 def si_value(key: Key, value: object) -> Override:
-    """`value` in SI where the key has a unit: a number as it is, a text with its unit converted; else as it is."""
+    """`value` in SI if the key has a unit: a number is unchanged, a text with its unit is converted. Else unchanged."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, list | tuple | np.ndarray):
@@ -39,7 +39,7 @@ def _not_one_number(key: Key, value: object) -> NoReturn:
 
 
 def si_numbers(value: Override, unit: str | None) -> Override:
-    """Numbers, or lists of them, in SI; words where there is no unit."""
+    """Numbers, or lists of them, in SI; words if there is no unit."""
     if unit is None:
         return value
     if isinstance(value, list | tuple):

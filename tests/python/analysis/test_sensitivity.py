@@ -67,20 +67,20 @@ def all_slopes(name, keys, rtol):
 
 
 def worst_mismatch(plan, keys, key, *, step, rtol, floor):
-    """Largest difference between slopes and differences of tight runs, relative to each signal's largest slope.
+    """Largest error against difference quotients of tight runs, relative to the largest sensitivity of each signal.
 
-    Slopes below `floor` of (signal / parameter) count as that large: below it differences see only the solver's noise.
+    Sensitivities below `floor` of (signal / parameter) count as that large: the solver's noise hides smaller ones.
     `step` is relative to the parameter.
     """
     found = all_slopes(plan.name, keys, rtol)
-    alone = Experiment(plan, key, method="tsit5", rtol=rtol, resolve_slopes=False)
+    alone = Experiment(plan, key, method="tsit5", rtol=rtol, resolve_sensitivities=False)
     value = alone.values[0]
 
     def difference(share):
         return (solve(alone, [value * (1 + share)]).y - solve(alone, [value * (1 - share)]).y) / (2 * share * value)
 
     differences = (4 * difference(step / 2) - difference(step)) / 3
-    slopes = found.slopes[:, :, keys.index(key)]
+    slopes = found.sensitivities[:, :, keys.index(key)]
     largest = np.abs(slopes).max(axis=0)
     # A spool moves by its command alone; its slopes by other keys are zero to the last bit.
     moved = largest > 0
@@ -116,7 +116,7 @@ def test_a_spool_depends_on_frequency_and_time_by_their_product_alone():
 
 @pytest.mark.parametrize("method", ["tsit5", "rodas5p"])
 def test_with_steps_by_the_states_the_run_is_that_of_simulate_to_the_last_bit(method):
-    found = hc.sensitivities(KINKED, ["supply.pressure", "payload.mass"], method=method, resolve_slopes=False)
+    found = hc.sensitivities(KINKED, ["supply.pressure", "payload.mass"], method=method, resolve_sensitivities=False)
     run = hc.simulate(KINKED, method=method, ledger=False)
     for name in run.data:
         np.testing.assert_array_equal(found.run.data[name].values, run.data[name].values, err_msg=str(name))
@@ -126,10 +126,10 @@ def test_with_steps_by_the_states_the_run_is_that_of_simulate_to_the_last_bit(me
 @pytest.mark.parametrize("method", ["tsit5", "rodas5p"])
 def test_a_slope_does_not_depend_on_what_else_is_differentiated(method):
     keys = [key for key in RIG_KEYS if "exponent" not in key][:7]
-    together = solve(Experiment(KINKED, keys, method=method, resolve_slopes=False))
+    together = solve(Experiment(KINKED, keys, method=method, resolve_sensitivities=False))
     for i, key in enumerate(keys):
-        alone = solve(Experiment(KINKED, key, method=method, resolve_slopes=False))
-        np.testing.assert_array_equal(together.slopes[:, :, i], alone.slopes[:, :, 0], err_msg=key)
+        alone = solve(Experiment(KINKED, key, method=method, resolve_sensitivities=False))
+        np.testing.assert_array_equal(together.sensitivities[:, :, i], alone.sensitivities[:, :, 0], err_msg=key)
 
 
 @pytest.mark.parametrize("method", ["rodas5p", "hc-exponential-4"])
@@ -138,7 +138,7 @@ def test_small_values_are_differentiated_as_well_as_large_ones(method):
     key = "valve.lift.leakage"
     plan = CRANE.changed(overrides={key: 1e-14}, duration=0.6, commands=hc.load_scenario(CRANE.name).commands)
     exact = hc.sensitivities(plan, key, method="tsit5", rtol=1e-8)
-    found = hc.sensitivities(plan, key, method=method, resolve_slopes=False)
+    found = hc.sensitivities(plan, key, method=method, resolve_sensitivities=False)
     assert found.run.outcome.kind == "completed"
     for name in ("cylinder.lift.p1", "cylinder.lift.p2", "tip.z"):
         slope = exact.data[name].values
@@ -170,20 +170,20 @@ def test_two_methods_agree_where_laws_have_kinks(case):
     explicit = solve(Experiment(plan, keys, method="tsit5", rtol=1e-8))
     implicit = solve(Experiment(plan, keys, method="rodas5p", rtol=1e-8))
     assert explicit.outcome.completed and implicit.outcome.completed
-    moved = np.abs(explicit.slopes).max(axis=0)
+    moved = np.abs(explicit.sensitivities).max(axis=0)
     assert (np.count_nonzero(moved, axis=0) >= 12).all()
-    mismatch = np.abs(explicit.slopes - implicit.slopes).max(axis=0)
+    mismatch = np.abs(explicit.sensitivities - implicit.sensitivities).max(axis=0)
     # Where the explicit method finds exactly zero, the implicit one's linear solves leave rounding.
     assert (mismatch <= 1e-3 * moved)[moved > 0].all()
 
 
 def test_resolved_slopes_converge_where_those_by_the_states_are_rough():
     keys = ["link.mass.body.load.mass", "fluid.bulk-modulus-max"]
-    exact = solve(Experiment(KINKED, keys, method="tsit5", rtol=1e-10)).slopes
+    exact = solve(Experiment(KINKED, keys, method="tsit5", rtol=1e-10)).sensitivities
     size = np.abs(exact).max(axis=0) + 1e-300
 
     def error(rtol, resolve):
-        slopes = solve(Experiment(KINKED, keys, method="tsit5", rtol=rtol, resolve_slopes=resolve)).slopes
+        slopes = solve(Experiment(KINKED, keys, method="tsit5", rtol=rtol, resolve_sensitivities=resolve)).sensitivities
         return (np.abs(slopes - exact) / size).max()
 
     assert error(1e-6, True) < 1e-2 < error(1e-6, False)
@@ -220,7 +220,7 @@ def test_values_times_and_signals_of_an_experiment():
     assert [p.unit for p in experiment.parameters] == ["N", "Pa"]
     np.testing.assert_array_equal(experiment.values, [170.0, 140e5])
     changed = solve(experiment, {"supply.pressure": 100e5})
-    assert changed.y.shape == (2, 1) and changed.slopes.shape == (2, 1, 2)
+    assert changed.y.shape == (2, 1) and changed.sensitivities.shape == (2, 1, 2)
     loaded = solve(Experiment(RIG, "supply.pressure", signals=["tip.z"], times=[0.1, 0.4],
                               overrides={"supply.pressure": "100 bar"}))  # fmt: skip
     np.testing.assert_allclose(changed.y, loaded.y, rtol=1e-6)
@@ -231,8 +231,10 @@ def test_a_shared_value_is_the_sum_of_its_two():
     plan = KINKED.changed(rtol=1e-9, method="tsit5")
     parts = solve(Experiment(plan, ["friction.test.viscous-exponent[0]", "friction.test.viscous-exponent[1]"]))
     whole = solve(Experiment(plan, "friction.test.viscous-exponent"))
-    total = parts.slopes.sum(axis=2)
-    np.testing.assert_allclose(whole.slopes[:, :, 0], total, atol=1e-5 * np.abs(total).max(axis=0).max(), rtol=1e-4)
+    total = parts.sensitivities.sum(axis=2)
+    np.testing.assert_allclose(
+        whole.sensitivities[:, :, 0], total, atol=1e-5 * np.abs(total).max(axis=0).max(), rtol=1e-4
+    )
 
 
 def test_a_run_that_breaks_off_keeps_its_slopes_and_progress_is_told():

@@ -281,10 +281,10 @@ def test_the_log_hangs_on_the_tip_from_the_grip_to_the_release(crane):
 def test_friction_is_unknown_to_the_controller(crane):
     plan = scenario_of(crane, "tip", Case(tasks.circle(), Condition(friction=2.0)))
     true = plan.load_machine()
-    believed = plan.believed
+    model = plan.controller_model
     v = np.array([-0.05, 0.05])
     np.testing.assert_allclose(true.friction_map(v), 2.0 * crane.friction_map(v))
-    np.testing.assert_array_equal(believed.friction_map(v), crane.friction_map(v))
+    np.testing.assert_array_equal(model.friction_map(v), crane.friction_map(v))
 
 
 @pytest.mark.parametrize("source", [MACHINE, "heinze-2007", "child.toml"])
@@ -332,7 +332,7 @@ def test_a_variant_changes_the_crane_and_the_controller_model_only_where_it_is_k
     assert changed
     for key, value in changed.items():
         assert stated(plan.load_machine(), key) == pytest.approx(value)
-        assert (stated(plan.believed, key) == pytest.approx(value)) == VARIANTS[variant].known
+        assert (stated(plan.controller_model, key) == pytest.approx(value)) == VARIANTS[variant].known
 
 
 def test_a_drop_out_takes_every_joint_sensor_in_the_middle_of_the_motion(crane):

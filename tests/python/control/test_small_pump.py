@@ -24,8 +24,8 @@ def test_the_tip_keeps_its_path(payload):
     run = moved_up(payload, overrides=SMALL)
     assert run.outcome.completed
     assert off_the_path(run) < 2e-3
-    # The same controller that believes in the large pump leaves the path.
-    assert off_the_path(moved_up(payload, overrides=SMALL, believed={"pump.main.displacement": "18 ml"})) > 8e-3
+    # With the large pump in its model the same controller leaves the path.
+    assert off_the_path(moved_up(payload, overrides=SMALL, controller_model={"pump.main.displacement": "18 ml"})) > 8e-3
 
 
 def test_the_motion_takes_nine_tenths_of_what_the_pump_gives():
@@ -38,5 +38,5 @@ def test_the_motion_takes_nine_tenths_of_what_the_pump_gives():
 
 
 def test_a_pump_that_suffices_changes_nothing():
-    believing = moved_up(believed={"pump.main.displacement": "28 ml"})
+    believing = moved_up(controller_model={"pump.main.displacement": "28 ml"})
     assert np.array_equal(moved_up().data["tip.z"].values, believing.data["tip.z"].values)

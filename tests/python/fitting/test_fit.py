@@ -101,7 +101,7 @@ def test_a_measured_motion_weighs_the_load_whatever_the_valve(log: dict[str, np.
         plan(0), log, ["payload.mass"], motion="measured", priors={"payload.mass": 50.0}, overrides=OVERRIDES
     )
     assert found.value("payload.mass") == pytest.approx(130.0, rel=0.03)
-    assert any("may stand still" in note for note in found.notes)
+    assert any("may be at rest" in note for note in found.notes)
 
 
 def test_errors_of_sensors_are_found(log: dict[str, np.ndarray]):

@@ -74,7 +74,7 @@ DRAW = {
     "hydrocrane.signals.windows",
     "hydrocrane.identification.comparison",
     "hydrocrane.identification.dynamic_result",
-    "hydrocrane.identification.misfit",
+    "hydrocrane.identification.residual_analysis",
     "hydrocrane.identification.result",
     "hydrocrane.fitting.result",
 }

@@ -64,7 +64,7 @@ def test_errors_of_predictions_are_as_large_as_promised():
 def test_a_form_that_does_not_carry_over_is_told():
     """As many levels as the map can just follow: nothing but the prediction of what was left out shows it."""
     fit = fit_static(wavy(levels(6, seed=0, windows=2), 6.0))
-    assert not fit.misfit.notable and fit.held_out.notable
+    assert not fit.residual_analysis.notable and fit.held_out.notable
     (told,) = (text for text in fit.warnings if "does not predict" in text)
     assert "mm/s is off by" in told and "Hold exponents" in told
     assert fit.held_out.rms > 5.0 * fit.held_out.rms_within
@@ -93,7 +93,7 @@ def test_a_drift_that_no_cause_explains_is_told_with_what_readings_count():
     points = in_time(levels(24, seed=0, windows=1), 0)
     points = replace(points, force=points.force + 20.0 * np.sin(points.time / 240.0))
     fit = fit_static(points, exponents=TOLD)
-    assert not fit.misfit.likely
+    assert not fit.residual_analysis.likely
     (found,) = (each for each in fit.successions if each.order == "time")
     assert found.shows and found.effective < 0.4 * found.count
     (told,) = (text for text in fit.warnings if text.startswith("residuals of consecutive windows"))

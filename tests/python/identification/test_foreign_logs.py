@@ -1,4 +1,4 @@
-"""Logs that this project did not make: intervals hold with the form untold, and misfit is told with its cause."""
+"""Logs from elsewhere: intervals hold without a stated form, systematic residuals are reported with their cause."""
 
 from __future__ import annotations
 
@@ -48,7 +48,10 @@ def test_intervals_hold_in_the_default_call_whatever_the_exponent():
     for seed in range(20):
         truth, motion = motion_of(seed)
         fit = identified(motion, seed).static.fit
-        assert not fit.misfit.notable and not fit.misfit.likely, (seed, fit.misfit.warnings)
+        assert not fit.residual_analysis.notable and not fit.residual_analysis.likely, (
+            seed,
+            fit.residual_analysis.warnings,
+        )
         ends = fit.intervals(0.95)
         true = {
             "coulomb": truth.coulomb,
@@ -74,12 +77,12 @@ def test_held_exponents_are_those_of_the_rigs_file():
     )
     assert held_exponents(own)["viscous-exponent"] == pytest.approx([1.0, 1.0])
     told = identified(motion, 1, rig=own, exponents="fixed").static.fit
-    assert told.params["viscous-exponent"] == (1.0, 1.0) and not told.misfit.notable
+    assert told.params["viscous-exponent"] == (1.0, 1.0) and not told.residual_analysis.notable
     for side, value in zip(SIDES, truth.coulomb, strict=True):
         low, high = told.intervals()[f"coulomb.{side}"]
         assert low < value < high
     wrong = identified(motion, 1, exponents="fixed").static.fit
-    assert wrong.params["viscous-exponent"] == (1.5, 1.5) and wrong.misfit.notable
+    assert wrong.params["viscous-exponent"] == (1.5, 1.5) and wrong.residual_analysis.notable
     assert any("does not describe these data" in text for text in wrong.warnings)
     named = identified(motion, 1, exponents={"viscous-exponent": 1.0}).static.fit
     assert named.law.values == pytest.approx(told.law.values, rel=1e-9)
@@ -164,7 +167,7 @@ def test_averaged_intervals():
     assert akaike_weights([3.0, 5.0]) == pytest.approx([1 / (1 + np.exp(-1)), 1 / (1 + np.e)])
 
 
-# --- misfit -----------------------------------------------------------------------------------------------------------
+# --- residuals --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -174,9 +177,9 @@ def test_averaged_intervals():
 def test_what_friction_depends_on_is_named(cause, change, size, seed):
     """10 % over the 0.3 m of the travel are 7 % over the 0.2 m between the middles of the windows."""
     found = identified(foreign_rig.imposed(foreign_rig.drawn(seed, **change), seed=seed), seed)
-    misfit = found.static.fit.misfit
-    assert misfit.notable and misfit.floor > 3.0 * misfit.point_error
-    first = misfit.likely[0]
+    analysis = found.static.fit.residual_analysis
+    assert analysis.notable and analysis.floor > 3.0 * analysis.point_error
+    first = analysis.likely[0]
     assert first.name == cause and first.change == pytest.approx(size, rel=0.4)
     said = [
         text for text in found.warnings if text.startswith(f"friction changes with {cause}, by {size * 100:+.0f}"[:-2])
@@ -199,7 +202,9 @@ def test_friction_that_grows_with_pressure_or_load_is_named():
             load=np.where(np.arange(len(points)) % 2, 115.0, 20.0),
         )
         fit = fit_static(seen)
-        assert fit.misfit.likely[0].name == name and fit.misfit.likely[0].change == pytest.approx(0.15, abs=0.03)
+        assert fit.residual_analysis.likely[0].name == name and fit.residual_analysis.likely[0].change == pytest.approx(
+            0.15, abs=0.03
+        )
         assert any(text.startswith(f"friction changes with {name}") for text in fit.warnings)
 
 
@@ -210,17 +215,17 @@ def test_another_form_of_the_map_is_named():
     )
     wave = 0.08 * np.sin(2 * np.pi * np.log(points.speed / 5e-4) / np.log(200.0) * 1.5)
     fit = fit_static(replace(points, force=points.force * (1.0 + wave)))
-    assert fit.misfit.notable and fit.misfit.likely[0].name == "velocity"
+    assert fit.residual_analysis.notable and fit.residual_analysis.likely[0].name == "velocity"
     assert any("another form" in text for text in fit.warnings)
 
 
-def test_misfit_of_few_levels_is_told_too():
+def test_residuals_of_few_levels_are_reported_too():
     """Three levels each way are too few for a Stribeck term, and friction falls all the same."""
     fit = fit_static(synthetic_points(HIDDEN, speeds=[1e-3, 0.05, 0.1], force_error=0.5, velocity_error=0.0, seed=2))
     assert not any("does not describe" in text for text in fit.warnings)
     law = StaticMap.of({**HIDDEN.pairs, "breakaway": 900})
     fit = fit_static(synthetic_points(law, speeds=[1e-3, 0.02, 0.1], force_error=0.5, velocity_error=0.0, seed=2))
-    assert fit.misfit.notable and any("does not describe" in text for text in fit.warnings)
+    assert fit.residual_analysis.notable and any("does not describe" in text for text in fit.warnings)
     low, high = fit.intervals()["coulomb.extending"]
     assert low < 157.0 < high
 
@@ -241,8 +246,14 @@ def test_clean_points_raise_no_alarm():
             load=rng.choice([0.0, 20.0], n),
         )
         fit = fit_static(told, exponents={"viscous-exponent": 1.0})
-        assert {cause.name for cause in fit.misfit.causes} == {"velocity", "position", "time", "pressure", "load"}
-        alarms += bool(fit.misfit.warnings)
+        assert {cause.name for cause in fit.residual_analysis.causes} == {
+            "velocity",
+            "position",
+            "time",
+            "pressure",
+            "load",
+        }
+        alarms += bool(fit.residual_analysis.warnings)
     assert alarms <= 1
 
 
@@ -251,7 +262,7 @@ def test_pressures_that_only_carry_the_friction_say_nothing():
     points = synthetic_points(HIDDEN, windows=2, force_error=2.0, level_error=20.0, seed=3)
     chambers = np.stack([2e4 + points.force, np.full(len(points), 2e4)], axis=-1)
     fit = fit_static(replace(points, chambers=chambers))
-    assert "pressure" not in {cause.name for cause in fit.misfit.causes}
+    assert "pressure" not in {cause.name for cause in fit.residual_analysis.causes}
 
 
 def test_points_keep_what_belongs_to_them():

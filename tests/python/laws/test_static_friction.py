@@ -386,7 +386,7 @@ def test_wrong_wishes_are_named(wish, said):
 def test_all_at_rest_is_an_error():
     with pytest.raises(hc.InputError, match="break-away readings"):
         fit_static(FrictionPoints.of([0.0, 0.0], [300.0, -300.0], direction=[1, -1]))
-    with pytest.raises(hc.InputError, match="stands out of its error"):
+    with pytest.raises(hc.InputError, match="larger than its error"):
         fit_static(FrictionPoints.of([1e-4, -1e-4], [300.0, -300.0], velocity_error=1e-4))
 
 

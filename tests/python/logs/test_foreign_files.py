@@ -282,7 +282,7 @@ def test_absolute_pressure(unit, tmp_path):
     np.testing.assert_allclose(log["p1"], (20 + ROW) * one - ATMOSPHERE)
     np.testing.assert_allclose(log["gas"], (20 + ROW) * one)
     text = messages(log, "absolute-pressure")
-    assert "`p1` is absolute; 1.01325 bar" in text and "`gas` is absolute pressure and stays so" in text
+    assert "`p1` is absolute; 1.01325 bar" in text and "`gas` is absolute pressure and remains so" in text
 
 
 def test_pounds_and_units_in_names_are_told(tmp_path):

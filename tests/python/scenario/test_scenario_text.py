@@ -35,7 +35,7 @@ def stated(plan):
     entry = plain(scenario_entry(plan, CYLINDERS))
     loops = [entry["controller"], *(phase["controller"] for phase in entry["phases"])]
     for table in [entry, *entry["phases"], *(loop for loop in loops if loop is not None)]:
-        for key in {"overrides", "believed"} & set(table):
+        for key in {"overrides", "controller_model"} & set(table):
             table[key] = [[name, in_si(value)] for name, value in table[key]]
     for stick in [entry["joystick"], *(phase["joystick"] for phase in entry["phases"])]:
         if stick is not None:
@@ -67,7 +67,7 @@ def drawn(seed):
         if rng.random() < 0.5:
             fields["period"] = float(rng.uniform(1e-3, 0.05))
         if rng.random() < 0.5:
-            fields |= {"believed": {"payload.mass": "80 kg", "supply.pressure": float(rng.uniform(1e7, 2e7))}}
+            fields |= {"controller_model": {"payload.mass": "80 kg", "supply.pressure": float(rng.uniform(1e7, 2e7))}}
         return fields | {
             "sensors": str(rng.choice(["ideal", "data-sheet"])),
             "monitor": rng.choice([None, True, False]),
@@ -127,7 +127,7 @@ def test_what_no_file_can_state_is_refused(tmp_path):
     plan = hc.Scenario(joints=JOINTS, controller=lambda obs, stick: [0.0, 0.0, 0.0])
     with pytest.raises(hc.InputError, match="cannot hold your own controller"):
         plan.to_toml()
-    other = hc.Scenario(joints=JOINTS, controller="tip", believed=hc.load_machine("heinze-2007"))
+    other = hc.Scenario(joints=JOINTS, controller="tip", controller_model=hc.load_machine("heinze-2007"))
     with pytest.raises(hc.InputError, match="state it as overrides"):
         other.to_toml()
     with pytest.raises(hc.InputError, match=r"ends in \.toml"):

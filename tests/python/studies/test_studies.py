@@ -103,7 +103,7 @@ KEYS = {
     "seed": (CLOSED, "seed", 7, {"seed": 7}),
     "stick": (CLOSED, "joystick.full-speed", 0.2, lambda: with_joystick(full_speed=0.2)),
     "full speed of the machine": (CLOSED, "control.tip.full-speed", 0.2, lambda: with_joystick(full_speed=0.2)),
-    "belief": (CLOSED, "controller.believed.payload.mass", "300 kg", {"believed": {"payload.mass": 300.0}}),
+    "model": (CLOSED, "controller.model.payload.mass", "300 kg", {"controller_model": {"payload.mass": 300.0}}),
 }  # fmt: skip
 
 
@@ -148,7 +148,7 @@ WRONG = {
     "beyond the pair": ({"friction.test.coulomb[2]": [0.1]}, {}, ["[0] to [1]"]),
     "gain of a lever": ({"joystick.ramp": [0.1]}, {}, ["no joystick"]),
     "period of nobody": ({"controller.period": ["10 ms"]}, {}, ["controller.period", "no controller"]),
-    "belief of nobody": ({"controller.believed.payload.mass": [1.0]}, {}, ["no controller"]),
+    "model of no controller": ({"controller.model.payload.mass": [1.0]}, {}, ["no controller"]),
     "another quantity": ({"payload.mass": ["5 bar"]}, {}, ["payload.mass", "pressure"]),
     "another quantity later": ({"payload.mass": [5.0, "5 bar"]}, {}, ["payload.mass", "5 bar"]),
     "another quantity of the scenario": ({"duration": ["5 bar"]}, {}, ["duration", "5 bar"]),

@@ -126,7 +126,7 @@ def test_a_damaged_description_of_the_study_is_one_error(damage, store):
             attempt()
 
 
-def test_a_description_that_still_reads_is_not_believed(store):
+def test_a_description_that_is_still_readable_is_checked(store):
     """A changed shape, unit or fill value is still JSON that Zarr takes."""
     file = store / "tip.z/zarr.json"
     file.write_text(file.read_text().replace('"units": "m"', '"units": "k"'))

@@ -135,7 +135,7 @@ fn opened(cockpit: &mut Cockpit, request: &str, machine: Option<&str>) -> Result
         Err(problem) => return refused(problem.message()),
     };
     for (level, ticks) in [(1.0, TICKS / 2), (-1.0, TICKS / 2)] {
-        cockpit.steer(&[level; 8]);
+        cockpit.set_sticks(&[level; 8]);
         if !cockpit.advance(ticks) {
             let message = cockpit.events()["ended"]["message"].as_str().unwrap_or_default().to_string();
             return refused(&message).map(|_| Reply::Ran);

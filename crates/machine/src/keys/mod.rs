@@ -170,6 +170,8 @@ impl Note {
 #[cfg_attr(not(feature = "schema"), allow(dead_code))]
 pub struct Key {
     pub name: &'static str,
+    /// Its former name, which is refused with a message that states `name`; empty if it has none.
+    pub former_name: &'static str,
     pub value: Value,
     /// What counts where the file does not have the key; of several the one of the value's dimension.
     pub defaults: &'static [&'static str],
@@ -187,7 +189,17 @@ pub struct Key {
 impl Key {
     const fn new(name: &'static str, value: Value) -> Self {
         let none = Note::new("");
-        Self { name, value, defaults: &[], formerly: &[], otherwise: none, usual: &[], means: none, source: none }
+        Self {
+            name,
+            former_name: "",
+            value,
+            defaults: &[],
+            formerly: &[],
+            otherwise: none,
+            usual: &[],
+            means: none,
+            source: none,
+        }
     }
 
     const fn quantity(name: &'static str, kinds: &'static [Kind], sign: Sign) -> Self {
@@ -216,6 +228,11 @@ impl Key {
 
     const fn tables(name: &'static str, keys: &'static [Key]) -> Self {
         Self::new(name, Value::Tables(keys))
+    }
+
+    const fn renamed_from(mut self, name: &'static str) -> Self {
+        self.former_name = name;
+        self
     }
 
     const fn required(self) -> Self {

@@ -147,9 +147,10 @@ static CONTROLLER: &[Key] = &[
     Key::choice("sensors", &["ideal", "data-sheet"])
         .defaults(&["ideal"])
         .means("Ideal readings, or those of the machine's sensors with errors drawn by `scenario.seed`."),
-    Key::new("believed", Value::Overrides)
+    Key::new("model", Value::Overrides)
+        .renamed_from("believed")
         .otherwise("the true values")
-        .means("Values of the machine that the controller assumes, by key as in `overrides`."),
+        .means("The controller model: values of the machine that the controller assumes, by key as in `overrides`."),
     Key::choice("monitor", &["on", "off"])
         .otherwise("`on` for `tip` and `heinze-pid`")
         .means("Whether implausible sensor readings close the valves.")

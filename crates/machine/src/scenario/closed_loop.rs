@@ -1,4 +1,4 @@
-//! `[controller]` and `[joystick]` of a scenario: who drives the spools, and what the operator wants.
+//! `[controller]` and `[joystick]` of a scenario: the controller and the operator's input.
 
 use super::log::{is_text, Files, Log};
 use super::{check_series, overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS};
@@ -10,42 +10,41 @@ use crate::model::Machine;
 use crate::quantities::NUMBER;
 use crate::reader::{Field, Reader};
 
-/// A sampled controller and how it is connected to the crane.
+/// A sampled controller with its sensors, delay and model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControllerChoice {
     pub name: String,
     /// Time between samples, s; `None`: the machine's or the controller's own.
     pub period: Option<f64>,
-    /// Time that computing takes, s.
+    /// Computation delay, s.
     pub delay: f64,
     pub sensors: SensorQuality,
-    /// Overrides of the machine's values that the controller believes in, by dotted key.
-    pub believed: Vec<(String, OverrideValue)>,
-    /// Another machine that the controller believes in, in place of this one with other values: a bundled name or path,
-    /// and its overrides.
-    pub believed_machine: Option<(String, Vec<(String, OverrideValue)>)>,
-    /// Whether implausible sensors close the valves; `None`: as is usual for the controller.
+    /// The controller model: overrides of the machine, by dotted key.
+    pub model: Vec<(String, OverrideValue)>,
+    /// Another machine as controller model, in place of overrides: a bundled name or path, and its own overrides.
+    pub other_model: Option<(String, Vec<(String, OverrideValue)>)>,
+    /// Whether implausible sensors close the valves; `None`: the default of the controller.
     pub monitor: Option<bool>,
-    /// Number of a controller of somebody's own, which stands in no file and has no name here.
+    /// Number of a user-defined controller, which has no name and is in no file.
     pub own: Option<usize>,
 }
 
 impl ControllerChoice {
-    /// The controller `name` with ideal sensors, and a model that is the crane.
+    /// The controller `name` with ideal sensors and the crane as its model.
     pub fn named(name: &str) -> Self {
         ControllerChoice {
             name: name.into(),
             period: None,
             delay: 0.0,
             sensors: SensorQuality::Ideal,
-            believed: Vec::new(),
-            believed_machine: None,
+            model: Vec::new(),
+            other_model: None,
             monitor: None,
             own: None,
         }
     }
 
-    /// Whether implausible sensors close the valves: by default of a controller by name that measures.
+    /// Whether implausible sensors close the valves; default is yes for a controller by name that reads sensors.
     pub fn monitored(&self) -> bool {
         self.monitor.unwrap_or(self.own.is_none() && self.name != LEVER)
     }
@@ -54,7 +53,7 @@ impl ControllerChoice {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorQuality {
     Ideal,
-    /// As the machine file's sensors are.
+    /// The sensors of the machine file.
     DataSheet,
 }
 
@@ -68,13 +67,13 @@ pub struct Joystick {
     /// File with the deflections in place of the above.
     pub log: Option<String>,
     pub interpolation: Interpolation,
-    /// Share of the deflection around the centre that does nothing.
+    /// Dead zone around the centre, as a share of the deflection.
     pub dead_zone: f64,
     /// Speed of the tip at full deflection, m/s; `None`: the machine's or the controller's own.
     pub full_speed: Option<f64>,
     /// Time from the centre to full deflection, s.
     pub ramp: f64,
-    /// Share of the full speed that counts, one per time; empty: all of it.
+    /// Share of the full speed, one per time; empty: full speed.
     pub precision: Vec<f64>,
 }
 
@@ -89,7 +88,7 @@ pub enum StickMode {
 }
 
 impl StickMode {
-    /// As it stands in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             StickMode::Tip => "tip",
@@ -100,13 +99,13 @@ impl StickMode {
 }
 
 impl Joystick {
-    /// Whether a controller takes sticks of this mode.
+    /// Whether a controller supports sticks of this mode.
     pub fn fits(&self, controller: &ControllerChoice) -> bool {
         controller.own.is_some() || modes(&controller.name).contains(&self.mode)
     }
 }
 
-/// The stick modes that a controller by name takes, the usual one first.
+/// The stick modes of a controller by name, the usual one first.
 fn modes(controller: &str) -> &'static [StickMode] {
     match controller {
         LEVER => &[StickMode::Lever],
@@ -115,7 +114,7 @@ fn modes(controller: &str) -> &'static [StickMode] {
     }
 }
 
-/// The controller that a joystick calls for.
+/// The controller that a joystick selects.
 pub fn fitting(stick: Option<&Joystick>) -> &'static str {
     match stick {
         Some(Joystick { mode: StickMode::Lever, .. }) => LEVER,
@@ -123,7 +122,7 @@ pub fn fitting(stick: Option<&Joystick>) -> &'static str {
     }
 }
 
-/// The controller; a joystick alone calls for the one that fits its mode, goals for the one that moves the tip.
+/// The controller; a joystick alone selects that of its mode, goals select that which moves the tip.
 /// `machine` and `overrides` are those of the scenario.
 pub fn controller(
     root: &Reader,
@@ -146,7 +145,7 @@ pub fn controller(
         period: table.optional_quantity("period")?,
         delay: table.quantity_or_default("delay")?,
         sensors: table.choice_or_default("sensors", &[SensorQuality::Ideal, SensorQuality::DataSheet])?,
-        believed: believed(&table, machine, overrides)?,
+        model: controller_model(&table, machine, overrides)?,
         monitor: table.optional_choice("monitor", &[true, false])?,
         ..ControllerChoice::named(fitting)
     };
@@ -154,13 +153,17 @@ pub fn controller(
     Ok(Some(choice))
 }
 
-/// What the controller believes of the machine where that is not the truth; loading it finds what is wrong.
-fn believed(table: &Reader, machine: &MachineSource, overrides: &[Override]) -> Result<Vec<(String, OverrideValue)>> {
-    let believed = overrides_in(table, "believed")?;
-    if !believed.is_empty() {
-        machine.load(&[overrides, &believed].concat())?;
+/// The overrides of the controller model. They are loaded once, which finds what is wrong with them.
+fn controller_model(
+    table: &Reader,
+    machine: &MachineSource,
+    overrides: &[Override],
+) -> Result<Vec<(String, OverrideValue)>> {
+    let changes = overrides_in(table, "model")?;
+    if !changes.is_empty() {
+        machine.load(&[overrides, &changes].concat())?;
     }
-    Ok(plain(believed))
+    Ok(plain(changes))
 }
 
 fn check_mode(table: &Reader, choice: &ControllerChoice, stick: Option<&Joystick>) -> Result<()> {
@@ -215,7 +218,7 @@ pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Optio
     }))
 }
 
-/// The deflections of a joystick, or the log that holds them.
+/// The deflections of a joystick, or the log with them.
 struct Deflections {
     time: Vec<f64>,
     axes: Vec<Vec<f64>>,
@@ -276,7 +279,7 @@ fn check_shares(field: &Field, shares: &[f64]) -> Result<()> {
     }
 }
 
-/// Deflections from a log; one that is no text is left to whoever can read it.
+/// Deflections from a log; a log that is no text is read by the caller.
 fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
     let (name, interpolation) = (field.text()?, Interpolation::Linear);
     if !is_text(name) {
@@ -311,7 +314,7 @@ fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Resul
     Ok(Deflections { time: log.time, axes: deflections, precision, log: None, interpolation })
 }
 
-/// How far beyond its end rounding may take a deflection; it counts as the end.
+/// Rounding error by which a deflection may exceed its end; it counts as the end.
 const ROUNDING: f64 = 1e-9;
 
 fn check_range(field: &Field, values: &[f64]) -> Result<()> {

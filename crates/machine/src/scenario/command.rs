@@ -18,12 +18,12 @@ pub struct SpoolCommand {
     pub interpolation: Interpolation,
 }
 
-/// What a log calls the command of a cylinder.
+/// Names of the command of a cylinder in a log.
 fn usual_names(cylinder: &str) -> [String; 3] {
     [cylinder.to_string(), format!("command.{cylinder}"), format!("cylinder.{cylinder}.command")]
 }
 
-/// The commands by cylinder, those of a log where `[command]` names one.
+/// The commands by cylinder; those of a log if `[command]` names one.
 pub fn read(root: &Reader, machine: &Machine, files: &Files) -> Result<Vec<SpoolCommand>> {
     let Some(open) = root.names("command")? else { return Ok(Vec::new()) };
     let commands = match open.optional("log")? {
@@ -40,7 +40,7 @@ pub fn read(root: &Reader, machine: &Machine, files: &Files) -> Result<Vec<Spool
     Ok(commands.into_iter().map(|(command, _)| command).collect())
 }
 
-/// Each command with the value that tells its spool positions.
+/// Each command with the value that holds its spool positions.
 type Placed<'a> = Vec<(SpoolCommand, Field<'a>)>;
 
 /// Commands by numbers.
@@ -103,7 +103,7 @@ fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Fi
     Ok(commands.into_iter().map(|command| (command, field.clone())).collect())
 }
 
-/// A log of spool commands, and what of it is which.
+/// A log of spool commands with the assignment of its columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CommandLog {
     /// Path of a text file.
@@ -111,17 +111,17 @@ pub struct CommandLog {
     /// Column of the times; `None`: `time` or `t`.
     pub time: Option<String>,
     pub interpolation: Interpolation,
-    /// Empty: whatever is named as a cylinder.
+    /// Empty: all columns named like a cylinder.
     pub columns: Vec<LoggedColumn>,
 }
 
-/// Where a log has the command of a cylinder.
+/// Column of the command of a cylinder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoggedColumn {
     pub cylinder: String,
-    /// `None`: named as the cylinder.
+    /// `None`: the column named like the cylinder.
     pub column: Option<String>,
-    /// `None`: what the log states, or m.
+    /// `None`: the unit in the log, or m.
     pub unit: Option<String>,
 }
 
@@ -129,7 +129,7 @@ impl CommandLog {
     /// The commands of these `cylinders`.
     ///
     /// # Errors
-    /// What is wrong with the log.
+    /// An error of the log.
     pub fn commands(&self, cylinders: &[&str]) -> Result<Vec<SpoolCommand>> {
         self.read(cylinders, &Files::default()).map_err(|(kind, message, cure)| {
             MachineError::new(kind, Location::Source(self.name.clone()), message).help(cure)

@@ -1,10 +1,10 @@
-//! `[goal]` of a scenario: where the tip is told to go, from which times on.
+//! `[goal]` of a scenario: goals of the tip with their times.
 
 use super::{check_series, Result};
 use crate::errors::ErrorKind;
 use crate::reader::{Field, Reader};
 
-/// From `time` on the tip goes to `place` on a straight line, until another goal is given or a stick is moved.
+/// From `time` on the tip moves to `place` on a straight line, until another goal is given or a stick is moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goal {
     /// s
@@ -13,7 +13,7 @@ pub struct Goal {
     pub place: [f64; 2],
     /// m/s; `None`: that of full stick.
     pub speed: Option<f64>,
-    /// When it is dropped, s, if it is not reached before.
+    /// Time at which it is cancelled, s, if it is not reached before.
     pub until: Option<f64>,
 }
 
@@ -65,7 +65,7 @@ pub fn read(root: &Reader) -> Result<Vec<Goal>> {
     Ok(goals)
 }
 
-/// Each time ends the way to the last goal before it.
+/// Each time cancels the previous goal.
 fn drop_at(goals: &mut [Goal], field: &Field) -> Result<()> {
     for time in field.series()? {
         let before = goals.partition_point(|goal| goal.time < time);

@@ -1,4 +1,4 @@
-//! `[initial]` of a scenario: where the crane stands at the start.
+//! `[initial]` of a scenario: the state at the start.
 
 use super::{known_cylinder, known_name, Result};
 use crate::errors::ErrorKind;
@@ -16,7 +16,7 @@ pub struct Initial {
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pressures {
-    /// Each cylinder holds its load at rest.
+    /// Equilibrium: each cylinder holds its load at rest.
     Equilibrium,
     /// Gauge pressures at piston and rod side by cylinder, Pa.
     Explicit(Vec<(String, [f64; 2])>),

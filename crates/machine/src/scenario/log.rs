@@ -1,4 +1,4 @@
-//! Logs that a scenario names: text files with columns, beside the scenario or handed over with it.
+//! Logs that a scenario names: text files with columns, beside the scenario or passed with it.
 
 use crate::columns::{Columns, Problem};
 use crate::document::LONGEST_TEXT;
@@ -8,12 +8,12 @@ use crate::units::Quantity;
 use std::io::Read;
 use std::path::Path;
 
-/// Where the files are that a scenario names.
+/// Places of the files that a scenario names.
 #[derive(Clone, Copy, Default)]
 pub struct Files<'a> {
     /// The scenario's own; `None`: it is bundled, or a text in memory.
     pub folder: Option<&'a Path>,
-    /// Names and texts that were handed over with it.
+    /// Names and texts that were passed with it.
     pub given: &'a [(String, String)],
 }
 
@@ -33,13 +33,13 @@ impl Files<'_> {
         self.folder.map_or_else(|| name.into(), |folder| folder.join(name).display().to_string())
     }
 
-    /// The text that was handed over under this name; a leading `./` is none of it.
+    /// The text that was passed under this name, without a leading `./`.
     pub fn given(&self, name: &str) -> Option<&str> {
         let plain = |name: &str| name.trim_start_matches("./").to_string();
         self.given.iter().find(|(own, _)| plain(own) == plain(name)).map(|(_, text)| text.as_str())
     }
 
-    /// The text of the file `name`, or why there is none.
+    /// The text of the file `name`, or the reason why it cannot be read.
     fn text(&self, name: &str) -> std::result::Result<String, String> {
         if let Some(text) = self.given(name) {
             return Ok(text.into());
@@ -55,7 +55,7 @@ impl Files<'_> {
     }
 }
 
-/// A log that was read.
+/// A log with its times.
 pub struct Log {
     columns: Columns,
     /// s
@@ -89,7 +89,7 @@ impl Log {
         self.columns.find(names).is_some()
     }
 
-    /// The column of one of these names, in SI; `what` says what for.
+    /// The column of one of these names, in SI; `what` states its purpose.
     pub fn column(
         &self,
         names: &[&str],

@@ -1,4 +1,4 @@
-//! `[phase.<name>]` of a scenario: what changes from a time on.
+//! `[phase.<name>]` of a scenario: changes from a time on.
 
 use super::closed_loop::{self, ControllerChoice, Joystick};
 use super::log::Files;
@@ -9,7 +9,7 @@ use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
 use crate::reader::Reader;
 
-/// From `time` on the machine has further overrides, and the crane is driven like this.
+/// Overrides, controller and sticks from `time` on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Phase {
     pub name: String,
@@ -17,13 +17,13 @@ pub struct Phase {
     pub time: f64,
     /// Added to those in force before, by dotted key.
     pub overrides: Vec<(String, OverrideValue)>,
-    /// `None`: it stays as it was, or follows the sticks' mode.
+    /// `None`: unchanged, or that of the sticks' mode.
     pub controller: Option<ControllerChoice>,
-    /// `None`: they go on as they were, or are centred where the controller takes others.
+    /// `None`: unchanged, or centred if the controller needs another mode.
     pub joystick: Option<Joystick>,
 }
 
-/// Each loads the machine anew.
+/// Most phases, because each loads the machine again.
 const MOST_PHASES: usize = 1000;
 
 /// The phases in order of time.
@@ -41,7 +41,7 @@ pub fn read(
         check_load(&added, &overrides, time)?;
         overrides.retain(|old| !added.iter().any(|new| new.key == old.key));
         overrides.extend(added.iter().cloned());
-        // Loading it finds what is wrong.
+        // Loaded to find errors.
         of.load(&overrides)?;
         let joystick = closed_loop::joystick(&table, machine, files)?;
         let controller = match table.has("controller") {
@@ -81,7 +81,7 @@ fn in_order<'a>(root: &Reader<'a>) -> Result<Vec<(f64, &'a str, Reader<'a>)>> {
     Ok(tables)
 }
 
-/// A load goes on through phases, so that another mass at the tip would be ignored.
+/// A load is kept in all phases, so another mass at the tip would have no effect.
 fn check_load(added: &[Override], before: &[Override], time: f64) -> Result<()> {
     let of = |overrides: &[Override]| overrides.iter().rev().find(|change| change.key == "payload.mass").cloned();
     match of(added) {

@@ -1,4 +1,4 @@
-//! `[sensor-fault.<name>]` of a scenario: sensors that fail on demand.
+//! `[sensor-fault.<name>]` of a scenario: faults of sensors.
 
 use super::{ControllerChoice, Result, SensorQuality};
 use crate::errors::ErrorKind;
@@ -12,7 +12,7 @@ use crate::units::Quantity;
 /// A sensor that fails from one time to another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorFault {
-    /// What it measures, for example `joint.boom.q`.
+    /// Its signal, for example `joint.boom.q`.
     pub signal: String,
     pub kind: FaultKind,
     /// s
@@ -61,7 +61,7 @@ pub fn measured(machine: &Machine, choice: &ControllerChoice) -> Vec<(String, Qu
     signals
 }
 
-/// What a signal that is neither a joint's coordinate nor a pressure is measured in.
+/// Unit of a signal that is neither a joint coordinate nor a pressure.
 fn quantity(machine: &Machine, signal: &str) -> Quantity {
     let rate = |name: &str| {
         let joint = machine.joints.iter().find(|j| j.name == name);

@@ -1,4 +1,4 @@
-//! What holds from a time on: the scenario at its start, then with each of its phases.
+//! Stages of a scenario: its settings at the start, then with each of its phases.
 
 use super::closed_loop::{fitting, ControllerChoice, Joystick, StickMode};
 use super::stated::{full_speed_key, stated};
@@ -7,7 +7,7 @@ use super::{Phase, Scenario};
 use crate::keys::LEVER;
 use crate::merge::OverrideValue;
 
-/// What holds from a time on.
+/// Settings from a time on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stage {
     /// s
@@ -37,7 +37,7 @@ impl Scenario {
         stages
     }
 
-    /// The stage on a machine that takes the measured pressure of the supply, where there is one.
+    /// The stage on a machine with the measured supply pressure, if there is one.
     fn with_supply(&self, mut stage: Stage) -> Stage {
         if self.supply.is_some() {
             let (key, value) = MEASURED;
@@ -49,7 +49,7 @@ impl Scenario {
 }
 
 impl Stage {
-    /// What holds once `phase` has begun. What it states later counts: an override before what earlier tables state.
+    /// The settings after the begin of `phase`. Later statements have priority: an override over earlier tables.
     pub fn then(&self, phase: &Phase) -> Stage {
         let states = |key: &str| phase.overrides.iter().any(|(stated, _)| stated == key);
         let mut overrides = self.overrides.clone();
@@ -72,7 +72,7 @@ impl Stage {
         Stage { from: phase.time, overrides, controller, joystick }
     }
 
-    /// The controller that the phase states; else the one before, or the one that a stick of the other mode calls for.
+    /// The controller of the phase; else the previous one, or the one that a stick of the other mode selects.
     fn chosen(&self, phase: &Phase) -> Option<ControllerChoice> {
         if let Some(choice) = &phase.controller {
             let before = self.controller.as_ref().and_then(|before| before.period);
@@ -87,7 +87,7 @@ impl Stage {
         }
     }
 
-    /// The overrides, and what the controller's period and the speed at full stick state in the machine's place.
+    /// The overrides, with those from the controller's period and the speed at full stick.
     pub fn machine_overrides(&self) -> Vec<(String, OverrideValue)> {
         let mut all = self.overrides.clone();
         for (key, value) in self.loop_overrides() {
@@ -97,7 +97,7 @@ impl Stage {
         all
     }
 
-    /// Machine keys that the period of a controller by name and the speed at full stick stand for, in SI.
+    /// Machine keys that the period of a controller by name and the speed at full stick replace, in SI.
     pub fn loop_overrides(&self) -> Vec<(String, f64)> {
         let Some(choice) = self.controller.as_ref().filter(|choice| choice.own.is_none()) else { return Vec::new() };
         let full_speed = self.joystick.as_ref().and_then(|stick| stick.full_speed);

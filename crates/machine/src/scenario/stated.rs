@@ -1,10 +1,10 @@
-//! What fields of a scenario state in the place of its machine: which counts is asked in one place, and whether both agree.
+//! Fields of a scenario that replace values of its machine: precedence and agreement, checked in one place.
 
 use crate::keys::LEVER;
 use crate::merge::OverrideValue;
 use crate::units::quantity;
 
-/// A field of a scenario that stands for a key of the machine.
+/// A field of a scenario that replaces a key of the machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stated {
     /// Table and key of the field in a scenario file.
@@ -17,13 +17,13 @@ pub struct Stated {
     pub key: String,
 }
 
-/// Machine key of the speed at full stick of a controller; `None` where it has none.
+/// Machine key of the speed at full stick of a controller; `None` if it has none.
 pub fn full_speed_key(controller: &str) -> Option<String> {
     (controller != LEVER).then(|| format!("control.{controller}.full-speed"))
 }
 
-/// All that is stated: the payload (kg), and the period (s) and the speed at full stick (m/s) of the `controller` of this name.
-/// What is left out states nothing; somebody's own controller has no name.
+/// All such values: the payload (kg), and the period (s) and the speed at full stick (m/s) of the `controller` of this
+/// name. Missing fields are left out; a user-defined controller has no name.
 pub fn stated(
     payload: Option<f64>,
     controller: Option<&str>,
@@ -44,8 +44,8 @@ pub fn stated(
     .collect()
 }
 
-/// Why `value` and the override `other` of `key`, which stand for the same, contradict each other, if they do. Numbers are
-/// in `unit`. What is no quantity at all is left to the check of the machine.
+/// The contradiction between `value` and the override `other` of `key`, if there is one. Numbers are in `unit`. Invalid
+/// quantities are left to the check of the machine.
 pub fn contradiction(value: &OverrideValue, unit: &str, key: &str, other: &OverrideValue) -> Option<String> {
     let (one, two) = (si(value)?, si(other)?);
     let text = |value: &OverrideValue, si: f64| match value {

@@ -8,14 +8,14 @@ use crate::model::Machine;
 use crate::quantities::PRESSURE;
 use crate::reader::{Field, Reader};
 
-/// What a machine must say to take a measured pressure.
+/// The key that a machine with a measured pressure must have.
 pub const MEASURED: (&str, &str) = ("supply.measured", "yes");
-/// What a log calls the pressure.
+/// Names of the pressure in a log.
 const USUAL_NAMES: [&str; 3] = ["supply.pressure", "mains.p", "supply"];
-/// No oil pulls: a perfect vacuum as gauge pressure, Pa.
+/// Lowest possible pressure: a perfect vacuum as gauge pressure, Pa.
 const VACUUM: f64 = -101_325.0;
 
-/// Pressure of the supply against time; before the first time and after the last it stays.
+/// Supply pressure against time; constant before the first time and after the last.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SupplyPressure {
     /// s
@@ -25,7 +25,7 @@ pub struct SupplyPressure {
     pub interpolation: Interpolation,
 }
 
-/// A log of the supply pressure, and what of it is which.
+/// A log of the supply pressure with the assignment of its columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SupplyLog {
     /// Path of a text file.
@@ -34,7 +34,7 @@ pub struct SupplyLog {
     pub time: Option<String>,
     /// `None`: one of the usual names.
     pub column: Option<String>,
-    /// `None`: what the log states, or Pa.
+    /// `None`: the unit in the log, or Pa.
     pub unit: Option<String>,
     pub interpolation: Interpolation,
 }
@@ -58,7 +58,7 @@ impl SupplyPressure {
         self.time.get(self.time.partition_point(|time| *time <= t)).copied()
     }
 
-    /// Why no supply can have this pressure, if none can, and the cure.
+    /// The reason if no supply can have this pressure, and the cure.
     pub fn fault(&self) -> Option<(String, &'static str)> {
         let (time, pressure) = self.time.iter().zip(&self.pressure).find(|(_, pressure)| **pressure < VACUUM)?;
         let message = format!("the supply pressure at {time} s is {:.3} bar, below vacuum", 1e-5 * pressure);
@@ -85,7 +85,7 @@ pub fn read(root: &Reader, machine: &Machine, files: &Files) -> Result<Option<Su
     }
 }
 
-/// The pressure by numbers, with the value that tells it.
+/// The pressure by numbers, with the value that holds it.
 fn stated<'a>(table: &Reader<'a>, interpolation: Interpolation) -> Result<(SupplyPressure, Field<'a>)> {
     if let Some(key) = ["column", "unit", "time-column"].into_iter().find(|key| table.has(key)) {
         let message = "belongs to a log, and there is none";
@@ -122,7 +122,7 @@ impl SupplyLog {
     /// The pressure that the log holds.
     ///
     /// # Errors
-    /// What is wrong with the log.
+    /// An error of the log.
     pub fn pressure(&self) -> Result<SupplyPressure> {
         self.read(&Files::default()).map_err(|(kind, message, cure)| {
             MachineError::new(kind, Location::Source(self.name.clone()), message).help(cure)

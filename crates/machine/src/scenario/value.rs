@@ -1,4 +1,4 @@
-//! One value of a scenario by itself, judged as the reader judges it in a file.
+//! Check of a single value of a scenario, with the rules of the file reader.
 
 use super::Result;
 use crate::document::{Node, NodeKind, Place};
@@ -6,7 +6,8 @@ use crate::keys;
 use crate::merge::{apply_override, Override, OverrideValue};
 use crate::reader::{Log, Reader};
 
-/// Refuses a quantity (SI) that no scenario file may have at `key`, such as `controller.period` or `phase.<name>.time`.
+/// Refuses a quantity (SI) that a scenario file may not have at `key`, such as `controller.period` or
+/// `phase.<name>.time`.
 ///
 /// # Errors
 /// That of the reader.

@@ -1,4 +1,4 @@
-//! A scenario as the text of a file that reads back the same.
+//! A scenario as the text of a file; reading it gives the same scenario.
 
 use super::closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
 use super::sensor_fault::{measured, FaultKind};
@@ -10,18 +10,18 @@ use crate::sections::coordinate;
 use crate::toml_text::{key, list, quantity, quoted, written};
 use std::fmt::Write;
 
-/// What no file can state.
+/// A scenario that a file cannot state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unwritable(pub String);
 
 type Result = std::result::Result<(), Unwritable>;
 
 impl Scenario {
-    /// The scenario as a file. Numbers have all their digits. `machines` are those of its stages: they tell the units of the
-    /// overrides that are numbers.
+    /// The scenario as a file. Numbers have all their digits. `machines` are those of its stages, which have the units
+    /// of numeric overrides.
     ///
     /// # Errors
-    /// A controller of somebody's own, and another machine as the controller model: neither stands in a file.
+    /// A user-defined controller, or another machine as the controller model, which a file cannot state.
     pub fn to_toml(&self, machines: &[&Machine]) -> std::result::Result<String, Unwritable> {
         let mut writer = Writer { text: String::new(), machines };
         writer.head(self);
@@ -177,7 +177,7 @@ impl Writer<'_> {
             let message = "a file cannot hold your own controller; name one of the package, or keep the script";
             return Err(Unwritable(message.into()));
         }
-        if choice.believed_machine.is_some() {
+        if choice.other_model.is_some() {
             let message = "a file cannot hold another machine as the controller model; state it as overrides";
             return Err(Unwritable(message.into()));
         }
@@ -188,7 +188,7 @@ impl Writer<'_> {
         if let Some(on) = choice.monitor {
             let _ = writeln!(self.text, "monitor = \"{}\"", if on { "on" } else { "off" });
         }
-        self.overrides(&format!("{table}controller.believed"), &choice.believed);
+        self.overrides(&format!("{table}controller.model"), &choice.model);
         Ok(())
     }
 

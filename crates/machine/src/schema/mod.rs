@@ -1,6 +1,7 @@
 //! The declared keys for editors, as a JSON Schema, and for the reference page, as a list.
 //!
-//! What the schema refuses, the reader refuses. The reader refuses more: it knows other values of the file, and units.
+//! The reader refuses everything that the schema refuses. It refuses more, because it has the other values of the file,
+//! and units.
 
 mod listing;
 mod values;
@@ -11,7 +12,7 @@ use serde_json::{json, Map, Value as Json};
 use crate::keys::{Key, Value, MACHINE, SCENARIO};
 use values::Forms;
 
-/// A kind of file, each with keys of its own.
+/// A kind of file with its keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
     Machine,
@@ -40,7 +41,7 @@ impl FileKind {
         schema.insert("title".into(), format!("hydrocrane {} file", self.name()).into());
         schema.insert("$comment".into(), format!("Written by `hydrocrane schema {}`.", self.name()).into());
         schema.extend(table(self.keys(), &mut forms));
-        // Machine files that lie over others need not be whole.
+        // Machine files that extend others may be incomplete.
         if let (Self::Machine, Some(whole)) = (self, whole(self.keys())) {
             forms.define("whole", whole);
             schema.insert("if".into(), json!({ "anyOf": [{ "required": ["extends"] }, { "required": ["include"] }] }));
@@ -50,7 +51,7 @@ impl FileKind {
         written(&Json::Object(schema))
     }
 
-    /// Every key of these files with all that is declared of it, a text of JSON.
+    /// Every key of these files with its declaration, as JSON text.
     pub fn key_list(self) -> String {
         written(&Json::Array(listing::rows(self.keys())))
     }
@@ -84,7 +85,7 @@ fn table(keys: &'static [Key], forms: &mut Forms) -> Map<String, Json> {
     schema
 }
 
-/// The schema of what one key holds.
+/// The schema of the value of a key.
 fn one(key: &'static Key, forms: &mut Forms) -> Map<String, Json> {
     let mut schema = Map::new();
     schema.insert("description".into(), words::description(key).into());
@@ -114,7 +115,7 @@ fn required(keys: &'static [Key]) -> Vec<&'static str> {
     keys.iter().filter(|key| key.is_required()).map(|key| key.name).collect()
 }
 
-/// What must be there in a machine file that stands alone, as a schema of nothing but required keys.
+/// The required keys of a complete machine file, as a schema.
 fn whole(keys: &'static [Key]) -> Option<Json> {
     let required = required(keys);
     let below = |key: &Key| match key.value {

@@ -1,7 +1,7 @@
-//! What values look like: as definitions that keys share.
+//! Forms of values, as common definitions of the schema.
 //!
-//! A text with a unit is held against a pattern: a number of the right sign, then a unit. Units of one symbol are those of
-//! the quantity; of products and quotients only the beginning is looked at.
+//! A text with a unit must match a pattern: a number of the right sign, then a unit. Units of one symbol are those of
+//! the quantity; of products and quotients only the beginning is checked.
 
 use serde_json::{json, Map, Value as Json};
 
@@ -14,7 +14,7 @@ use crate::units::symbols_of;
 const UNSIGNED: &str = r"([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?";
 /// Zero may have a minus.
 const MINUS_ZERO: &str = r"-(0+(\.0*)?|\.0+)([eE][+-]?[0-9]+)?";
-/// How the unit of a product, a quotient or a power begins.
+/// Beginning of the unit of a product, a quotient or a power.
 const COMPOUND: &str = r"[A-Za-zµ%]+\s*[*/·^²³(]|[A-Za-zµ%]+\s+[A-Za-zµ%]|\(";
 
 /// The forms of values of a kind of file.
@@ -27,7 +27,7 @@ impl Forms {
     pub fn new(file: FileKind) -> Self {
         let mut forms = Self { file, definitions: Map::new() };
         let classes = CLASSES.map(|(name, _)| name);
-        // The reader looks at the classes of quantities of machine files alone.
+        // The reader checks only the classes of quantities in machine files.
         if file == FileKind::Machine {
             forms.define("class", json!({ "enum": classes }));
         }
@@ -39,19 +39,18 @@ impl Forms {
         json!({ "$ref": format!("#/definitions/{name}") })
     }
 
-    /// # Panics
-    /// Where another schema has the name.
+    /// # Panics If another schema has the name.
     pub fn define(&mut self, name: &str, schema: Json) -> Json {
         let known = self.definitions.entry(name).or_insert_with(|| schema.clone());
         assert_eq!(known, &schema, "two schemas have the name `{name}`");
         Self::reference(name)
     }
 
-    /// Adds the keys that say where the values of a table come from.
+    /// Adds the keys for the provenance of the values of a table.
     pub fn origin(&self, properties: &mut Map<String, Json>) {
         let hints = |what: &str, class: Json| match self.file {
             FileKind::Machine => json!({ "description": what, "anyOf": [class] }),
-            // Read and not used.
+            // Read and ignored.
             FileKind::Scenario => json!({ "type": "string", "x-taplo": { "hidden": true } }),
         };
         let class = "Provenance of the values of this table and below it: where they come from.";
@@ -60,7 +59,7 @@ impl Forms {
         properties.insert("source".into(), hints(source, json!({ "type": "string" })));
     }
 
-    /// A value by itself, and with its origin.
+    /// A value alone, or with its provenance.
     pub fn alternatives(&mut self, key: &Key) -> Vec<Json> {
         let (name, mut value) = self.value(key);
         if let Some(name) = &name {
@@ -82,7 +81,7 @@ impl Forms {
         vec![value, with_origin]
     }
 
-    /// The schema of a value, and a name where several keys share it.
+    /// The schema of a value, with a name if several keys have it.
     fn value(&mut self, key: &Key) -> (Option<String>, Json) {
         match key.value {
             Value::Quantity(kinds, sign) => (Some(named("quantity", kinds, sign)), quantity(kinds, sign)),

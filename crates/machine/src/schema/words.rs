@@ -1,10 +1,10 @@
-//! What is declared of a key, in words.
+//! The declaration of a key in words.
 
 use crate::keys::{Key, Sign, Value};
 use crate::quantities::Kind;
 use crate::units::parse_scalar;
 
-/// What an editor shows of a key: a paragraph on what it is, one on what it holds.
+/// Text of a key for editors: a paragraph on its meaning, one on its value.
 pub fn description(key: &Key) -> String {
     let mut sentences = vec![form(key)];
     if !key.usual.is_empty() {
@@ -23,7 +23,7 @@ pub fn description(key: &Key) -> String {
     [key.means.text().to_string(), sentences.join(" ")].join("\n\n").trim_end().to_string()
 }
 
-/// What the key holds.
+/// The value of the key.
 fn form(key: &Key) -> String {
     let sign = match key.sign() {
         Sign::Any => "",
@@ -59,15 +59,15 @@ fn named(key: &Key, kind: Kind) -> String {
     let (name, quantity) = (kind.name, kind.quantity());
     match (kind.unit, quantity.written(), key.sign()) {
         ("", ..) => format!("plain number, for example {example}"),
-        // Ranges are of magnitudes: they do not tell which sign a value has.
+        // Ranges are of magnitudes and have no sign.
         (unit, written, Sign::Any) if written == unit => format!("{name} (SI: {unit})"),
         (unit, written, Sign::Any) => format!("{name} (SI: {unit}), for example in {written}"),
         (unit, ..) => format!("{name} (SI: {unit}), for example \"{example}\""),
     }
 }
 
-/// The default or the lower usual value, where it says something; else one of the unit, or the upper usual value where that
-/// is less.
+/// The default or the lower usual value, if it is a good example; else one unit, or the upper usual value if that is
+/// less.
 fn example(key: &Key, kind: Kind) -> String {
     let dimension = kind.quantity().dimension;
     let in_si = |text: &str| {
@@ -82,7 +82,7 @@ fn example(key: &Key, kind: Kind) -> String {
     said.or(upper).map_or(one, str::to_string)
 }
 
-/// What holds where the key is not there.
+/// The effect of a missing key.
 fn without(key: &Key) -> String {
     let otherwise = key.otherwise.text();
     if !key.defaults.is_empty() {
@@ -96,7 +96,7 @@ fn without(key: &Key) -> String {
     }
 }
 
-/// How words in place of a default begin that say when a key must be there.
+/// Beginning of the text in place of a default that states when a key is required.
 const CONDITIONS: [&str; 4] = ["required", "this", "one of", "with"];
 
 fn upper(text: &str) -> String {

@@ -1,4 +1,4 @@
-//! `[accumulator.<name>]`: gas that the mains press together.
+//! `[accumulator.<name>]`: gas under the pressure of the mains.
 
 use crate::errors::ErrorKind;
 use crate::model::{Accumulator, Mains, Supply};
@@ -6,7 +6,7 @@ use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::Result;
 
-/// The one of the mains, if there is one.
+/// The accumulator on the mains, if there is one.
 pub fn read<T: Number>(root: &Reader, supply: &Supply<T>, mains: &Mains<T>) -> Result<Option<Accumulator<T>>> {
     let tables = root.named_tables("accumulator")?;
     let (_, table) = match &tables[..] {
@@ -36,7 +36,7 @@ pub fn read<T: Number>(root: &Reader, supply: &Supply<T>, mains: &Mains<T>) -> R
     Ok(Some(accumulator))
 }
 
-/// Without mains of changing pressure there is nothing to join it to.
+/// Refuses an accumulator without mains of variable pressure.
 pub fn refuse_without_mains<T>(root: &Reader) -> Result<Option<Mains<T>>> {
     if root.named_tables("accumulator")?.is_empty() {
         return Ok(None);

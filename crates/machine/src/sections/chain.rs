@@ -38,7 +38,7 @@ pub fn read<'a>(root: &Reader<'a>) -> Result<Chain<'a>> {
     order(links, connections)
 }
 
-/// A link carries at most one joint and hangs on at most one.
+/// A link is the parent of at most one joint and the child of at most one.
 fn check_branches(connections: &[Connection], names: &[&str]) -> Result<()> {
     for (i, later) in connections.iter().enumerate() {
         for earlier in &connections[..i] {

@@ -1,4 +1,4 @@
-//! Can the cylinder be mounted at all: pins on the right links, and a linkage that closes somewhere.
+//! Checks that a cylinder can be mounted: pins on the right links, and a linkage that can close.
 
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, FourBar, Joint, JointKind, Link, Point, RodPin};

@@ -94,7 +94,7 @@ fn travel<T: Number>(table: &Reader) -> Result<Travel<T>> {
         table.missing("stroke", "give it with `closed-length`, or the lengths of barrel, piston and rod")
     })?;
     if group == 1 {
-        // Leakage may need it; it must be right in any case.
+        // Leakage may need it; it is checked in any case.
         table.optional_quantity::<T>("piston-length")?;
         let stroke = length("stroke")?;
         return Ok(Travel { stroke, mid_length: length("closed-length")? + stroke * 0.5, rod_contact: None });
@@ -108,7 +108,7 @@ fn travel<T: Number>(table: &Reader) -> Result<Travel<T>> {
     Ok(Travel {
         stroke,
         mid_length: length("barrel-offset")? + (barrel + piston) * 0.5 + rod + length("rod-offset")?,
-        // The rod's eye meets the barrel's end when the rod is fully inside.
+        // The rod's eye touches the barrel's end when the rod is fully retracted.
         rod_contact: Some(stroke * 0.5 - rod),
     })
 }
@@ -171,7 +171,7 @@ fn leakage<T: Number>(table: &Reader, printed: Option<&Reader>, bore: f64) -> Re
     }
 }
 
-/// The gap around the piston, which leaves something of the piston.
+/// The gap around the piston, which must be smaller than its radius.
 fn gap<T: Number>(table: &Reader, bore: f64) -> Result<T> {
     let gap: T = table.quantity("leakage-gap")?;
     if gap.plain() < 0.5 * bore {

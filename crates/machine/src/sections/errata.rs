@@ -30,7 +30,7 @@ pub fn read<T>(root: &Reader, cylinders: &[Cylinder<T>]) -> Result<Errata> {
     Ok(errata)
 }
 
-/// A switch to the printed program needs the values that it printed.
+/// A switch to the printed program needs its printed values.
 fn check_printed_values<T>(table: &Reader, errata: &Errata, cylinders: &[Cylinder<T>]) -> Result<()> {
     let leaks_from_piston_side = |cylinder: &Cylinder<T>| {
         matches!(cylinder.leakage, Leakage::Gap { printed_external_from_piston_side: true, .. })

@@ -6,9 +6,9 @@ use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{required_table, Result};
 
-/// How far vacuum lies below zero at least, Pa: gas that fills a chamber at once has no equations.
+/// Least distance of vacuum below zero, Pa; with less, gas would fill a chamber instantaneously.
 const LEAST_VACUUM: f64 = 1e4;
-/// Least modulus of oil without pressure, Pa: oil that some 100 bar press to nothing has no equations.
+/// Least modulus of oil without pressure, Pa; with less, about 100 bar would compress the oil to nothing.
 const LEAST_MODULUS: f64 = 2e6;
 
 /// Coefficients of the pressure-dependent bulk modulus, thesis (96).

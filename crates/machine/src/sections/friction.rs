@@ -7,7 +7,7 @@ use crate::quantities::viscous_friction;
 use crate::reader::Reader;
 use crate::sections::Result;
 
-/// Powers of the velocity beyond this are no friction law.
+/// Largest exponent of the velocity.
 const LARGEST_EXPONENT: f64 = 10.0;
 
 pub fn read<T: Number>(table: &Reader) -> Result<Friction<T>> {
@@ -47,7 +47,7 @@ fn viscous<T: Number>(table: &Reader, exponents: [T; 2]) -> Result<[T; 2]> {
     field.pair_of([&quantities[0], &quantities[1]])
 }
 
-/// LuGre alone demands the bristle's values; the static map ignores them, so that `model` can be overridden.
+/// Only LuGre needs the bristle's values; the static map ignores them, so that `model` can be overridden.
 struct Bristle<T> {
     stiffness: T,
     damping: T,

@@ -1,4 +1,4 @@
-//! `[payload]`, `[ground]` and `[ground.support.<name>]`: what hangs at the tip, and what it can come to lie on.
+//! `[payload]`, `[ground]` and `[ground.support.<name>]`: the load at the tip, and the surfaces that it can touch.
 
 use crate::errors::ErrorKind;
 use crate::model::{Ground, Payload, Support};
@@ -6,10 +6,10 @@ use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::Result;
 
-/// As many as the law of the ground has room for.
+/// Most supports of the law of the ground.
 const MOST_SUPPORTS: usize = 4;
 
-/// What the choices of `status` stand for.
+/// Meanings of the choices of `status`.
 const STATUS: [bool; 2] = [true, false];
 
 pub fn payload<T: Number>(root: &Reader) -> Result<Payload<T>> {
@@ -21,7 +21,7 @@ pub fn payload<T: Number>(root: &Reader) -> Result<Payload<T>> {
     })
 }
 
-/// The ground, where a machine has one that is not put out of force.
+/// The ground, if a machine has one that is active.
 pub fn read<T: Number>(root: &Reader) -> Result<Option<Ground<T>>> {
     let Some(table) = root.table("ground")? else { return Ok(None) };
     let mut ground: Ground<T> = Ground {
@@ -32,11 +32,11 @@ pub fn read<T: Number>(root: &Reader) -> Result<Option<Ground<T>>> {
         supports: Vec::new(),
     };
     for (name, support) in table.named_tables("support")? {
-        // A machine that extends another has no other way to be rid of its supports.
+        // A machine that extends another can only remove supports this way.
         if support.choice_or_default("status", &STATUS)? {
             ground.supports.push(one(name, &support, ground.height.plain())?);
         } else {
-            // It need not be whole, but what it states must be right.
+            // It may be incomplete, but its values must be valid.
             for key in ["height", "from", "to", "edge"] {
                 support.optional_quantity::<f64>(key)?;
             }

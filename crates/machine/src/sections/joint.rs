@@ -1,4 +1,4 @@
-//! `[joint.<name>]`: how a link moves against the one before it.
+//! `[joint.<name>]`: motion of a link relative to the previous one.
 
 use crate::errors::ErrorKind;
 use crate::model::{AngleConvention, Joint, JointKind, Link};
@@ -30,7 +30,7 @@ fn read_joint<T: Number>(name: &str, table: &Reader, parent: &Link<T>) -> Result
     })
 }
 
-/// What the joint's coordinate is: an angle or a length.
+/// Quantity of the joint's coordinate: an angle or a length.
 pub fn coordinate<T>(kind: &JointKind<T>) -> Quantity {
     match kind {
         JointKind::Revolute(_) => ANGLE.quantity(),
@@ -50,7 +50,7 @@ fn prismatic_kind<T: Number>(table: &Reader) -> Result<(JointKind<T>, f64)> {
     Ok((JointKind::Prismatic { direction }, sense(table, [("along", 1.0), ("against", -1.0)])?))
 }
 
-/// The sense in which the coordinate grows; the first where the file states none.
+/// Direction of a growing coordinate; the first one by default.
 fn sense(table: &Reader, senses: [(&str, f64); 2]) -> Result<f64> {
     Ok(table.optional("positive")?.map(|field| field.choice_of(&senses)).transpose()?.unwrap_or(senses[0].1))
 }

@@ -1,13 +1,13 @@
-//! `[keep-out.<name>]`: where controllers let the tip not go.
+//! `[keep-out.<name>]`: regions that controllers keep the tip out of.
 
 use crate::errors::ErrorKind;
 use crate::reader::Reader;
 use crate::sections::Result;
 
-/// Each is looked at in every sample.
+/// Most regions, because each is checked in every sample.
 const MOST_CORNERS: usize = 1000;
 
-/// Name and corners of each polygon that is heeded.
+/// Name and corners of each active polygon.
 pub fn read(root: &Reader) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
     let (mut heeded, mut all) = (Vec::new(), 0);
     for (name, table) in root.named_tables("keep-out")? {
@@ -19,7 +19,7 @@ pub fn read(root: &Reader) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
                 .error(ErrorKind::TooLarge, "outline", message)
                 .help("draw the regions with fewer corners"));
         }
-        // A machine that extends another has no other way to be rid of its regions.
+        // A machine that extends another can only remove regions this way.
         if table.choice_or_default("status", &[true, false])? {
             heeded.push((name.to_string(), corners));
         }
@@ -30,7 +30,7 @@ pub fn read(root: &Reader) -> Result<Vec<(String, Vec<[f64; 2]>)>> {
 fn polygon(table: &Reader) -> Result<Vec<[f64; 2]>> {
     let field = table.required("outline", "the corners, for example [\"(-3, -2) m\", \"(6, -2) m\", \"(0, -4) m\"]")?;
     let corners = field.points()?;
-    // Twice the area, by the shoelace formula: a line has none.
+    // Twice the area by the shoelace formula; zero for a line.
     let twice_the_area: f64 = (0..corners.len()).map(|i| cross(corners[i], corners[(i + 1) % corners.len()])).sum();
     if corners.len() >= 3 && twice_the_area.abs() > 1e-9 {
         return Ok(corners);

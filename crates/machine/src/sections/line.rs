@@ -8,7 +8,7 @@ use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{on_a_side, Result};
 
-/// Puts each line at its cylinder.
+/// Assigns each line to its cylinder.
 pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>]) -> Result<()> {
     for (_, table) in root.named_tables("line")? {
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;

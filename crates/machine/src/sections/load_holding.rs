@@ -1,4 +1,5 @@
-//! `[counterbalance.<name>]`, `[pilot-check.<name>]` and `[hose-burst.<name>]`: what holds the load on one side of a cylinder.
+//! `[counterbalance.<name>]`, `[pilot-check.<name>]` and `[hose-burst.<name>]`: load-holding valves on one side of a
+//! cylinder.
 
 use crate::errors::ErrorKind;
 use crate::model::{Counterbalance, Cylinder, HoldingKind, HoseBurst, LoadHolding, PilotCheck, ValveKind};
@@ -6,7 +7,7 @@ use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{on_a_side, Result};
 
-/// Puts each valve at its cylinder.
+/// Assigns each valve to its cylinder.
 pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>]) -> Result<()> {
     for (_, table) in root.named_tables("counterbalance")? {
         put(&table, cylinders, counterbalance)?;

@@ -7,13 +7,13 @@ use crate::reader::Reader;
 use crate::sections::Result;
 
 const EDGES: [&str; 4] = ["supply-to-a", "a-to-tank", "supply-to-b", "b-to-tank"];
-/// Of the edges to the tank, the port whose `return-area-ratio` they have.
+/// For the edges to the tank, the port with their `return-area-ratio`.
 const RETURNS: [(usize, usize); 2] = [(1, 0), (3, 1)];
-/// As many points as the law of the curve has room for, and how near they may be.
+/// Most points of a curve, and their least distance.
 const MOST_POINTS: usize = 16;
 const LEAST_STEP: f64 = 1e-3;
 
-/// What the rest of a valve's table says that its curves depend on.
+/// Values of a valve's table on which its curves depend.
 pub struct Around<T> {
     pub kind: ValveKind,
     pub nominal_flow: T,
@@ -51,7 +51,7 @@ pub fn read<T: Number>(valve: &Reader, around: &Around<T>) -> Result<[Option<Edg
     Ok(curves)
 }
 
-/// Spools of their own that keep the pressures of ports A and B while these drain.
+/// Separate spools that hold the pressures of ports A and B while these drain.
 pub fn meter_out<T: Number>(
     valve: &Reader,
     kind: ValveKind,

@@ -1,4 +1,4 @@
-//! Valves that stand at one side of a cylinder, one of a kind at each.
+//! Valves at one side of a cylinder, at most one of a kind per side.
 
 use crate::errors::ErrorKind;
 use crate::model::Cylinder;
@@ -13,7 +13,7 @@ pub fn place<'c, T: Number>(table: &Reader, cylinders: &'c mut [Cylinder<T>]) ->
     Ok((&mut cylinders[index], table.choice("side", &[0, 1])?))
 }
 
-/// Puts a valve where there is none of its kind.
+/// Assigns a valve; a second one of its kind is refused.
 pub fn put<V>(table: &Reader, cylinder: &str, place: &mut Option<V>, valve: V) -> Result<()> {
     if place.is_some() {
         let message = format!("cylinder `{cylinder}` has one on this side already");

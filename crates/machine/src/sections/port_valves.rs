@@ -6,7 +6,7 @@ use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{on_a_side, Result};
 
-/// Puts each valve at its cylinder.
+/// Assigns each valve to its cylinder.
 pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>]) -> Result<()> {
     for (_, table) in root.named_tables("port-relief")? {
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;

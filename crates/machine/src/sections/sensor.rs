@@ -1,4 +1,4 @@
-//! `[sensor.<name>]`: what is measured and how well.
+//! `[sensor.<name>]`: measured signals and errors of their sensors.
 
 use crate::document::join;
 use crate::errors::ErrorKind;
@@ -9,7 +9,7 @@ use crate::reader::{Field, Reader};
 use crate::sections::Result;
 use crate::units::Quantity;
 
-/// Kinds, and the property keys of each beside the common ones.
+/// Kinds, and the property keys of each besides the common ones.
 const KINDS: [(&str, &[&str]); 4] = [
     ("incremental-encoder", &["pulses", "resolution", "division-error"]),
     ("pressure-transmitter", &["range", "full-scale", "span", "noise", "bits", "live-zero"]),
@@ -45,7 +45,7 @@ fn properties(table: &Reader, kind: &str, own: &[&str]) -> Result<Vec<(String, f
     Ok(properties)
 }
 
-/// What a sensor cannot do without, and what a converter can have.
+/// Required properties of a sensor, and the limits of a converter.
 fn check_complete(table: &Reader, kind: &str) -> Result<()> {
     if kind == "incremental-encoder" {
         if !table.has("pulses") && !table.has("resolution") {

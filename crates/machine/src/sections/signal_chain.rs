@@ -1,11 +1,11 @@
-//! `[valve.<name>.command]`: what lies between a controller's command and the spool.
+//! `[valve.<name>.command]`: the signal chain between a controller's command and the spool.
 
 use crate::errors::ErrorKind;
 use crate::model::SignalChain;
 use crate::reader::Reader;
 use crate::sections::Result;
 
-/// The chain of the valve in `valve`, whose spool moves `stroke` both ways.
+/// The chain of the valve in `valve`, whose spool moves by `stroke` in both directions.
 pub fn read(valve: &Reader, stroke: f64) -> Result<SignalChain> {
     let table = valve.table_or_empty("command")?;
     let chain = SignalChain {

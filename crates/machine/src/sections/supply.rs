@@ -1,4 +1,4 @@
-//! `[supply]`, `[pump.<name>]` and `[mains]`: where the oil comes from.
+//! `[supply]`, `[pump.<name>]` and `[mains]`: the oil supply.
 
 use crate::errors::ErrorKind;
 use crate::model::{Compensator, Engine, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve};
@@ -7,7 +7,7 @@ use crate::reader::Reader;
 use crate::sections::{accumulator, required_table, Result};
 use std::f64::consts::TAU;
 
-/// Relief pressure over supply pressure where the file does not say.
+/// Default ratio of relief pressure to supply pressure.
 const RELIEF: f64 = 1.15;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ impl PumpKind {
     const ALL: [PumpKind; 4] =
         [PumpKind::ConstantPressure, PumpKind::Fixed, PumpKind::PressureCompensated, PumpKind::LoadSensing];
 
-    /// Keys that a pump of this kind has none of, and the kind that has them.
+    /// Keys that a pump of this kind does not have, and the kind that has them.
     fn superfluous(self) -> (&'static [&'static str], &'static str) {
         match self {
             PumpKind::ConstantPressure => (
@@ -71,7 +71,7 @@ pub fn read<T: Number>(root: &Reader) -> Result<Supply<T>> {
     Ok(supply)
 }
 
-/// Refuses sections that share the flow by a pressure which no line tells them; warns of a pump that is small or keeps little.
+/// Refuses flow sharing without a load-sensing line; warns of a small pump or a small margin.
 pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     let mut valves = machine.cylinders.iter().map(|cylinder| &cylinder.valve);
     let mains = machine.supply.mains.as_ref();
@@ -94,7 +94,7 @@ fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) 
     let idle = pump.displacement.plain() / TAU * pump.speed.plain();
     let rise = supply.pressure.plain() - supply.tank_pressure.plain();
     let torque = pump.displacement.plain() / TAU * rise / pump.hydromechanical_efficiency.plain();
-    // What an engine loses at the supply pressure.
+    // Speed loss of an engine at the supply pressure.
     let lost = pump.engine.as_ref().map_or(0.0, |of| of.droop.plain() * torque / of.rated_torque.plain());
     let given = idle * (pump.volumetric_efficiency.plain() - lost.min(1.0));
     let asked = |valve: &Valve<T>| {
@@ -119,10 +119,10 @@ fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) 
     Ok(())
 }
 
-/// Warns of a margin that a compensator uses up.
+/// Warns if a compensator needs the whole margin.
 fn check_margin<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
     let Some(sensing) = &mains.load_sensing else { return Ok(()) };
-    // At full displacement a swivelling pump keeps less than its margin.
+    // At full displacement the margin of a controlled pump is smaller.
     let fall = mains.pump.control.as_ref().map_or(0.0, |control| control.range.plain());
     let left = sensing.margin.plain() - fall;
     for valve in machine.cylinders.iter().map(|cylinder| &cylinder.valve) {

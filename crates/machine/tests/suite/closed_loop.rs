@@ -216,12 +216,14 @@ fn loads_come_and_go_at_times_above_zero() {
 }
 
 #[test]
-fn a_belief_is_checked_as_the_overrides_are() {
-    let s = scenario("[controller.believed]\nsupply.pressure = \"100 bar\"\n\"payload.mass\" = \"5 kg\"\n").unwrap();
-    let believed = s.controller.unwrap().believed;
-    assert_eq!(believed.iter().map(|(key, _)| key.as_str()).collect::<Vec<_>>(), ["supply.pressure", "payload.mass"]);
-    let error = scenario("[controller.believed]\nsupply.presure = \"100 bar\"\n").unwrap_err();
+fn the_controller_model_is_checked_as_the_overrides_are() {
+    let s = scenario("[controller.model]\nsupply.pressure = \"100 bar\"\n\"payload.mass\" = \"5 kg\"\n").unwrap();
+    let model = s.controller.unwrap().model;
+    assert_eq!(model.iter().map(|(key, _)| key.as_str()).collect::<Vec<_>>(), ["supply.pressure", "payload.mass"]);
+    let error = scenario("[controller.model]\nsupply.presure = \"100 bar\"\n").unwrap_err();
     assert_eq!((error.slug(), error.line()), ("unknown-key", Some(6)));
-    assert_eq!(slug("[controller.believed]\nsupply.pressure = 2024-01-01\n"), "wrong-type");
-    assert_eq!(slug("[controller]\nbelieved = \"heavy\"\n"), "wrong-type");
+    assert_eq!(slug("[controller.model]\nsupply.pressure = 2024-01-01\n"), "wrong-type");
+    let error = scenario("[controller.believed]\nsupply.pressure = \"100 bar\"\n").unwrap_err().to_string();
+    assert!(error.contains("`believed` is called `model` now"), "{error}");
+    assert_eq!(slug("[controller]\nmodel = \"heavy\"\n"), "wrong-type");
 }

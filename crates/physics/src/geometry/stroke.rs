@@ -11,7 +11,7 @@ use hydrocrane_num::{Real, Vec2};
 
 /// What the rod is pinned to.
 #[derive(Debug, Clone, Copy)]
-pub enum Drive<T> {
+pub enum Mounting<T> {
     /// Pins on the parent and on the child link; the barrel hangs on one of them.
     Pins { on_parent: Vec2<T>, on_child: Vec2<T>, barrel_on_child: bool },
     /// Barrel on the parent link, rod on the common pin of a torque linkage.
@@ -21,7 +21,7 @@ pub enum Drive<T> {
 /// A cylinder as a function of the coordinate of the joint it moves.
 #[derive(Debug, Clone, Copy)]
 pub struct Actuation<T> {
-    pub drive: Drive<T>,
+    pub mounting: Mounting<T>,
     /// Pin-to-pin length with the piston at mid-stroke, m.
     pub mid_length: T,
 }
@@ -30,8 +30,8 @@ impl Actuation<f64> {
     /// Direction of the cylinder from its barrel pin to its rod pin, rad from x towards z in the parent frame.
     pub fn slope(&self, pose: &JointPose<f64>) -> f64 {
         let (fixed, moving) = self.pins(pose);
-        match self.drive {
-            Drive::Pins { barrel_on_child: true, .. } => slope_angle(moving.position, fixed),
+        match self.mounting {
+            Mounting::Pins { barrel_on_child: true, .. } => slope_angle(moving.position, fixed),
             _ => slope_angle(fixed, moving.position),
         }
     }
@@ -45,13 +45,15 @@ impl Actuation<f64> {
 impl<T: Copy> Actuation<T> {
     /// The same cylinder with `f` of every number.
     pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Actuation<U> {
-        let drive = match self.drive {
-            Drive::Pins { on_parent, on_child, barrel_on_child } => {
-                Drive::Pins { on_parent: on_parent.map(f), on_child: on_child.map(f), barrel_on_child }
+        let mounting = match self.mounting {
+            Mounting::Pins { on_parent, on_child, barrel_on_child } => {
+                Mounting::Pins { on_parent: on_parent.map(f), on_child: on_child.map(f), barrel_on_child }
             }
-            Drive::FourBar { barrel, linkage } => Drive::FourBar { barrel: barrel.map(f), linkage: linkage.map(f) },
+            Mounting::FourBar { barrel, linkage } => {
+                Mounting::FourBar { barrel: barrel.map(f), linkage: linkage.map(f) }
+            }
         };
-        Actuation { drive, mid_length: f(self.mid_length) }
+        Actuation { mounting, mid_length: f(self.mid_length) }
     }
 }
 
@@ -71,18 +73,18 @@ impl<T: Real> Actuation<T> {
 
     #[inline(always)]
     fn pins(&self, pose: &JointPose<T>) -> (Vec2<T>, MovingPoint<T>) {
-        match &self.drive {
-            Drive::Pins { on_parent, on_child, .. } => (*on_parent, pose.carry(*on_child)),
-            Drive::FourBar { barrel, linkage } => (*barrel, linkage.common_pin(pose.carry(linkage.coupler_pivot))),
+        match &self.mounting {
+            Mounting::Pins { on_parent, on_child, .. } => (*on_parent, pose.carry(*on_child)),
+            Mounting::FourBar { barrel, linkage } => (*barrel, linkage.common_pin(pose.carry(linkage.coupler_pivot))),
         }
     }
 
     /// Positive where the cylinder's linkage closes; always so without a four-bar.
     #[inline(always)]
     pub fn closure(&self, pose: &JointPose<T>) -> T {
-        match &self.drive {
-            Drive::Pins { .. } => T::c(1.0),
-            Drive::FourBar { linkage, .. } => linkage.closure(pose.carry(linkage.coupler_pivot).position),
+        match &self.mounting {
+            Mounting::Pins { .. } => T::c(1.0),
+            Mounting::FourBar { linkage, .. } => linkage.closure(pose.carry(linkage.coupler_pivot).position),
         }
     }
 }

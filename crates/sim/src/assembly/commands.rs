@@ -8,7 +8,7 @@ use hydrocrane_machine::scenario::{Interpolation, SpoolCommand};
 /// The commands on common times, the first of them zero; cylinders without a command keep their spools centred.
 ///
 /// # Errors
-/// A cylinder that there is not, a command beyond its spool's stroke, and commands that are held beside some that are joined.
+/// An unknown cylinder, a command beyond its spool's stroke, and a mixture of held and linearly interpolated commands.
 pub fn commands(stated: &[SpoolCommand], model: &dyn Model) -> Result<Commands, String> {
     let cylinders = &model.machine().cylinders;
     let names: Vec<&str> = cylinders.iter().map(|c| c.name.as_str()).collect();
@@ -18,7 +18,7 @@ pub fn commands(stated: &[SpoolCommand], model: &dyn Model) -> Result<Commands, 
     times.sort_by(f64::total_cmp);
     times.dedup();
     let mut values = vec![0.0; times.len() * names.len()];
-    // A constant reads the same either way, so it does not decide between holding and joining.
+    // A constant is the same with both interpolations, so it does not determine the interpolation.
     let varied = stated.iter().filter(|c| c.spool.iter().any(|spool| *spool != c.spool[0]));
     let linear: Vec<bool> = varied.map(|command| command.interpolation == Interpolation::Linear).collect();
     if linear.contains(&true) && linear.contains(&false) {
@@ -45,7 +45,7 @@ fn check_stroke(command: &SpoolCommand, stroke: f64) -> Result<(), String> {
     ))
 }
 
-/// The command at time `t`: one that is held is zero before its first time, one that is joined keeps its end values.
+/// The command at time `t`: a held one is zero before its first time, an interpolated one keeps its end values.
 fn at(command: &SpoolCommand, t: f64) -> f64 {
     let (times, spool) = (&command.time, &command.spool);
     let next = times.partition_point(|time| *time <= t);

@@ -22,51 +22,55 @@ pub(super) fn stage(
     let model = surroundings.machine(None, &stage.machine_overrides())?;
     let Some(choice) = &stage.controller else {
         let driver = OwnedDriver::Commands(commands(&scenario.commands, model.as_ref())?);
-        return Ok(AssembledStage { believed: model.clone(), driver, model, stage });
+        return Ok(AssembledStage { controller_model: model.clone(), driver, model, stage });
     };
-    let believed = believed(choice, &stage, &model, surroundings)?;
+    let known = controller_model(choice, &stage, &model, surroundings)?;
     let controller = match choice.own {
-        None => believed.controller(&choice.name)?,
+        None => known.controller(&choice.name)?,
         Some(number) => surroundings
-            .own_controller(number, &stage, &believed)
+            .own_controller(number, &stage, &known)
             .ok_or_else(|| "only `hc.simulate` in Python runs your own controllers".to_string())?,
     };
-    let controller =
-        if choice.monitored() { believed.with_sensor_monitor(controller, choice.delay) } else { controller };
+    let controller = if choice.monitored() { known.with_sensor_monitor(controller, choice.delay) } else { controller };
     let plan = plan(scenario, &stage, choice, model.as_ref())?;
-    Ok(AssembledStage { believed, driver: OwnedDriver::Controller(controller, Box::new(plan)), model, stage })
+    Ok(AssembledStage {
+        controller_model: known,
+        driver: OwnedDriver::Controller(controller, Box::new(plan)),
+        model,
+        stage,
+    })
 }
 
-/// The machine that the controller believes in.
-fn believed(
+/// The controller model of a stage.
+fn controller_model(
     choice: &ControllerChoice,
     stage: &Stage,
     model: &Arc<dyn Model>,
     surroundings: &mut dyn Surroundings,
 ) -> Result<Arc<dyn Model>, AssemblyError> {
-    let (source, own) = match &choice.believed_machine {
+    let (source, own) = match &choice.other_model {
         Some((source, overrides)) => {
             let of_loop = stage.loop_overrides().into_iter().map(|(key, value)| (key, OverrideValue::Number(value)));
             (Some(source.as_str()), replaced(overrides, of_loop))
         }
-        None if choice.believed.is_empty() => return Ok(model.clone()),
-        None => (None, replaced(&stage.machine_overrides(), choice.believed.iter().cloned())),
+        None if choice.model.is_empty() => return Ok(model.clone()),
+        None => (None, replaced(&stage.machine_overrides(), choice.model.iter().cloned())),
     };
-    let believed = surroundings.machine(source, &own)?;
-    if kinds(believed.as_ref()) != kinds(model.as_ref()) {
+    let known = surroundings.machine(source, &own)?;
+    if kinds(known.as_ref()) != kinds(model.as_ref()) {
         return Err(format!(
             "the machine of the controller model must have the joints of {}, {}; {} has {}",
             model.machine().name,
             joints(model.as_ref()),
-            believed.machine().name,
-            joints(believed.as_ref())
+            known.machine().name,
+            joints(known.as_ref())
         )
         .into());
     }
-    Ok(believed)
+    Ok(known)
 }
 
-/// `overrides` with `others`, which count before those of the same keys.
+/// `overrides` with `others`, which have priority.
 fn replaced(
     overrides: &[(String, OverrideValue)],
     others: impl Iterator<Item = (String, OverrideValue)>,
@@ -98,7 +102,7 @@ fn plan(
     Ok(SampledPlan { sticks: sticks(scenario, stage, model), sensors, delay: choice.delay })
 }
 
-/// The sticks of a stage, centred where it states none, and the goals of the tip.
+/// The sticks of a stage (centred if it states none) and the goals of the tip.
 fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
     let of = |goal: &Goal| controller::Goal {
         place: goal.place,
@@ -121,7 +125,7 @@ fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
     }
 }
 
-/// What the controller of a stage reads with data-sheet sensors that the machine does not have.
+/// Signals that the controller of a stage reads with data-sheet sensors, and that no sensor of the machine measures.
 pub(super) fn unmeasured(stage: &AssembledStage) -> Option<Warning> {
     let Stage { from, controller, .. } = &stage.stage;
     let reads = |choice: &&ControllerChoice| choice.sensors == SensorMode::DataSheet && choice.name != LEVER;
@@ -154,7 +158,7 @@ pub(super) fn goal_fault(scenario: &Scenario, stages: &[AssembledStage]) -> Opti
     .next()
 }
 
-/// Levers, all centred: what stands ready while spool commands are repeated.
+/// Levers, all centred, for use while spool commands are repeated.
 pub(super) fn levers(model: &dyn Model) -> Result<(Box<dyn Controller>, SampledPlan), String> {
     let sensors = Sensors::new(model, SensorMode::Ideal, 0, &[])?;
     let sticks = Sticks::centred(StickKind::Lever, model.machine().cylinders.len());

@@ -8,7 +8,7 @@ use hydrocrane_machine::scenario::Stage;
 use hydrocrane_machine::{load, parse, OverrideValue};
 use std::sync::Arc;
 
-/// The machines of a scenario that nobody brings controllers of their own to.
+/// The machines of a scenario without user-defined controllers.
 pub struct Machines<'a> {
     /// Bundled name or path; the name of the `text` where there is one.
     pub machine: &'a str,

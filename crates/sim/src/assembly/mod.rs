@@ -1,4 +1,5 @@
-//! A scenario made ready to run, once for every face: machines, start, commands, controllers, sensors and sticks.
+//! Assembly of a scenario for a run, common to all interfaces: machines, start, commands, controllers, sensors and
+//! sticks.
 
 mod commands;
 mod drivers;
@@ -24,7 +25,7 @@ use hydrocrane_ode::Tolerances;
 use hydrocrane_plant::{BuildError, PoseError};
 use std::sync::Arc;
 
-/// What a scenario needs from whoever runs it.
+/// Services that a scenario needs from its caller.
 pub trait Surroundings {
     /// The scenario's machine with these overrides; or that of `source`, a bundled name or path.
     ///
@@ -36,12 +37,12 @@ pub trait Surroundings {
         overrides: &[(String, OverrideValue)],
     ) -> Result<Arc<dyn Model>, AssemblyError>;
 
-    /// Controller `number` of somebody's own for a stage, with the machine that it believes in. A face without any has none.
+    /// User-defined controller `number` for a stage, with its controller model. Some interfaces have none.
     fn own_controller(
         &mut self,
         number: usize,
         stage: &Stage,
-        believed: &Arc<dyn Model>,
+        controller_model: &Arc<dyn Model>,
     ) -> Option<Box<dyn Controller>>;
 }
 
@@ -50,10 +51,10 @@ pub trait Surroundings {
 pub enum AssemblyError {
     #[error(transparent)]
     Machine(#[from] MachineError),
-    /// A machine that is described well but cannot be simulated.
+    /// A valid description of a machine that cannot be simulated.
     #[error("{0}: [cannot-build] {1}")]
     Build(String, BuildError),
-    /// A start that the machine cannot take.
+    /// A start that is not possible for the machine.
     #[error(transparent)]
     Pose(#[from] PoseError),
     #[error("{0}")]
@@ -66,44 +67,44 @@ impl From<String> for AssemblyError {
     }
 }
 
-/// A scenario ready to run.
+/// An assembled scenario.
 pub struct Assembly {
     /// State at time zero.
     pub x0: Vec<f64>,
-    /// What makes it doubtful before it runs.
+    /// Warnings before the run.
     pub doubts: Vec<Warning>,
     /// s
     pub end: f64,
     pub options: RunOptions,
-    /// Those that begin before the end, in order of time.
+    /// The stages that begin before the end, in order of time.
     pub stages: Vec<AssembledStage>,
 }
 
-/// What holds from a time on, ready to run.
+/// An assembled stage.
 pub struct AssembledStage {
     pub stage: Stage,
     pub model: Arc<dyn Model>,
-    /// What the controller takes the machine for.
-    pub believed: Arc<dyn Model>,
+    /// The controller model.
+    pub controller_model: Arc<dyn Model>,
     pub driver: OwnedDriver,
 }
 
-/// What moves the spools in a stage.
+/// The source of the spool commands in a stage.
 pub enum OwnedDriver {
     Commands(Commands),
     Controller(Box<dyn Controller>, Box<SampledPlan>),
 }
 
-/// How a scenario is run beyond what it says.
+/// Settings of a run that the scenario does not state.
 #[derive(Debug, Clone, Copy)]
 pub struct RunSettings {
-    /// Integrate the energy ledger along.
+    /// Whether the energy ledger is integrated.
     pub ledger: bool,
-    /// Accepted steps after which a run is given up.
+    /// Number of accepted steps after which a run ends.
     pub max_steps: u64,
 }
 
-/// Makes `scenario` ready to run.
+/// Assembles `scenario`.
 ///
 /// # Errors
 /// What is wrong with one of its machines, its start, its commands or its sensors.
@@ -137,17 +138,17 @@ pub fn at_start(
     Ok(Assembly { x0, doubts, end: scenario.duration, options, stages })
 }
 
-/// The stages of `scenario` that begin before its end, ready to run from wherever the crane is then.
+/// The stages of `scenario` that begin before its end, assembled for any state of the crane.
 ///
 /// # Errors
-/// As [`assemble`], but for the start.
+/// As [`assemble`], without those of the start.
 pub fn stages(scenario: &Scenario, surroundings: &mut dyn Surroundings) -> Result<Vec<AssembledStage>, AssemblyError> {
     let due = scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration);
     let stages = due.map(|stage| drivers::stage(scenario, stage, surroundings)).collect::<Result<Vec<_>, _>>()?;
     drivers::goal_fault(scenario, &stages).map_or(Ok(stages), |fault| Err(fault.into()))
 }
 
-/// How a `task` on a machine is integrated, without changes of its payload.
+/// Options for a `task` on a machine, without changes of its payload.
 pub fn options(solver: &Solver, machine: &Machine, task: Task, payload: f64, settings: RunSettings) -> RunOptions {
     let (relative, max_step) = (solver.rtol, solver.step.unwrap_or(solver.max_step));
     RunOptions {
@@ -163,7 +164,7 @@ pub fn options(solver: &Solver, machine: &Machine, task: Task, payload: f64, set
 }
 
 impl Assembly {
-    /// Runs it, recording at `record` (ascending times); `keep_going` is asked now and then.
+    /// Runs it, recording at `record` (ascending times); `keep_going` is called from time to time.
     pub fn run(&mut self, record: &[f64], keep_going: &mut dyn FnMut(f64) -> bool) -> PhasedRun {
         let mut phases = self.stages.iter_mut().map(|stage| Phase {
             from: stage.stage.from,
@@ -179,10 +180,10 @@ impl Assembly {
 }
 
 impl AssembledStage {
-    /// Begins a drive that repeats this stage from state `x0`, until somebody takes over or another stage begins.
+    /// Begins a drive that repeats this stage from state `x0`, until an operator takes over or another stage begins.
     ///
     /// # Errors
-    /// Why it cannot begin.
+    /// The reason why it cannot begin.
     pub fn live(self, x0: &[f64], options: RunOptions) -> Result<Live, String> {
         match self.driver {
             OwnedDriver::Controller(controller, plan) => Live::new(self.model, controller, x0, &plan, options),

@@ -1,4 +1,4 @@
-//! Where a scenario starts: a pose with the pressures that hold it, or with stated ones.
+//! Start of a scenario: a pose with the holding pressures or with stated ones.
 
 use super::AssemblyError;
 use crate::model::Model;
@@ -10,10 +10,10 @@ use hydrocrane_machine::suggestion;
 use hydrocrane_plant::EquilibriumMode;
 use std::f64::consts::TAU;
 
-/// State at time zero with `payload` (kg) at the tip, and what makes it doubtful.
+/// State at time zero with `payload` (kg) at the tip, and warnings.
 ///
 /// # Errors
-/// A joint or cylinder that is left out or that there is not, and a pose that the machine cannot take.
+/// A missing or unknown joint or cylinder, or a pose that is not possible.
 pub fn start(scenario: &Scenario, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
     let (mut x, mut doubts) = at_rest(&scenario.initial, model, payload)?;
     if let Some(supply) = &scenario.supply {
@@ -26,7 +26,7 @@ pub fn start(scenario: &Scenario, model: &dyn Model, payload: f64) -> Result<(Ve
     Ok((x, doubts))
 }
 
-/// The pose with the pressures that hold it, or with stated ones.
+/// The pose with the holding pressures or with stated ones.
 fn at_rest(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
     let q = pose(initial, model)?;
     let Pressures::Explicit(stated) = &initial.pressures else {
@@ -44,7 +44,7 @@ fn at_rest(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<f6
     let mut x = vec![0.0; layout.len()];
     x[..q.len()].copy_from_slice(&q);
     if let Some(first) = layout.mains() {
-        // The supply is at rest, whatever the chambers are stated to hold.
+        // The supply is at rest, independent of the stated chamber pressures.
         let rest = model.equilibrium(&q, EquilibriumMode::Hold, payload)?;
         x[first..].copy_from_slice(&rest[first..]);
     }
@@ -74,7 +74,7 @@ fn pose(initial: &Initial, model: &dyn Model) -> Result<Vec<f64>, AssemblyError>
     Ok(q)
 }
 
-/// A start of more than a whole turn: often degrees where radians are taken.
+/// A start of more than a full turn: often degrees in place of radians.
 fn turned(name: &str, value: f64, lower: f64, upper: f64) -> String {
     let (low, high) = (lower.to_degrees(), upper.to_degrees());
     let meant = if (low..=high).contains(&value) {
@@ -89,7 +89,7 @@ fn turned(name: &str, value: f64, lower: f64, upper: f64) -> String {
     )
 }
 
-/// A number for people: six digits of it.
+/// A number with six digits, for messages.
 pub(super) fn short(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
@@ -100,7 +100,7 @@ fn in_order<T: Copy>(what: &str, given: &[(String, T)], names: &[&str]) -> Resul
     Ok(names.iter().map(|name| given.iter().find(|(own, _)| own == name).map(|(_, value)| *value)).collect())
 }
 
-/// An error where one of the names `given` is not among the `known` ones.
+/// An error if one of the names `given` is not among the `known` ones.
 pub(super) fn known<'n>(what: &str, given: impl Iterator<Item = &'n str>, names: &[&str]) -> Result<(), String> {
     for name in given {
         if !names.contains(&name) {

@@ -7,27 +7,27 @@ use hydrocrane_machine::Machine;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
-/// Rounding allowed between a time of arrival and the time at hand.
+/// Rounding tolerance between a time of arrival and the present time.
 const ROUNDING: f64 = 1e-9;
 
-/// Commands sent and not yet forgotten.
+/// Commands that were sent and are still needed.
 pub struct BatchCommandPath {
     valves: Vec<Valve>,
     delays: Vec<f64>,
     groups: usize,
-    /// Newest first: one entry per sample, in it the commands of all groups, cylinder by cylinder.
+    /// Newest first: one entry per sample with the commands of all groups, cylinder by cylinder.
     sent: VecDeque<Vec<Group>>,
-    /// Samples of which a delayed command may still be under way.
+    /// Number of samples whose delayed commands may still arrive.
     memory: usize,
     sample_time: f64,
 }
 
-/// A stretch of a sample in which no command arrives.
+/// A part of a sample in which no command arrives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
     /// s
     pub length: f64,
-    /// How many samples ago the command at each spool was sent.
+    /// Age of the command at each spool, in samples.
     pub age: [usize; MAX_JOINTS],
 }
 
@@ -41,7 +41,7 @@ impl BatchCommandPath {
         BatchCommandPath { valves, delays, groups, sent: vec![none; memory].into(), memory, sample_time }
     }
 
-    /// Sends one row of commands (m) per crane off.
+    /// Sends one row of commands (m) per crane.
     pub fn send(&mut self, commands: &[f64]) {
         let cylinders = self.valves.len();
         let mut sent = self.sent.pop_back().unwrap_or_default();
@@ -55,7 +55,7 @@ impl BatchCommandPath {
         self.sent.push_front(sent);
     }
 
-    /// No command is under way to this crane.
+    /// Removes all commands that have not arrived at this crane.
     pub fn forget(&mut self, group: usize, lane: usize) {
         let cylinders = self.valves.len();
         for sent in &mut self.sent {
@@ -63,9 +63,9 @@ impl BatchCommandPath {
         }
     }
 
-    /// The stretches of a sample.
+    /// The parts of a sample.
     pub fn plan(&self) -> Vec<Plan> {
-        // After the whole samples of its delay a command arrives at the rest of it.
+        // A command arrives after the whole samples of its delay and the remainder.
         let whole = |delay: f64| (delay / self.sample_time + ROUNDING).floor();
         let rest = |delay: f64| (delay - whole(delay) * self.sample_time).max(0.0);
         let mut breaks: Vec<f64> = self.delays.iter().map(|d| rest(*d)).chain([0.0, self.sample_time]).collect();

@@ -19,12 +19,12 @@ const SHRINK: f64 = 0.2;
 const GROW: f64 = 4.0;
 const SAFETY: f64 = 0.85;
 
-/// Cranes of a group: as many as the widest register has lanes; in narrower ones they go in several turns.
+/// Number of cranes of a group, that of the lanes of the widest register; narrower registers are used several times.
 pub const WIDTH: usize = 8;
-/// One number of each.
+/// One number per crane.
 pub type Group = [f64; 8];
 
-/// A step that the cranes of a group try, each its own.
+/// Trial steps of the cranes of a group, each with its own size.
 #[derive(Debug, Clone, Copy)]
 pub struct Trial {
     /// Its size, s.
@@ -38,19 +38,19 @@ pub struct Trial {
 /// Result of a trial, lane by lane.
 #[derive(Debug, Clone, Copy)]
 pub struct StepResult {
-    /// Whether the step was taken.
+    /// Whether the step was accepted.
     pub taken: [bool; WIDTH],
-    /// Whether every piston would be in its cylinder.
+    /// Whether every piston is inside its cylinder.
     pub inside: [bool; WIDTH],
-    /// Size of the step that just keeps the tolerance, in units of the one tried.
+    /// Size of the step that just meets the tolerance, in units of the tried one.
     pub growth: Group,
 }
 
-/// Which steps are taken.
+/// Criterion for accepted steps.
 #[derive(Debug, Clone)]
 pub struct Demand {
     pub precision: Precision,
-    /// Steps no longer than this are taken with whatever error, s.
+    /// Steps up to this size are accepted with any error, s.
     pub finest: f64,
 }
 
@@ -64,7 +64,8 @@ pub trait Kernel: Send + Sync {
 
 /// Steps groups of cranes.
 pub trait StepKernel {
-    /// Tries a step of each crane from the states `x`, which it replaces by the new ones where the step is accurate enough.
+    /// Tries a step of each crane from the states `x`, which are replaced by the new ones if the step is accurate
+    /// enough.
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult;
     /// The tips of a group, x and z, m.
     fn tips(&mut self, x: &[Group]) -> [Group; 2];
@@ -84,7 +85,7 @@ struct LaneStepKernel<'a, R, const N: usize> {
     spools: [Lanes<R>; N],
 }
 
-/// The machine for groups, in the widest instruction set of this processor or the narrower one that is `wanted`.
+/// The machine for groups, in the widest instruction set of this processor or in the narrower one `wanted`.
 #[cfg(target_arch = "x86_64")]
 pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
     fn fits<R: Register>(wanted: Option<&str>) -> bool {
@@ -191,7 +192,7 @@ impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
 #[inline(always)]
 fn suggested<R: Register>(error: Lanes<R>) -> Lanes<R> {
     let growth = (error.ln() * (-1.0 / 8.0)).exp() * SAFETY;
-    // Not a number where the error is none, and then neither comparison holds.
+    // NaN if the error is NaN; then both comparisons are false.
     let low = Lanes::select(Lanes::c(SHRINK).lt(growth), growth, Lanes::c(SHRINK));
     Lanes::select(error.lt(Lanes::c(1e-12)), Lanes::c(GROW), low.min(Lanes::c(GROW)))
 }

@@ -1,4 +1,4 @@
-//! The lane scheduler: cranes advance over one sample, each in steps of its own.
+//! The lane scheduler: cranes advance over one sample, each with its own step sizes.
 //!
 //! A group has eight lanes. A lane steps one crane to the end of the sample and then loads the next waiting crane:
 //! a crane that needs many steps delays no other crane, and no lane idles while cranes wait.
@@ -9,12 +9,12 @@ use super::Status;
 use crate::outcome::OutcomeKind;
 use hydrocrane_plant::layout::MAX_JOINTS;
 
-/// Share of a step by which what remains may be longer than whole steps: rounding must not add one.
+/// Tolerance, as a share of a step, by which the remainder may exceed whole steps, so that rounding adds no step.
 const EVEN: f64 = 1e-6;
 /// The finest and the shortest step, in units of the longest.
 const FINEST: f64 = 1e-2;
 const LEAST: f64 = 1e-3;
-/// A step that led nowhere is tried again at most this long, in units of the one tried; from the finest on even shorter.
+/// Largest size of the next trial after a failed step, in units of that step; below the finest size even smaller.
 const AGAIN: f64 = 0.5;
 const CLOSER: f64 = 0.25;
 /// A crane whose steps are shorter than this, in units of the longest, is loaded first.
@@ -24,9 +24,9 @@ const SLOW: f64 = 0.3;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
     pub longest: f64,
-    /// Taken with whatever error, if they lead anywhere.
+    /// Accepted with any error, if the new state is admissible.
     pub finest: f64,
-    /// Shorter ones are not tried.
+    /// Shorter steps are not tried.
     least: f64,
 }
 
@@ -35,12 +35,12 @@ impl Steps {
         Steps { longest, finest: FINEST * longest, least: LEAST * longest }
     }
 
-    /// The equal step for what is `left`, at most `wanted`.
+    /// The equal step for the remainder `left`, at most `wanted`.
     fn portion(&self, left: f64, wanted: f64) -> f64 {
         left / (left / wanted.min(self.longest) - EVEN).ceil().max(1.0)
     }
 
-    /// What to try after a step of size `h` that was not taken; `None` if nothing is left to try.
+    /// Size of the next trial after a rejected step of size `h`; `None` if there is none.
     fn again(&self, h: f64, growth: f64) -> Option<f64> {
         if h > self.finest {
             Some((h * growth.min(AGAIN)).max(self.finest))
@@ -67,13 +67,13 @@ struct Lane {
     /// Counted within the block.
     crane: usize,
     stretch: usize,
-    /// What remains of the stretch, s.
+    /// Remainder of this part of the sample, s.
     left: f64,
     /// s
     wanted: f64,
 }
 
-/// The lanes of a group and what is needed to step them.
+/// The lanes of a group with their work space.
 pub(super) struct LaneScheduler<'a> {
     step_kernel: Box<dyn StepKernel + 'a>,
     path: &'a BatchCommandPath,
@@ -133,7 +133,7 @@ impl<'a> LaneScheduler<'a> {
         self.lanes[i] = Some(self.start_stretch(block, i, lane));
     }
 
-    /// The lane at the start of a stretch: its spool commands are set.
+    /// Sets the spool commands of a lane at the start of a part of a sample.
     fn start_stretch(&mut self, block: &Block, i: usize, lane: Lane) -> Lane {
         let plan = &self.plan[lane.stretch];
         for c in 0..self.path.cylinders() {
@@ -150,7 +150,7 @@ impl<'a> LaneScheduler<'a> {
         self.lanes[i].is_some()
     }
 
-    /// The lane after a trial; `None` where its crane has arrived or is lost.
+    /// The lane after a trial; `None` if its crane has finished or is lost.
     fn after_step(&mut self, block: &mut Block, i: usize, lane: Lane, result: &StepResult) -> Option<Lane> {
         let (h, growth) = (self.trial.h[i], result.growth[i]);
         let status = &mut block.statuses[lane.crane / WIDTH][lane.crane % WIDTH];
@@ -163,7 +163,7 @@ impl<'a> LaneScheduler<'a> {
             return None;
         }
         status.time += h;
-        // A step cut short does not disprove the size that was wanted.
+        // A step that was cut short gives no reason to reduce the wanted size.
         let proven = if h < lane.wanted { lane.wanted } else { 0.0 };
         let wanted = (h * growth).max(proven).min(self.steps.longest);
         let lane = Lane { wanted, left: lane.left - h, ..lane };

@@ -1,8 +1,8 @@
 //! Many cranes of one machine at once: lanes times threads.
 //!
-//! Eight cranes step side by side, each by steps of its own size. Contract: the result of a crane depends on its own
-//! start, commands and payload alone, bit for bit: not on its place, the number of cranes, the number of threads or the
-//! instruction set.                                                        theory: docs/theory/batch.md
+//! Eight cranes step side by side, each with its own step sizes. Contract: the result of a crane depends, bit for bit,
+//! only on its own start, commands and payload, and not on its place, the number of cranes, the number of threads or
+//! the instruction set.                                                        theory: docs/theory/batch.md
 
 pub mod command_path;
 pub(crate) mod kernel;
@@ -19,32 +19,32 @@ use lane_scheduler::{Block, LaneScheduler, Steps};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Groups that a thread takes at once at most: many enough that the last cranes, which step beside empty lanes, do
-/// not matter, few enough to stay in its cache.
+/// Most groups per block of a thread: enough that the last cranes beside empty lanes do not matter, and few enough for
+/// its cache.
 const BLOCK: usize = 64;
-/// Groups that one thread takes at least: enough work to be worth handing over.
+/// Least groups per thread, so that its work exceeds the overhead.
 const LEAST_GROUPS: usize = 4;
 
 /// Status of a crane of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Status {
     pub kind: OutcomeKind,
-    /// When it was lost, s since its reset; counts up while it runs.
+    /// Time since its reset, s; at the loss it stops.
     pub time: f64,
 }
 
-/// What can be set of a batch.
+/// Settings of a batch.
 #[derive(Debug, Clone, Default)]
 pub struct BatchOptions {
     /// s
     pub sample_time: f64,
     /// Longest step, s.
     pub step: f64,
-    /// Of the errors of a step, root mean square, in units of the states' scales.
+    /// Tolerance of the errors of a step, root mean square, in units of the states' scales.
     pub tolerance: f64,
-    /// Zero: as many as the computer has cores.
+    /// Zero: the number of cores.
     pub threads: usize,
-    /// A narrower instruction set than the widest of this processor.
+    /// An instruction set narrower than the widest of this processor.
     pub instruction_set: Option<String>,
 }
 
@@ -59,7 +59,7 @@ pub struct Batch {
     /// kg at the tips, one entry per group.
     payload: Vec<Group>,
     statuses: Vec<[Status; WIDTH]>,
-    /// Steps that the cranes want, s, one entry per group.
+    /// Wanted step sizes of the cranes, s, one entry per group.
     wanted: Vec<Group>,
     path: BatchCommandPath,
     demand: Demand,
@@ -67,7 +67,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// `None` where the threads cannot be started. No crane runs before it is reset.
+    /// `None` if the threads cannot be started. No crane runs before its reset.
     pub fn new(model: Arc<dyn Model>, cranes: usize, options: &BatchOptions) -> Option<Self> {
         let groups = cranes.div_ceil(WIDTH);
         let steps = Steps::up_to(options.step.min(options.sample_time));
@@ -112,7 +112,7 @@ impl Batch {
         Ok(())
     }
 
-    /// From here on the tip of a crane carries `mass` (kg): it picks up a load that lies still, or lets one go.
+    /// Sets the mass at the tip of a crane to `mass` (kg): it picks up a load at rest, or releases one.
     pub fn set_payload(&mut self, crane: usize, mass: f64) {
         let mut x = self.state(crane);
         let payload = &mut self.payload[crane / WIDTH][crane % WIDTH];
@@ -125,7 +125,7 @@ impl Batch {
         }
     }
 
-    /// Holds the spool commands (m, one row per crane) for one sample time. Lost cranes stay where they were lost.
+    /// Holds the spool commands (m, one row per crane) for one sample time. Lost cranes keep their last state.
     pub fn step(&mut self, commands: &[f64]) {
         self.path.send(commands);
         let plan = self.path.plan();
@@ -153,7 +153,7 @@ impl Batch {
         }
     }
 
-    /// Whether the calling thread does the work: handing it over would take longer.
+    /// Whether the calling thread does the work, because distribution would take longer.
     fn runs_alone(&self) -> bool {
         self.threads() == 1 || self.statuses.len() <= LEAST_GROUPS
     }
@@ -190,7 +190,7 @@ impl Batch {
         rows
     }
 
-    /// Numbers of a row of [`Self::observe`].
+    /// Length of a row of [`Self::observe`].
     pub fn observed(&self) -> usize {
         4 * self.model.layout().joints() + 2
     }

@@ -1,4 +1,4 @@
-//! What a run with given commands depends on, with its derivatives by keys of the machine file.
+//! All numbers on which a run with given commands depends, with their derivatives by keys of the machine file.
 
 use super::key::Keys;
 use super::SensitivityError;
@@ -9,7 +9,7 @@ use hydrocrane_plant::plant::Plant;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
-/// Parameters differentiated by in one pass.
+/// Number of parameters per pass.
 pub const WIDTH: usize = 4;
 /// A number with its derivatives by the parameters of one pass.
 pub type Differentiated = Dual<f64, WIDTH>;
@@ -20,7 +20,7 @@ pub struct Inputs<T, const N: usize> {
     pub plant: Plant<T, N>,
     /// kg
     pub payload: T,
-    /// Pressure of the chamber that carries less at the start, Pa.
+    /// Pressure of the less loaded chamber at the start, Pa.
     pub back_pressure: T,
 }
 

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
-/// A parameter with its value, as the machine has it.
+/// A parameter with its value in the machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     pub key: String,
@@ -16,7 +16,7 @@ pub struct Parameter {
     pub unit: String,
 }
 
-/// Where a key's value stands among the pinned numbers.
+/// Index of a key's value among the pinned numbers.
 struct Slot {
     number: usize,
     /// Which value of a pair; `None`: the only one.
@@ -80,7 +80,7 @@ impl Keys {
         Ok(())
     }
 
-    /// Why `path` names no number: the loader knows.
+    /// The loader's reason why `path` names no number.
     fn no_number(&self, path: &str, machine: &Machine) -> SensitivityError {
         if let Some((pair, element @ ("0" | "1"))) = path.rsplit_once('.') {
             if machine.provenance.iter().any(|entry| entry.key == pair && entry.value.form != Form::List) {
@@ -100,7 +100,7 @@ impl Keys {
         }
     }
 
-    /// The values as the machine has them.
+    /// The values in the machine.
     pub fn values(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.value).collect()
     }
@@ -134,7 +134,7 @@ impl Keys {
     }
 }
 
-/// A value shared by both of a pair is parted where one of them is set.
+/// A value common to both of a pair is split if one of them is set.
 fn set(number: &mut Recorded, element: Option<usize>, value: f64) {
     if number.form == Form::Shared && element.is_some() {
         number.form = Form::Two;
@@ -152,7 +152,7 @@ fn override_of(number: &Recorded) -> OverrideValue {
     }
 }
 
-/// The table that a key stands in.
+/// The table of a key.
 fn table_of(path: &str) -> &str {
     path.rsplit_once('.').map_or("", |(table, _)| table)
 }

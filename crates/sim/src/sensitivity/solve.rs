@@ -1,4 +1,4 @@
-//! One experiment: a run together with the derivatives of all it records.
+//! One experiment: a run together with the derivatives of all recorded signals.
 
 use super::inputs::{inputs_by, Differentiated, Inputs};
 use super::key::{Keys, Parameter};
@@ -28,37 +28,37 @@ use std::sync::Arc;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 
-/// Where a run begins.
+/// Start of a run.
 #[derive(Debug, Clone)]
 pub enum Start {
     /// At rest in a pose: pressures follow from the machine, and depend on its parameters.
     Rest(Vec<f64>),
-    /// In a state, whatever the parameters.
+    /// In a given state, independent of the parameters.
     State(Vec<f64>),
 }
 
-/// What is run and by what it is differentiated.
+/// The run and the parameters of its derivatives.
 #[derive(Debug, Clone)]
 pub struct Experiment {
-    /// Machine file or bundled name, and values in place of its own.
+    /// Machine file or bundled name, and overrides.
     pub source: String,
     pub overrides: Vec<(String, OverrideValue)>,
     pub keys: Vec<String>,
     pub start: Start,
     pub end: f64,
     pub commands: Commands,
-    /// A measured pressure of the supply, for a machine that takes one.
+    /// A measured supply pressure, for a machine that needs one.
     pub supply: Option<Arc<SupplyPressure>>,
     /// Ascending times to record at, s.
     pub record: Vec<f64>,
     pub solver: Solver,
-    /// Accepted steps after which a run is given up.
+    /// Number of accepted steps after which a run ends.
     pub max_steps: u64,
-    /// Whether step sizes follow the derivatives too, or the states alone, as in a run without derivatives.
-    pub resolve_slopes: bool,
+    /// Whether the step size control includes the derivatives, or only the states as in a run without derivatives.
+    pub resolve_sensitivities: bool,
 }
 
-/// A run and its derivatives, up to wherever it got.
+/// A run and its derivatives, up to its end.
 #[derive(Debug, Clone)]
 pub struct Sensitivities {
     pub parameters: Vec<Parameter>,
@@ -71,10 +71,10 @@ pub struct Sensitivities {
     pub sensitivities: Vec<f64>,
     /// Spool commands, one row per time.
     pub commands: Vec<f64>,
-    /// What makes the run doubtful, in order of time.
+    /// Warnings in order of time.
     pub warnings: Vec<Warning>,
     pub outcome: Outcome,
-    /// The method that was taken.
+    /// The method that was used.
     pub method: String,
     pub accepted: u64,
     pub rejected: u64,
@@ -136,7 +136,7 @@ fn sized<const N: usize>(
         record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         return Ok(record.done);
     }
-    let sizes: Vec<f64> = if experiment.resolve_slopes { values.iter().map(size).collect() } else { Vec::new() };
+    let sizes: Vec<f64> = if experiment.resolve_sensitivities { values.iter().map(size).collect() } else { Vec::new() };
     let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
     let method = method(&options.method, system.dimension());
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
@@ -149,7 +149,7 @@ fn sized<const N: usize>(
     Ok(record.finish(outcome, &going.stepper, &system.driven))
 }
 
-/// A change of a parameter that matters: all of it, or where it is zero, one in SI.
+/// Typical change of a parameter: its value, or one in SI if it is zero.
 fn size(value: &f64) -> f64 {
     if *value == 0.0 {
         1.0
@@ -158,7 +158,7 @@ fn size(value: &f64) -> f64 {
     }
 }
 
-/// The start with its derivatives behind it.
+/// The start followed by its derivatives.
 fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, groups: &[Group<N>]) -> Result<Vec<f64>> {
     let layout = model.layout();
     let q = match &experiment.start {
@@ -170,7 +170,7 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
     };
     let mut x = model.equilibrium(q, EquilibriumMode::Hold, model.machine().payload.mass)?;
     x.resize(layout.len() * (1 + groups.iter().map(|group| group.count).sum::<usize>()), 0.0);
-    // Where the crane rests on an end stop it stands elsewhere than it was put.
+    // If the crane rests on an end stop, its pose differs from the requested one.
     let pose = std::array::from_fn(|i| Differentiated::constant(x[layout.q(i)]));
     for group in groups {
         let inputs = &group.inputs;
@@ -237,7 +237,7 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
         }
     }
 
-    /// States and outputs of the row at hand, with their derivatives by the parameters of one group.
+    /// States and outputs of the present row, with their derivatives by the parameters of one group.
     fn signals(&self, group: &Group<N>, model: &dyn Model) -> Vec<Differentiated> {
         let (n, info) = (self.layout.len(), model.output_info());
         let mut state = vec![Differentiated::constant(0.0); n];
@@ -251,7 +251,7 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
         state
     }
 
-    /// All so far; a run that broke off also gets its last state.
+    /// All results so far; a run that ended early also has its last state.
     fn finish(mut self, outcome: Outcome, stepper: &Stepper, driven: &Driven) -> Sensitivities {
         let last = self.done.times.last().copied().unwrap_or(-1.0);
         if outcome.kind != OutcomeKind::Completed && stepper.t > last {

@@ -12,7 +12,7 @@ use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::rhs::Evaluator;
 use std::cell::RefCell;
 
-/// Up to [`WIDTH`] parameters, carried by one pass of dual numbers.
+/// Up to [`WIDTH`] parameters of one pass with dual numbers.
 pub struct Group<const N: usize> {
     pub inputs: Inputs<Differentiated, N>,
     pub evaluator: Evaluator<Differentiated, Differentiated, N>,
@@ -31,7 +31,7 @@ impl<const N: usize> Group<N> {
         inputs.into_iter().enumerate().map(group).collect()
     }
 
-    /// State and tangents, one behind the other in `x`, as dual numbers.
+    /// State and tangents, consecutive in `x`, as dual numbers.
     pub fn read(&self, x: &[f64], n: usize, duals: &mut [Differentiated]) {
         for (i, dual) in duals.iter_mut().enumerate() {
             dual.value = x[i];
@@ -68,7 +68,7 @@ pub struct TangentSystem<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> TangentSystem<'a, N> {
-    /// `sizes` of the parameters, by which tangents are resolved too; empty: step sizes follow the states alone.
+    /// `sizes` of the parameters, for the scales of the tangents in step control; empty: only the states count.
     pub fn new(driven: Driven<'a>, groups: &'a [Group<N>], sizes: &[f64]) -> Self {
         let states = &driven.model.layout().scales;
         let n = states.len();

@@ -49,7 +49,7 @@ impl Case {
         Case { sticks, ..self }
     }
 
-    fn run(&self) -> Ride {
+    fn run(&self) -> Finished {
         let model = build(&self.machine).expect("a machine that can be built");
         let mut controller = model.controller(self.name).expect("a controller");
         let x0 = model.equilibrium(&self.start, EquilibriumMode::Hold, self.payload).expect("a pose to rest in");
@@ -72,7 +72,11 @@ impl Case {
         assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{}", done.run.outcome.message);
         // A tip that stands may say so.
         assert!(done.events.iter().all(|e| e.text.starts_with("the tip stands")), "{:?}", done.events);
-        Ride { known: controller_model(&Crane::new(&self.machine).expect("a machine that can be built")), model, done }
+        Finished {
+            known: controller_model(&Crane::new(&self.machine).expect("a machine that can be built")),
+            model,
+            done,
+        }
     }
 
     fn keep_out(&self) -> KeepOut {
@@ -82,13 +86,13 @@ impl Case {
 }
 
 /// A run and what can be asked of it.
-struct Ride {
+struct Finished {
     known: ControllerModel<3>,
     model: Arc<dyn Model>,
     done: SampledRun,
 }
 
-impl Ride {
+impl Finished {
     fn postures(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         let n = self.model.layout().len();
         self.done.run.states.chunks_exact(n).map(|x| std::array::from_fn(|i| x[i]))
@@ -150,10 +154,10 @@ fn random_sticks_keep_the_tip_out_of_the_regions() {
             let (times, sticks) = thrown(seed, 120.0);
             let case = Case::new("tip", &[("control.tip.full-speed", OverrideValue::Number(1.0))]);
             let case = Case { payload, sensors: (mode, seed), duration: 120.0, ..case }.held(&times, &sticks);
-            let (ride, keep) = (case.run(), case.keep_out());
-            nearest = nearest.min(ride.nearest(&keep));
-            over = over.max(ride.deepest_in_a_stop());
-            near += ride.tips().filter(|tip| keep.distance(*tip) < 0.06).count();
+            let (run, keep) = (case.run(), case.keep_out());
+            nearest = nearest.min(run.nearest(&keep));
+            over = over.max(run.deepest_in_a_stop());
+            near += run.tips().filter(|tip| keep.distance(*tip) < 0.06).count();
         }
         println!(
             "{payload:3} kg, {mode:?}: tip no nearer than {:.1} mm, {:.1} s at a border, {:.2} mm into an end stop's zone",
@@ -172,8 +176,8 @@ fn the_tip_stops_above_the_ground_and_leaves_it_as_the_stick_says() {
     let slow = [("control.tip.full-speed", OverrideValue::Number(0.2))];
     let case = Case::new("tip", &slow).held(&[0.0, 12.0, 15.0], &[[0.3, -1.0], [-1.0, 0.0], [0.0, 1.0]]);
     let case = Case { duration: 17.0, ..case };
-    let ride = case.run();
-    let at = |t: f64| ride.tips().nth((t / PERIOD).round() as usize).expect("a sample");
+    let run = case.run();
+    let at = |t: f64| run.tips().nth((t / PERIOD).round() as usize).expect("a sample");
     let ground = |t: f64| at(t)[1] + 1.21;
     println!("{:.4} m and {:.4} m above the ground after 11 s and 12 s", ground(11.0), ground(12.0));
     assert!((ground(12.0) - MARGIN).abs() < 0.001 && (at(12.0)[0] - at(11.0)[0]).abs() < 0.001, "slides");
@@ -190,7 +194,7 @@ fn from_inside_a_region_the_tip_only_leaves() {
     let inside = [0.9, 1.4, 0.0];
     let leave = Case { start: inside, duration: 3.0, ..Case::new("tip", &slow) }.held(&[0.0], &[[0.0, 1.0]]);
     let enter = Case { start: inside, duration: 3.0, ..Case::new("tip", &slow) }.held(&[0.0], &[[0.0, -1.0]]);
-    let (keep, way) = (leave.keep_out(), |ride: &Ride| ride.end()[1] - ride.tips().next().expect("a start")[1]);
+    let (keep, way) = (leave.keep_out(), |run: &Finished| run.end()[1] - run.tips().next().expect("a start")[1]);
     let (out, deeper) = (leave.run(), enter.run());
     println!("starts {:.3} m from the border; {:.3} m up, {:.4} m down", out.nearest(&keep), way(&out), way(&deeper));
     assert!(out.nearest(&keep) < -0.1 && way(&out) > 0.2 && way(&deeper).abs() < 0.002);
@@ -217,13 +221,13 @@ fn speeds(points: &[[f64; 2]]) -> (f64, f64) {
 fn the_set_point_of_the_thesis_controller_stops_smoothly_in_the_working_area() {
     for (stick, name) in [([0.0, 1.0], "up"), ([0.0, -1.0], "down"), ([1.0, 0.0], "out"), ([-1.0, 0.0], "in")] {
         let case = thesis_controller(&[], stick);
-        let (ride, keep) = (case.run(), case.keep_out());
-        let points = &ride.done.samples.set_points;
+        let (run, keep) = (case.run(), case.keep_out());
+        let points = &run.done.samples.set_points;
         let nearest = points.iter().map(|p| keep.distance(*p)).fold(f64::INFINITY, f64::min);
         let [from, to] = [points[0], points[points.len() - 1]];
         let way = (to[0] - from[0]) * stick[0] + (to[1] - from[1]) * stick[1];
         let (jump, last) = speeds(points);
-        let over = ride.deepest_in_a_stop();
+        let over = run.deepest_in_a_stop();
         println!(
             "{name:4}: {way:.3} m of 4 m, {:.1} mm from a region; speed steps by {:.2} mm/s and ends at {:.4} mm/s; {:.2} mm \
              into an end stop's zone",
@@ -247,8 +251,8 @@ fn a_leaping_set_point_is_accepted_or_stays() {
     let seldom = [("set-point-interval", OverrideValue::Number(5.0))];
     // 1 m down ends in the margin of the ground, 1 m out beyond the reach, half of either does not.
     for (stick, way) in [([0.0, -1.0], 0.0), ([1.0, 0.0], 0.0), ([0.0, -0.5], 0.5), ([0.5, 0.0], 0.5)] {
-        let ride = Case { duration: 1.0, ..thesis_controller(&seldom, stick) }.run();
-        let (from, to) = (ride.tips().next().expect("a start"), ride.done.samples.set_points[0]);
+        let run = Case { duration: 1.0, ..thesis_controller(&seldom, stick) }.run();
+        let (from, to) = (run.tips().next().expect("a start"), run.done.samples.set_points[0]);
         let leap = (to[0] - from[0]).hypot(to[1] - from[1]);
         assert!((leap - way).abs() < 1e-9, "{stick:?}: {leap}");
     }
@@ -256,20 +260,20 @@ fn a_leaping_set_point_is_accepted_or_stays() {
 
 #[test]
 fn the_penalty_moves_the_telescope_when_boom_and_jib_do_not_reach() {
-    let ride = |extension: &str| {
+    let run = |extension: &str| {
         let searched = [("extension", OverrideValue::Text(extension.into()))];
         thesis_controller(&searched, [1.0, 0.0]).held(&[0.0, 15.0], &[[1.0, 0.0], [0.0, 0.0]]).run()
     };
-    let [fixed, searched] = ["zero", "penalty"].map(ride);
-    let telescope = |ride: &Ride, t: f64| ride.postures().nth((t / PERIOD).round() as usize).expect("a sample")[2];
-    for (ride, name) in [(&fixed, "zero"), (&searched, "penalty")] {
+    let [fixed, searched] = ["zero", "penalty"].map(run);
+    let telescope = |run: &Finished, t: f64| run.postures().nth((t / PERIOD).round() as usize).expect("a sample")[2];
+    for (run, name) in [(&fixed, "zero"), (&searched, "penalty")] {
         println!(
             "{name:7}: reaches x = {:.3} m, telescope at {:.3} m, {:.2} mm into an end stop's zone",
-            ride.end()[0],
-            telescope(ride, 20.0),
-            ride.deepest_in_a_stop() * 1e3
+            run.end()[0],
+            telescope(run, 20.0),
+            run.deepest_in_a_stop() * 1e3
         );
-        assert!(ride.deepest_in_a_stop() < 0.01);
+        assert!(run.deepest_in_a_stop() < 0.01);
     }
     assert!(telescope(&fixed, 20.0).abs() < 0.002 && telescope(&searched, 20.0) > 0.2);
     assert!(searched.end()[0] > fixed.end()[0] + 0.2);

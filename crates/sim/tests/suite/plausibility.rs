@@ -290,7 +290,7 @@ fn control_returns_when_the_sensor_does_and_the_stick_is_released() {
 }
 
 #[test]
-fn a_jump_that_stays_is_not_believed_however_steady_it_reads() {
+fn a_jump_that_stays_is_not_accepted_however_steady_it_reads() {
     let (_, done) = failing(UP, fault("joint.jib.q", FaultKind::Jump(0.05), FOR_EVER));
     assert_eq!(done.events.len(), 1, "{:?}", done.events);
 }

@@ -16,7 +16,7 @@ fn drive(cockpit: &mut Cockpit, description: &Value, axes: usize) -> [f64; 2] {
     let mut ticks = 0;
     for part in 0..143u32 {
         let deflections: Vec<f64> = (0..axes).map(|axis| (0.37 * f64::from(part) + axis as f64).sin() * 0.8).collect();
-        cockpit.steer(&deflections);
+        cockpit.set_sticks(&deflections);
         match part {
             40 => cockpit.carry(60.0),
             90 => cockpit.carry(0.0),
@@ -71,7 +71,7 @@ fn a_saved_drive_is_replayed_until_somebody_takes_over() {
     assert_eq!(told["recorded-by"], told["version"]);
     let length = (1000.0 * parse_scenario(&text, "drive.toml", &[]).expect("a scenario").duration).round() as u32;
     // Hands that do not touch the sticks change nothing.
-    again.steer(&[0.0, 0.0]);
+    again.set_sticks(&[0.0, 0.0]);
     assert!(again.advance(length));
     assert_eq!(tip(&mut again, &description), driven);
     assert!(again.advance(1), "the sample at the end");
@@ -83,7 +83,7 @@ fn a_saved_drive_is_replayed_until_somebody_takes_over() {
     let (mut other, _) = opened(json!({ "scenario": text }));
     other.advance(2000);
     assert_eq!(other.events()["replaying"], true);
-    other.steer(&[0.0, -1.0]);
+    other.set_sticks(&[0.0, -1.0]);
     other.advance(2000);
     assert_eq!(other.events()["replaying"], false);
     let changed = parse_scenario(&other.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
@@ -145,7 +145,7 @@ fn straight_sticks_are_saved_as_they_are_and_as_samples_saw_them_where_somebody_
         let (mut cockpit, _) = opened(json!({ "scenario": STRAIGHT }));
         if let Some(ticks) = taken_over {
             assert!(cockpit.advance(ticks), "{}", cockpit.events());
-            cockpit.steer(&[0.3, -0.6]);
+            cockpit.set_sticks(&[0.3, -0.6]);
         }
         assert!(cockpit.advance(end - taken_over.unwrap_or(0)), "{}", cockpit.events());
         let joints = cockpit.frame()[JOINTS..JOINTS + 3].to_vec();
@@ -210,7 +210,7 @@ const EVERYTHING: &str = r#"
     name = "tip"
     monitor = "off"
     sensors = "data-sheet"
-    [controller.believed]
+    [controller.model]
     "payload.mass" = "80 kg"
     [joystick]
     log = "sticks.csv"
@@ -238,7 +238,7 @@ fn replayed_and_saved(request: &Value, scenario: &Scenario) {
     let saved = parse_scenario(&text, "drive.toml", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
     assert_eq!((&saved.initial, &saved.commands), (&scenario.initial, &scenario.commands));
     assert_eq!((&saved.sensor_faults, &saved.supply), (&scenario.sensor_faults, &scenario.supply));
-    let written = |scenario: &Scenario| scenario.controller.clone().map(|choice| (choice.believed, choice.monitor));
+    let written = |scenario: &Scenario| scenario.controller.clone().map(|choice| (choice.model, choice.monitor));
     assert_eq!(written(&saved), written(scenario));
     let to_its_end = Scenario { duration: saved.duration, ..scenario.clone() };
     assert_eq!(simulated(&saved), simulated(&to_its_end), "{text}");
@@ -268,7 +268,7 @@ fn what_no_knob_shows_stays_where_a_knob_is_turned_in_a_replay() {
     assert!(cockpit.advance(500), "{}", cockpit.events());
     let saved = parse_scenario(&cockpit.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
     let [first, second] = &saved.stages()[..] else { panic!("{:?}", saved.phases) };
-    let kept = |stage: &Stage| stage.controller.clone().map(|choice| (choice.believed, choice.monitor));
+    let kept = |stage: &Stage| stage.controller.clone().map(|choice| (choice.model, choice.monitor));
     assert_eq!(kept(second), kept(first));
     assert_eq!((second.joystick.as_ref().map(|stick| stick.dead_zone), saved.sensor_faults.len()), (Some(0.1), 1));
 }
@@ -279,7 +279,7 @@ fn levers_take_over_from_spool_commands() {
     assert_eq!(told["controller"], "lever");
     assert!(cockpit.advance(1000));
     assert_eq!(cockpit.events()["replaying"], true);
-    cockpit.steer(&[-0.5, 0.2, 0.0]);
+    cockpit.set_sticks(&[-0.5, 0.2, 0.0]);
     assert!(cockpit.advance(2000), "{}", cockpit.events());
     let (driven, told) = (tip(&mut cockpit, &told), cockpit.events());
     assert_eq!((&told["replaying"], told["changed"].is_null()), (&json!(false), false));
@@ -327,7 +327,8 @@ fn switching(cockpit: &mut Cockpit) -> [f64; 2] {
             assert!(went > 0.0 && went < 0.0101, "a change waits for the next sample: {went}");
         }
         for move_ in 0..12u32 {
-            cockpit.steer(&[0, 1, 2].map(|axis| (1.3 * f64::from(move_ + 12 * part as u32) + f64::from(axis)).sin()));
+            cockpit
+                .set_sticks(&[0, 1, 2].map(|axis| (1.3 * f64::from(move_ + 12 * part as u32) + f64::from(axis)).sin()));
             if (part, move_) == (2, 5) {
                 cockpit.carry(50.0);
             }
@@ -382,7 +383,7 @@ fn a_replay_in_phases_ends_where_somebody_takes_over() {
     let (mut other, _) = opened(json!({ "scenario": cockpit.save().expect("a drive") }));
     other.advance(3000);
     assert_eq!(other.events()["changed"]["controller"], "lever");
-    other.steer(&[0.0, -1.0, 0.0]);
+    other.set_sticks(&[0.0, -1.0, 0.0]);
     assert!(other.advance(5000), "no phase of the replay is left");
     assert!(other.events()["changed"].is_null());
     let saved = parse_scenario(&other.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
@@ -414,10 +415,10 @@ fn another_machine_begins_anew() {
 fn sticks_let_go_bring_the_valves_to_neutral() {
     let (mut cockpit, description) = opened(json!({ "machine": "rottne-f9-lab", "controller": "lever" }));
     let commands = ["lift", "jib", "extension"].map(|name| index(&description, &format!("command.{name}")));
-    cockpit.steer(&[0.5, f64::NAN, 7.0]);
+    cockpit.set_sticks(&[0.5, f64::NAN, 7.0]);
     cockpit.advance(30);
     assert_eq!(commands.map(|at| cockpit.frame()[at]), [0.025, 0.0, 0.05]);
-    cockpit.steer(&[]);
+    cockpit.set_sticks(&[]);
     cockpit.advance(30);
     assert_eq!(commands.map(|at| cockpit.frame()[at]), [0.0; 3]);
 }
@@ -449,7 +450,7 @@ fn every_bundled_machine_can_be_driven() {
     for (name, _) in hydrocrane_machine::bundled_machines() {
         for controller in ["lever", "tip"] {
             let (mut cockpit, description) = opened(json!({ "machine": name, "controller": controller }));
-            cockpit.steer(&[0.1; 6]);
+            cockpit.set_sticks(&[0.1; 6]);
             assert!(cockpit.advance(200), "{name} {controller}: {}", cockpit.events());
             let corners: u64 =
                 description["shapes"].as_array().expect("a list").iter().filter_map(|s| s["points"].as_u64()).sum();
@@ -468,9 +469,9 @@ fn levers_that_hold_the_height_are_driven_saved_and_repeated_to_the_bit() {
     assert!(description["gains"].as_array().is_some_and(|gains| !gains.is_empty()), "those of `tip`");
     cockpit.advance(500);
     let [x, z] = tip(&mut cockpit, &description);
-    cockpit.steer(&[0.0, 0.8, 0.0]);
+    cockpit.set_sticks(&[0.0, 0.8, 0.0]);
     cockpit.advance(2000);
-    cockpit.steer(&[0.0; 3]);
+    cockpit.set_sticks(&[0.0; 3]);
     cockpit.advance(1501);
     let there = tip(&mut cockpit, &description);
     assert!((there[0] - x).abs() > 0.05 && (there[1] - z).abs() < 1e-3, "{there:?} from {x}, {z}");
@@ -481,7 +482,7 @@ fn levers_that_hold_the_height_are_driven_saved_and_repeated_to_the_bit() {
     replayed.advance((1000.0 * time).round() as u32);
     assert_eq!(tip(&mut replayed, &description), end);
     // Whoever takes over has the levers in hand.
-    replayed.steer(&[0.0, -0.8, 0.0]);
+    replayed.set_sticks(&[0.0, -0.8, 0.0]);
     replayed.advance(1000);
     let back = tip(&mut replayed, &description);
     assert!((back[0] - x).abs() < (end[0] - x).abs() - 0.02 && (back[1] - z).abs() < 1e-3, "{back:?}");
@@ -550,7 +551,7 @@ fn every_machine_drives_without_friction() {
     for (name, _) in hydrocrane_machine::bundled_machines() {
         let request = json!({ "machine": name, "controller": "lever", "friction": 0.0 });
         let (mut cockpit, description) = opened(request);
-        cockpit.steer(&vec![0.3; description["cylinders"].as_array().map_or(1, Vec::len)]);
+        cockpit.set_sticks(&vec![0.3; description["cylinders"].as_array().map_or(1, Vec::len)]);
         assert!(cockpit.advance(1000), "{name}: {}", cockpit.events());
         for (i, signal) in description["signals"].as_array().expect("a list").iter().enumerate() {
             let name_of_it = signal["name"].as_str().expect("a name");
@@ -566,7 +567,7 @@ fn a_knob_counts_before_an_override_of_the_same_key_and_a_saved_drive_states_it_
         "machine": "rottne-f9-lab", "friction": 1.5, "full-speed": 0.3,
         "overrides": { "friction.lift.coulomb": 100.0, "control.tip.full-speed": 0.5 },
     }));
-    cockpit.steer(&[0.5, 0.5]);
+    cockpit.set_sticks(&[0.5, 0.5]);
     assert!(cockpit.advance(50));
     let saved = cockpit.save().expect("a drive");
     assert_eq!(coulomb(&saved), 150.0);

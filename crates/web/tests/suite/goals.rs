@@ -21,9 +21,9 @@ fn told(cockpit: &mut hydrocrane_web::Cockpit) -> Vec<String> {
 #[test]
 fn a_drive_with_goals_and_precision_is_saved_and_repeated_to_the_bit() {
     let (mut cockpit, description, [x, z]) = begun();
-    cockpit.steer(&[0.0, 0.5]);
+    cockpit.set_sticks(&[0.0, 0.5]);
     cockpit.advance(500);
-    cockpit.steer(&[0.0, 0.0]);
+    cockpit.set_sticks(&[0.0, 0.0]);
     cockpit.advance(500);
     cockpit.go_to([x - 0.1, z + 0.2]).expect("a free place");
     cockpit.advance(300);
@@ -60,9 +60,9 @@ fn a_goal_that_cannot_be_is_refused_and_a_stick_ends_one() {
     }
     cockpit.go_to([x - 0.3, z]).expect("a free place");
     cockpit.advance(800);
-    cockpit.steer(&[0.0, 1.0]);
+    cockpit.set_sticks(&[0.0, 1.0]);
     cockpit.advance(300);
-    cockpit.steer(&[0.0, 0.0]);
+    cockpit.set_sticks(&[0.0, 0.0]);
     cockpit.advance(3000);
     assert!(told(&mut cockpit)[0].starts_with("the stick takes over"));
     assert!(tip(&mut cockpit, &description)[0] > x - 0.25);

@@ -7,9 +7,9 @@ use serde_json::{json, Value};
 
 /// The drive that lowers the boom with its lever until the ground carries, and stays there: its end.
 fn lowered(cockpit: &mut Cockpit) {
-    cockpit.steer(&[-0.4, 0.0, 0.0]);
+    cockpit.set_sticks(&[-0.4, 0.0, 0.0]);
     assert!(cockpit.advance(9000), "{}", cockpit.events());
-    cockpit.steer(&[0.0; 3]);
+    cockpit.set_sticks(&[0.0; 3]);
     assert!(cockpit.advance(2001), "{}", cockpit.events());
 }
 
@@ -66,7 +66,7 @@ fn tip_control_with_real_sensors_presses_a_log_down_and_lifts_it_again() {
     let up = index(&description, "tip.contact.z");
     let mut most = 0f64;
     for (z, parts) in [(-0.6, 60), (0.0, 20), (0.6, 40)] {
-        cockpit.steer(&[0.0, z]);
+        cockpit.set_sticks(&[0.0, z]);
         for _ in 0..parts {
             assert!(cockpit.advance(100), "{}", cockpit.events());
             most = most.max(cockpit.frame()[up]);

@@ -1,4 +1,4 @@
-"""Whether a map describes its levels, and if not, what the rest of friction depends on."""
+"""Residual analysis: whether a map describes its levels, and which further dependence the residuals show."""
 
 from __future__ import annotations
 
@@ -13,33 +13,32 @@ from hydrocrane.arrays import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# A map that describes the levels lies so far off them by chance in one of a hundred cases; one of the causes shows by
-# chance in as many cases, all of them together.
+# Significance level: the probability of a false alarm of the test of the map, and of all tests of causes together.
 UNLIKELY = 0.01
-# Changes of friction over a range that are called a cause, and scatter about the map that is told, as shares of the
-# friction.
-NOTABLE, MISFIT_SHARE = 0.03, 0.01
+# Least change of friction over the range of a cause, and least scatter about the map, that are reported, as shares of
+# the friction.
+NOTABLE, NOTABLE_SCATTER = 0.03, 0.01
 
 
 def chance_text(p_value: float) -> str:
-    """A chance in words; what is far beyond any doubt has no number."""
+    """A probability in words, limited to 1e-12."""
     return "chance below 1e-12" if p_value < 1e-12 else f"chance {p_value:.1g}"
 
 
 @dataclass(frozen=True)
 class Cause:
-    """What friction may depend on beside the map, arrays over the points (n,).
+    """A possible dependence of friction that is not in the map; arrays over the points (n,).
 
     Attributes
     ----------
     name : {"velocity", "position", "time", "pressure", "load"}
     values : ndarray
-        Of it, SI.
+        Values of the quantity, SI.
     p_value : float
-        Chance of a dependence as strong as this where there is none; NaN where the points cannot tell.
+        Probability of a dependence this strong if there is none; NaN if the points do not identify it.
     change : float
-        By how much friction changes from the least to the greatest of the values, as a share; for the velocity the
-        root mean square of what a smooth curve adds to the map.
+        Relative change of friction from the least to the greatest of the values; for the velocity the root mean square
+        of the smooth curve that is added to the map.
     fitted : ndarray
         The dependence, as a share of the friction.
     """
@@ -52,8 +51,8 @@ class Cause:
 
     @property
     def shows(self) -> bool:
-        """Whether it is beyond chance, of five causes that were tested, and large enough to matter."""
-        least = MISFIT_SHARE if self.name == "velocity" else NOTABLE
+        """Whether it is significant, given the five tests, and large enough to matter."""
+        least = NOTABLE_SCATTER if self.name == "velocity" else NOTABLE
         return self.p_value < UNLIKELY / len(CURES) and abs(self.change) >= least
 
     @property
@@ -68,24 +67,24 @@ class Cause:
 
 
 @dataclass(frozen=True)
-class Misfit:
-    """How far the levels lie off a map.
+class ResidualAnalysis:
+    """Residuals of the levels about a map, and tests of their causes.
 
     Attributes
     ----------
     p_value : float
-        Chance of levels as far off by their stated errors.
+        Probability of residuals this large with the stated errors.
     spare : int
-        Levels less the parameters of the map; below one nothing checks it but its bounds.
+        Levels less the parameters of the map; below one only the bounds check it.
     floor, point_error, force : float
-        Scatter of the levels beyond their errors (about the map where few are to spare), median error of a point,
-        median friction, N.
+        Scatter of the levels beyond their errors (about the map if `spare` is small), median error of a point, median
+        friction, N.
     shares : ndarray, shape (n,)
-        What is left of each point's friction, measured less fitted, as a share of the map's.
+        Measured less fitted friction of each point, as a share of that of the map.
     direction : ndarray of int, shape (n,)
         0 extending, 1 retracting.
     causes : tuple of Cause
-        The likeliest first; those that could not be tested are not among them.
+        The tested causes, the likeliest first.
     """
 
     p_value: float
@@ -99,17 +98,17 @@ class Misfit:
 
     @property
     def notable(self) -> bool:
-        """Whether the levels are further off than their errors explain, and further than matters."""
-        return self.p_value < UNLIKELY and self.floor > MISFIT_SHARE * self.force
+        """Whether the residuals are significant and large enough to matter."""
+        return self.p_value < UNLIKELY and self.floor > NOTABLE_SCATTER * self.force
 
     @property
     def likely(self) -> tuple[Cause, ...]:
-        """The causes that show, the likeliest first."""
+        """The significant causes, the likeliest first."""
         return tuple(cause for cause in self.causes if cause.shows)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is to be said of it, with cause and cure."""
+        """Warnings with cause and cure."""
         found = []
         if self.notable:
             errors = f"{self.point_error:.2g} N; {chance_text(self.p_value)}"
@@ -133,13 +132,13 @@ class Misfit:
         return tuple(found)
 
     def plot(self) -> Figure:
-        """What is left over each cause that was tested, with the dependence that was fitted."""
-        from hydrocrane.plots.misfit import residual_causes
+        """Residuals over each tested cause, with the fitted dependence."""
+        from hydrocrane.plots.residual_causes import residual_causes
 
         return residual_causes(self)
 
 
-# What to do about each cause; UNITS shows its values.
+# Cure for each cause; UNITS holds factor and unit for its values.
 CURES = {
     "velocity": (
         "Look at the residuals over the speed: the map has another form, or some levels are not steady; "

@@ -1,4 +1,4 @@
-"""What a static map leaves over, against everything that friction may depend on."""
+"""Residuals of a static map over the possible causes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, figure, styled, title
 
 if TYPE_CHECKING:
-    from hydrocrane.identification.misfit import Misfit
+    from hydrocrane.identification.residual_analysis import ResidualAnalysis
 
 # Factor and label of each axis.
 AXES = {
@@ -23,16 +23,16 @@ AXES = {
 
 
 @styled
-def residual_causes(misfit: Misfit) -> Figure:
-    """One chart per cause: points by direction, the fitted dependence; red where it shows."""
-    fig, axes = figure(12.0, 3.2, ncols=len(misfit.causes), sharey=True, squeeze=False)
-    for chart, cause in zip(axes[0], misfit.causes, strict=True):
+def residual_causes(analysis: ResidualAnalysis) -> Figure:
+    """One chart per cause: points by direction and the fitted dependence, red if it is significant."""
+    fig, axes = figure(12.0, 3.2, ncols=len(analysis.causes), sharey=True, squeeze=False)
+    for chart, cause in zip(axes[0], analysis.causes, strict=True):
         factor, label = AXES[cause.name]
         for side, name in enumerate(("extending", "retracting")):
-            here = misfit.direction == side
+            here = analysis.direction == side
             x = cause.values[here] * factor
             chart.plot(
-                x, 100 * misfit.shares[here], "o", ms=3.5, mec="none", alpha=0.7, color=COLOURS[side], label=name
+                x, 100 * analysis.shares[here], "o", ms=3.5, mec="none", alpha=0.7, color=COLOURS[side], label=name
             )
             order = np.argsort(x)
             colour = ACCENT if cause.shows else INK
@@ -41,5 +41,5 @@ def residual_causes(misfit: Misfit) -> Figure:
         chart.set(xlabel=label, title=cause.name, xscale="log" if cause.name == "velocity" else "linear")
     axes[0, 0].set_ylabel("measured - fitted [%]")
     axes[0, 0].legend(loc="best")
-    title(fig, "Residuals", "lines: fitted dependences, red where they show")
+    title(fig, "Residuals", "lines: fitted dependences, red if significant")
     return fig

@@ -1,4 +1,4 @@
-"""A controller that takes the crane for something else than it is."""
+"""A controller model that differs from the crane."""
 
 from __future__ import annotations
 
@@ -23,33 +23,33 @@ def spools(run):
     return np.column_stack([run.data[f"controller.{c}"].values for c in run.cylinder_names])
 
 
-def test_the_belief_changes_the_commands_and_not_the_crane():
-    truth, wrong = hc.simulate(plan()), hc.simulate(plan(believed={"payload.mass": 200.0}))
+def test_the_controller_model_changes_the_commands_and_not_the_crane():
+    truth, wrong = hc.simulate(plan()), hc.simulate(plan(controller_model={"payload.mass": 200.0}))
     # The measured load corrects most of what a wrong payload makes.
     assert np.abs(spools(truth) - spools(wrong)).max() > 1e-5
     assert wrong.machine.overrides == truth.machine.overrides
     assert (wrong.data["payload"].values == 0.0).all()
-    assert json.loads(wrong.data.attrs["believed_overrides"])["payload.mass"] == 200.0
-    assert "believed_overrides" not in truth.data.attrs
+    assert json.loads(wrong.data.attrs["controller_model_overrides"])["payload.mass"] == 200.0
+    assert "controller_model_overrides" not in truth.data.attrs
 
 
-def test_believing_the_truth_is_knowing_it():
+def test_a_model_equal_to_the_crane_changes_nothing():
     weak = {"supply.pressure": 1.2e7}
     known = hc.simulate(plan(overrides=weak))
-    for believed in ({}, weak, hc.load_machine("rottne-f9-lab", weak)):
-        np.testing.assert_array_equal(spools(hc.simulate(plan(overrides=weak, believed=believed))), spools(known))
-    unknown = hc.simulate(plan(overrides=weak, believed=CRANE))
+    for model in ({}, weak, hc.load_machine("rottne-f9-lab", weak)):
+        np.testing.assert_array_equal(spools(hc.simulate(plan(overrides=weak, controller_model=model))), spools(known))
+    unknown = hc.simulate(plan(overrides=weak, controller_model=CRANE))
     assert np.abs(spools(unknown) - spools(known)).max() > 1e-4
 
 
-def test_a_period_holds_whatever_is_believed():
-    for believed in ({"payload.mass": 10.0}, CRANE):
-        run = hc.simulate(plan(period=0.02, believed=believed, duration=0.2))
+def test_a_period_holds_whatever_the_controller_model():
+    for model in ({"payload.mass": 10.0}, CRANE):
+        run = hc.simulate(plan(period=0.02, controller_model=model, duration=0.2))
         changes = np.flatnonzero(np.diff(spools(run)[:, 0]))
         assert changes.size and (np.diff(changes) % 2 == 0).all(), "commands change every second row of 10 ms"
 
 
-def test_ones_own_controller_is_handed_the_believed_machine():
+def test_ones_own_controller_is_given_the_controller_model():
     class Curious:
         def reset(self, crane, obs):
             self.crane = crane
@@ -58,21 +58,21 @@ def test_ones_own_controller_is_handed_the_believed_machine():
             return np.zeros(3)
 
     law = Curious()
-    hc.simulate(plan(controller=law, believed={"payload.mass": 55.0}, duration=0.05))
+    hc.simulate(plan(controller=law, controller_model={"payload.mass": 55.0}, duration=0.05))
     assert law.crane.payload_mass == 55.0
 
 
-def test_a_scenario_file_states_the_belief(tmp_path):
+def test_a_scenario_file_states_the_controller_model(tmp_path):
     text = (
         '[scenario]\nname = "b"\nmachine = "rottne-f9-lab"\nduration = "0.3 s"\n[initial.joint]\nboom = "100 deg"\n'
         'jib = "100 deg"\nextension = "0 mm"\n[controller]\nname = "tip"\n'
-        '[controller.believed]\n"payload.mass" = "80 kg"\n'
+        '[controller.model]\n"payload.mass" = "80 kg"\n'
     )
     path = Path(tmp_path / "b.toml")
     path.write_text(text, encoding="utf-8")
     loaded = hc.load_scenario(path)
-    assert loaded.believed == {"payload.mass": "80 kg"}
-    assert json.loads(hc.simulate(loaded).data.attrs["believed_overrides"])["payload.mass"] == "80 kg"
+    assert loaded.controller_model == {"payload.mass": "80 kg"}
+    assert json.loads(hc.simulate(loaded).data.attrs["controller_model_overrides"])["payload.mass"] == "80 kg"
     path.write_text(text.replace("payload.mass", "payload.mas"), encoding="utf-8")
     with pytest.raises(hc.MachineFileError, match=r"b\.toml:12:17: \[unknown-key\].*did you mean `mass`"):
         hc.load_scenario(path)
@@ -80,13 +80,16 @@ def test_a_scenario_file_states_the_belief(tmp_path):
 
 def test_a_machine_that_cannot_be_meant_is_one_error():
     with pytest.raises(hc.InputError, match=r"boom \(rad\), jib \(rad\), extension \(m\); .* has slide \(m\)"):
-        hc.simulate(plan(believed=hc.load_machine("single-cylinder")))
+        hc.simulate(plan(controller_model=hc.load_machine("single-cylinder")))
     with pytest.raises(hc.InputError, match="no controller"):
-        hc.Scenario(joints=POSE, believed={"payload.mass": 1.0})
+        hc.Scenario(joints=POSE, controller_model={"payload.mass": 1.0})
+    for call in (lambda: plan(believed={}), lambda: plan().changed(believed={}), lambda: hc.Phase(1.0, believed={})):
+        with pytest.raises(hc.InputError, match="`believed` is called `controller_model` now"):
+            call()
     with pytest.raises(hc.InputError, match="mapping"):
-        plan(believed="rottne-f9-lab")
+        plan(controller_model="rottne-f9-lab")
     with pytest.raises(hc.MachineFileError, match="payload.mas"):
-        hc.simulate(plan(believed={"payload.mas": 1.0}))
+        hc.simulate(plan(controller_model={"payload.mas": 1.0}))
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, 2**64, True, "one"])
