@@ -32,7 +32,11 @@ in the ledger `ledger.ground.contact` (sign -1, heat of the contact).
 
 A machine with valves at the ports of its cylinders has `cylinder.<name>.relieved1` and `relieved2` (m^3/s, flow from
 a port through its relief valve to the tank, negative through its anti-cavitation valve), and in the ledger
-`ledger.valves.port_relief` and `ledger.valves.anti_cavitation` (sign -1)."""
+`ledger.valves.port_relief` and `ledger.valves.anti_cavitation` (sign -1).
+
+A machine with a line that has a resistance has `cylinder.<name>.line_drop1` and `line_drop2` (Pa, drop over the line to
+the piston side and to the rod side, positive while oil flows to the cylinder), and in the ledger
+`ledger.lines.resistance` (sign -1)."""
 
 LEDGER = """Energies since the start, J. The sum of all terms, each times its sign, equals the increase of the
 `energy.*` outputs; a term with sign 0 is an exchange inside the sum. `run.data[name].attrs["sign"]` holds the sign.

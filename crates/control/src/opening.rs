@@ -171,6 +171,7 @@ mod tests {
                 meter_out: [None; 2],
                 connection: Connection { begins: 0.0, travel: 1e-4 },
                 holding: [None; 2],
+                lines: [None; 2],
             },
             leakage: Leakage { internal: 0.0, external: 0.0, external_from_piston_side: false },
             friction: StaticParameters {

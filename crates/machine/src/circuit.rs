@@ -53,6 +53,16 @@ pub struct Line<T = f64> {
     /// Without pressure, m^3, and its growth with pressure, m^3/Pa.
     pub volume: T,
     pub compliance: T,
+    pub resistance: Option<Resistance<T>>,
+}
+
+/// Pressure drop over a line: R q + K q |q|.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Resistance<T = f64> {
+    /// R, Pa s/m^3
+    pub laminar: T,
+    /// K, Pa s^2/m^6
+    pub turbulent: T,
 }
 
 /// Valves between a side of a cylinder and the tank.

@@ -87,6 +87,16 @@ pub fn signed_root<T: Real>(x: T, transition: T, curvature: T) -> T {
     T::select(magnitude.lt(transition), inner, outer)
 }
 
+/// [`signed_root`] of `x >= 0` over `x`, and its slope: both finite at zero.
+#[inline(always)]
+pub fn root_over_argument<T: Real>(x: T, transition: T, curvature: T) -> (T, T) {
+    let inner = (transition * 3.0 - x) * curvature;
+    let inner_slope = (transition * 3.0 - x * 2.0) * curvature;
+    let outer = T::c(1.0) / x.max(transition).sqrt();
+    let laminar = x.lt(transition);
+    (T::select(laminar, inner, outer), T::select(laminar, inner_slope, outer * 0.5))
+}
+
 /// `1 / (2 transition^(3/2))`
 pub fn root_curvature<T: Real>(transition: T) -> T {
     T::c(0.5) / (transition * transition.sqrt())
@@ -131,6 +141,17 @@ mod tests {
                 assert!(y.value.is_finite() && y.derivative[0].is_finite(), "at {x}: {y:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_root_over_its_argument_is_that_of_the_signed_root() {
+        let (p_t, curvature) = (3e5, root_curvature(3e5));
+        for x in [1.0, 1e5, 2.999e5, 3.001e5, 4e7] {
+            let root = signed_root(D::variable(x, 0), D::c(p_t), D::c(curvature));
+            let (over, slope) = root_over_argument(x, p_t, curvature);
+            assert!((over * x / root.value - 1.0).abs() < 1e-14 && (slope / root.derivative[0] - 1.0).abs() < 1e-14);
+        }
+        assert_eq!(root_over_argument(0.0, p_t, curvature), (3.0 * p_t * curvature, 3.0 * p_t * curvature));
     }
 
     #[test]

@@ -354,6 +354,11 @@ impl Stepper {
         }
     }
 
+    /// Estimated error of the last step, if steps are fixed; a step over a jump of a law says nothing of the others.
+    pub fn fixed_step_error(&self) -> Option<&[f64]> {
+        (self.control == StepControl::Even && !self.jumps).then_some(&self.target.error[..])
+    }
+
     /// Start of the last accepted step.
     pub fn previous_time(&self) -> f64 {
         self.from

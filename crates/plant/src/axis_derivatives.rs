@@ -88,10 +88,11 @@ pub struct SupplyDerivatives<L> {
     /// Of the flow from the supply, and of that signal.
     pub drawn: Row<L>,
     pub by_signal: Row<L>,
-    /// By the pressures of the mains and of the load-sensing line: of p1', p2' and of the flow.
+    /// By the pressures of the mains and of the load-sensing line: of p1', p2', of the flow and of the signal.
     pub p1: [L; MAX_ACTING],
     pub p2: [L; MAX_ACTING],
     pub flow: [L; MAX_ACTING],
+    pub signal_by: [L; MAX_ACTING],
 }
 
 impl<L: Real> Lifted<L> {
@@ -135,9 +136,9 @@ impl<L: Real> Lifted<L> {
     ) -> SupplyDerivatives<L> {
         let [a, b] = self.coupled_ports(supply_pressures, s);
         let by_pressures = |number: CoupledPort<L>| [number.derivative[4], number.derivative[5]];
-        let signal = self.whole.valve.connection.signal(
-            Dual::variable(s.spool, SPOOL),
-            [by_states(a.pressure), by_states(b.pressure)],
+        let signal = self.coupled.valve.connection.signal(
+            Dual::variable(s.spool, 3),
+            [a.pressure + a.line_drop, b.pressure + b.line_drop],
             Dual::constant(supply_pressures.tank),
         );
         let bulk = (self.bulk_modulus(s.p1).value, self.bulk_modulus(s.p2).value);
@@ -146,10 +147,11 @@ impl<L: Real> Lifted<L> {
         SupplyDerivatives {
             drawn: piston.row(&by_states(a.fed + b.fed)),
             signal: signal.value,
-            by_signal: piston.row(&signal),
+            by_signal: piston.row(&by_states(signal)),
             p1: by_pressures(inflow_1).map(|by| stiffness_1 * by),
             p2: by_pressures(inflow_2).map(|by| stiffness_2 * by),
             flow: by_pressures(a.fed + b.fed),
+            signal_by: by_pressures(signal),
         }
     }
 

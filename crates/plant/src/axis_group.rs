@@ -3,7 +3,7 @@
 use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
-use crate::ledger::{port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
+use crate::ledger::{line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
 use crate::plant::Plant;
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
@@ -26,6 +26,7 @@ pub struct AxisPowers<L> {
     pub own: [L; LEDGER_PER_CYLINDER],
     pub compensators: L,
     pub port_valves: [L; PORT_VALVE_TERMS.len()],
+    pub lines: L,
     pub drawn: L,
 }
 
@@ -166,12 +167,13 @@ impl<L: Real> AxisGroup<L> {
             #[inline(always)]
             || {
                 let rates = self.unit.rates(&self.fluid, supply_pressures, s);
-                let lost = self.unit.valve.compensator_losses(&rates.ports, &rates.edges);
+                let lost = self.unit.valve.compensator_losses(&rates.at_valve(), &rates.edges);
                 let stored = [oil.energy_density(s.p1), oil.energy_density(s.p2)];
                 AxisPowers {
                     own: powers(stored, s, &rates, &lost),
                     compensators: lost[0] + lost[1],
                     port_valves: port_valve_powers(&rates),
+                    lines: line_power(&rates),
                     drawn: rates.edges.supply(),
                 }
             },

@@ -59,6 +59,7 @@ impl<const N: usize> Crane<N> {
                 && !metered
                 && c.holding.iter().all(Option::is_none)
                 && c.port_valves.iter().all(PortValves::is_none)
+                && c.lines.iter().flatten().all(|line| line.resistance.is_none())
         };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);
         if mobile && !cfg!(feature = "chains") {

@@ -22,6 +22,7 @@ use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::hose_burst::HoseBurst;
 use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
+use hydrocrane_physics::hydraulics::line::Resistance;
 use hydrocrane_physics::hydraulics::load_holding::LoadHolding;
 use hydrocrane_physics::hydraulics::load_sensing::{Connection, LoadSensing};
 use hydrocrane_physics::hydraulics::mains::Mains;
@@ -270,6 +271,10 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
         },
         connection: connection(v),
         holding: std::array::from_fn(|side| c.holding[side].as_ref().map(load_holding)),
+        lines: std::array::from_fn(|side| {
+            let resistance = c.lines[side].as_ref().and_then(|line| line.resistance.as_ref());
+            resistance.map(|of| Resistance { laminar: of.laminar, turbulent: of.turbulent })
+        }),
     }
 }
 

@@ -85,8 +85,9 @@ pub struct LocalRates<T> {
     /// Leakage from chamber 1 to 2 and from chamber 2 outside, m^3/s.
     pub internal_leakage: T,
     pub external_leakage: T,
-    /// Pressures at the valve's ports, Pa.
+    /// Pressures at the valve's ports, behind the lines, Pa, and those before them above that.
     pub ports: PortPressures<T>,
+    pub line_drops: [T; 2],
     /// Damping force of the end stops, N, positive outward.
     pub stop_damping: T,
     /// Power stored in the bristles, W.
@@ -114,6 +115,7 @@ impl<T: Copy> LocalRates<T> {
             internal_leakage: f(self.internal_leakage),
             external_leakage: f(self.external_leakage),
             ports: PortPressures { supply: f(p.supply), load: f(p.load), tank: f(p.tank), a: f(p.a), b: f(p.b) },
+            line_drops: [f(self.line_drops[0]), f(self.line_drops[1])],
             stop_damping: f(self.stop_damping),
             bristle_power: f(self.bristle_power),
         }
@@ -125,6 +127,12 @@ impl<T: Real> LocalRates<T> {
     #[inline(always)]
     pub fn through_ports(&self) -> (T, T) {
         (self.edges.port_a() - self.relieved[0], self.edges.port_b() + self.relieved[1])
+    }
+
+    /// Pressures around the valve, those of its ports before the lines to the cylinder.
+    #[inline(always)]
+    pub fn at_valve(&self) -> PortPressures<T> {
+        PortPressures { a: self.ports.a + self.line_drops[0], b: self.ports.b + self.line_drops[1], ..self.ports }
     }
 }
 
@@ -190,12 +198,20 @@ pub struct Port<T> {
     pub drained: T,
     /// Through the port's own valves to the tank, m^3/s.
     pub relieved: T,
+    /// Drop from the valve over the line to the cylinder, Pa.
+    pub line_drop: T,
 }
 
 impl<T: Copy> Port<T> {
     #[inline(always)]
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> Port<U> {
-        Port { pressure: f(self.pressure), fed: f(self.fed), drained: f(self.drained), relieved: f(self.relieved) }
+        Port {
+            pressure: f(self.pressure),
+            fed: f(self.fed),
+            drained: f(self.drained),
+            relieved: f(self.relieved),
+            line_drop: f(self.line_drop),
+        }
     }
 }
 
@@ -239,14 +255,25 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn port_a(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_a(spool, ports);
-        Port { pressure: ports.a, fed, drained, relieved: self.port_valves[0].flow(ports.a, ports.tank) }
+        self.port(0, ports.a, ports.tank, (fed, drained))
     }
 
     /// Flows of port B, likewise.
     #[inline(always)]
     pub fn port_b(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_b(spool, ports);
-        Port { pressure: ports.b, fed, drained, relieved: self.port_valves[1].flow(ports.b, ports.tank) }
+        self.port(1, ports.b, ports.tank, (fed, drained))
+    }
+
+    #[inline(always)]
+    fn port(&self, number: usize, pressure: T, tank: T, (fed, drained): (T, T)) -> Port<T> {
+        Port {
+            pressure,
+            fed,
+            drained,
+            relieved: self.port_valves[number].flow(pressure, tank),
+            line_drop: self.valve.line_drop(number, fed - drained),
+        }
     }
 
     /// Pressures around the valve, with those of both chambers.
@@ -295,6 +322,7 @@ impl<T: Real> HydraulicAxis<T> {
                 a: port_a.pressure,
                 b: port_b.pressure,
             },
+            line_drops: [port_a.line_drop, port_b.line_drop],
             stop_damping: stops.1,
             bristle_power: friction.bristle_power,
         }
@@ -315,6 +343,7 @@ impl<T: Real> HydraulicAxis<T> {
         let held = |unit: &Self| unit.valve.holding.map(|valve| valve.map(|valve| std::mem::discriminant(&valve)));
         let at_ports = |unit: &Self| unit.port_valves.map(|valves| valves.kinds());
         let out = |unit: &Self| unit.valve.meter_out.map(|of| of.is_some());
+        let lines = |unit: &Self| unit.valve.lines.map(|line| line.is_some());
         let curves = |unit: &Self| unit.valve.metering().map(|metering| metering.curves);
         edges(self) == edges(other)
             && switches(self) == switches(other)
@@ -323,6 +352,7 @@ impl<T: Real> HydraulicAxis<T> {
             && at_ports(self) == at_ports(other)
             && curves(self) == curves(other)
             && out(self) == out(other)
+            && lines(self) == lines(other)
             && self.friction.same_laws(&other.friction)
     }
 }

@@ -9,7 +9,7 @@ use crate::axis_group::{AxisGroup, Member};
 use crate::layout::Layout;
 use crate::plant::moving_stroke;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
-use crate::shared_states::{DRAWN, SIGNAL};
+use crate::shared_states::{AskedByPressures, DRAWN, SIGNAL};
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Pack, Real};
 use hydrocrane_ode::{BlockArrow, Row, SharedDerivatives, MAX_ACTING};
@@ -25,7 +25,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let pressures = self.pressures(layout, x);
         let mut shared = self.plant.mains(layout).and(jacobian.shared.take());
         let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand());
-        let (mut signals, mut by_pressures) = ([demand.signal; N], [T::c(0.0); MAX_ACTING]);
+        let (mut signals, mut by_pressures) = ([Signal::of(demand.signal); N], AskedByPressures::default());
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let piston = Piston {
@@ -46,13 +46,13 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 let by_supply = group.by_supply(&pressures, &local, &piston);
                 group.write_supply_derivatives(&by_supply, &mut signals, shared);
                 demand.drawn += group.sum(linearised.rates.edges.supply());
-                for (sum, flow) in by_pressures.iter_mut().zip(by_supply.flow) {
+                for (sum, flow) in by_pressures.drawn.iter_mut().zip(by_supply.flow) {
                     *sum += group.sum(flow);
                 }
             }
         }
         if let Some(mut shared) = shared {
-            demand.signal = keep_highest(&signals, demand.signal, &mut shared.by_axes[SIGNAL]);
+            (demand.signal, by_pressures.signal) = keep_highest(&signals, demand.signal, &mut shared.by_axes[SIGNAL]);
             self.plant.write_supply(layout, x, demand, dx);
             self.plant.write_supply_derivatives(layout, x, demand, by_pressures, &mut shared);
             jacobian.shared = Some(shared);
@@ -139,18 +139,35 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     }
 }
 
-/// The highest of the `signals` and of `tank`, and its derivatives alone: those of lower ones act on nothing.
+/// What a valve gives to the load-sensing line, Pa, and its derivatives by the pressures of mains and line.
+#[derive(Clone, Copy)]
+struct Signal<T> {
+    pressure: T,
+    by: [T; MAX_ACTING],
+}
+
+impl<T: Real> Signal<T> {
+    fn of(pressure: T) -> Self {
+        Signal { pressure, by: [T::c(0.0); MAX_ACTING] }
+    }
+}
+
+/// The highest of the `signals` and of `tank`, and its derivatives alone, by pressures and in their rows: those of lower ones act on nothing.
 #[inline(always)]
-fn keep_highest<T: Real>(signals: &[T], tank: T, derivatives: &mut [Row<T>]) -> T {
-    let mut highest = tank;
+fn keep_highest<T: Real>(signals: &[Signal<T>], tank: T, derivatives: &mut [Row<T>]) -> (T, [T; MAX_ACTING]) {
+    let mut highest = Signal::of(tank);
     for signal in signals {
-        highest = highest.max(*signal);
+        highest.pressure = highest.pressure.max(signal.pressure);
     }
     for (signal, row) in signals.iter().zip(derivatives) {
-        let lower = signal.lt(highest) | signal.le(tank);
-        *row = row.map(|derivative| T::select(lower, T::c(0.0), derivative));
+        let lower = signal.pressure.lt(highest.pressure) | signal.pressure.le(tank);
+        let kept = |derivative: T| T::select(lower, T::c(0.0), derivative);
+        *row = row.map(kept);
+        for (sum, by) in highest.by.iter_mut().zip(signal.by) {
+            *sum += kept(by);
+        }
     }
-    highest
+    (highest.pressure, highest.by)
 }
 
 #[inline(always)]
@@ -182,7 +199,7 @@ impl<L: Real> AxisGroup<L> {
     fn write_supply_derivatives<T: Real, const N: usize>(
         &self,
         by_supply: &SupplyDerivatives<L>,
-        signals: &mut [T; N],
+        signals: &mut [Signal<T>; N],
         out: &mut SharedDerivatives<T>,
     ) where
         L: Pack<T>,
@@ -194,7 +211,8 @@ impl<L: Real> AxisGroup<L> {
             }
             out.by_axes[DRAWN][*cylinder] = by_supply.drawn.lane(lane);
             out.by_axes[SIGNAL][*cylinder] = by_supply.by_signal.lane(lane);
-            signals[*cylinder] = by_supply.signal.lane(lane);
+            let by = by_supply.signal_by.map(|by| by.lane(lane));
+            signals[*cylinder] = Signal { pressure: by_supply.signal.lane(lane), by };
         }
     }
 

@@ -7,7 +7,7 @@
 //! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
 //! energy density at the chamber's pressure). With compensators, a further loss is theirs, and that of an edge from the supply is
-//! that of its own drop. Relief and anti-cavitation valves of the ports are two more losses. With a pump, the energy of the mains is stored too:
+//! that of its own drop. Relief and anti-cavitation valves of the ports are two more losses, the resistance of the lines another one. With a pump, the energy of the mains is stored too:
 //! ```text
 //! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
 //! ```
@@ -52,6 +52,9 @@ pub const PORT_VALVE_TERMS: [Term; 2] = [
     ("anti_cavitation", "loss of the anti-cavitation valves of all ports", -1.0),
 ];
 
+/// The same for lines with a resistance.
+pub const LINE_TERMS: [Term; 1] = [("resistance", "loss of the resistance of all lines to the cylinders", -1.0)];
+
 /// The same for a pump with its mains. What the mains deliver is the work of the supply on all cylinders.
 pub const SUPPLY_TERMS: [Term; 7] = [
     ("shaft", "work of the shaft on the pump", 1.0),
@@ -63,8 +66,8 @@ pub const SUPPLY_TERMS: [Term; 7] = [
     ("carried", "elastic energy carried in with the oil", 1.0),
 ];
 
-/// Terms after those of the cylinders, each with what it belongs to: of the ground, the compensators, the valves at the ports and the
-/// supply, where the machine has a ground, compensators, such valves and a pump.
+/// Terms after those of the cylinders, each with what it belongs to: of the ground, the compensators, the valves at the ports, the lines
+/// and the supply, where the machine has a ground, compensators, such valves, lines with a resistance and a pump.
 pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let ground = machine.ground.iter().flat_map(|_| GROUND_TERMS.iter().map(|term| ("ground", term)));
     let supply = machine.supply.mains.iter().flat_map(|_| SUPPLY_TERMS.iter().map(|term| ("mains", term)));
@@ -72,7 +75,19 @@ pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let valves = COMPENSATOR_TERMS.iter().filter(|_| compensated).map(|term| ("valves", term));
     let at_ports = machine.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| !valves.is_none()));
     let ports = PORT_VALVE_TERMS.iter().filter(|_| at_ports).map(|term| ("valves", term));
-    ground.chain(valves).chain(ports).chain(supply).collect()
+    let lines = LINE_TERMS.iter().filter(|_| has_line_resistance(machine)).map(|term| ("lines", term));
+    ground.chain(valves).chain(ports).chain(lines).chain(supply).collect()
+}
+
+/// Whether a line of a machine has a resistance.
+pub fn has_line_resistance(machine: &Machine) -> bool {
+    machine.cylinders.iter().any(|c| c.lines.iter().flatten().any(|line| line.resistance.is_some()))
+}
+
+/// Power lost in both lines, W.
+#[inline(always)]
+pub fn line_power<T: Real>(r: &LocalRates<T>) -> T {
+    r.line_drops[0] * r.edges.port_a() - r.line_drops[1] * r.edges.port_b()
 }
 
 /// Powers (W) in the order of [`SUPPLY_TERMS`]; `stored` is the oil's energy density in the mains, J/m^3, `e` the share of the
@@ -119,7 +134,7 @@ pub fn powers<T: Real>(
     r: &LocalRates<T>,
     compensated: &[T; 2],
 ) -> [T; LEDGER_PER_CYLINDER] {
-    let p = &r.ports;
+    let (p, behind) = (&r.at_valve(), &r.ports);
     let e = &r.edges;
     let (q_a, q_b) = r.through_ports();
     let inflow_1 = q_a - r.internal_leakage;
@@ -132,7 +147,7 @@ pub fn powers<T: Real>(
         (p.a - p.tank) * e.a_to_tank,
         (p.supply - p.b) * e.supply_to_b - compensated[1],
         (p.b - p.tank) * e.b_to_tank,
-        (p.a - s.p1) * q_a + (s.p2 - p.b) * q_b,
+        (behind.a - s.p1) * q_a + (s.p2 - behind.b) * q_b,
         (s.p1 - s.p2) * r.internal_leakage,
         (s.p2 - p.tank) * r.external_leakage,
         stored[0] * inflow_1 + stored[1] * inflow_2,

@@ -1,6 +1,7 @@
 //! What a run records besides its states.
 
 use crate::hydraulic_axis::{FrictionLaw, LocalState};
+use crate::ledger::has_line_resistance;
 use crate::plant::Plant;
 use crate::rhs::Evaluated;
 use crate::supply::{Demand, SupplyRates};
@@ -84,6 +85,12 @@ const AT_PORTS: [(&str, &str, &str); 2] = [
     ("relieved2", "m^3/s", "the same from the rod-side port"),
 ];
 
+/// Further outputs of each cylinder if the line to one has a resistance.
+const IN_LINES: [(&str, &str, &str); 2] = [
+    ("line_drop1", "Pa", "pressure drop over the line to the piston side, positive while oil flows to the cylinder"),
+    ("line_drop2", "Pa", "the same over the line to the rod side"),
+];
+
 /// Range of the stored energies among the outputs.
 pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
     4..GLOBAL.len() + usize::from(machine.ground.is_some())
@@ -99,7 +106,10 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let global = GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     let at_ports = machine.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| !valves.is_none()));
-    for rows in [if at_ports { &AT_PORTS[..] } else { &[] }, &PER_CYLINDER[..]] {
+    let lines = has_line_resistance(machine);
+    let optional =
+        [(at_ports, &AT_PORTS[..]), (lines, &IN_LINES[..])].map(|(there, rows)| if there { rows } else { &[] });
+    for rows in optional.into_iter().chain([&PER_CYLINDER[..]]) {
         for c in &machine.cylinders {
             for (name, unit, long_name) in rows {
                 all.push(owned(format!("cylinder.{}.{name}", c.name), unit, format!("{} {long_name}", c.name)));
@@ -180,6 +190,11 @@ pub fn write<T: Real, const N: usize>(
         relieved.iter_mut().zip(rates.iter().flat_map(|r| r.relieved)).for_each(|(out, flow)| *out = flow);
         rest = others;
     }
+    if plant.has_line_resistance() {
+        let (drops, others) = rest.split_at_mut(IN_LINES.len() * N);
+        drops.iter_mut().zip(rates.iter().flat_map(|r| r.line_drops)).for_each(|(out, drop)| *out = drop);
+        rest = others;
+    }
     let (of_cylinders, drops) = rest.split_at_mut(N * PER_CYLINDER.len());
     for ((s, r), row) in local.iter().zip(rates).zip(of_cylinders.chunks_exact_mut(PER_CYLINDER.len())) {
         let (q1, q2) = r.through_ports();
@@ -189,6 +204,6 @@ pub fn write<T: Real, const N: usize>(
     let with_compensator =
         with_compensator.filter(|((unit, _), _)| !matches!(unit.valve.compensator, Compensator::None));
     for (((unit, s), r), drop) in with_compensator.zip(drops) {
-        *drop = unit.valve.compensator_drop(s.spool, &r.ports);
+        *drop = unit.valve.compensator_drop(s.spool, &r.at_valve());
     }
 }

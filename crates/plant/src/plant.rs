@@ -70,6 +70,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| valves.kinds() != [false; 2]))
     }
 
+    /// Whether a line has a resistance.
+    pub fn has_line_resistance(&self) -> bool {
+        self.cylinders.iter().any(|c| c.valve.lines.iter().any(Option::is_some))
+    }
+
     /// Adds the forces of the ground to those that drive the joints.
     #[inline(always)]
     pub fn add_contact(&self, pose: &ChainPose<T, N>, rates: &[T; N], payload: T, driving: &mut [T; N]) {

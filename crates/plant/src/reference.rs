@@ -272,6 +272,25 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             };
             c0 * opening * root + valve.leakage * leaking * dp
         };
+        // What the line to a port takes, Pa, of the flow into the cylinder.
+        let over_line = |port: usize, q: f64| match c.lines[port].as_ref().and_then(|line| line.resistance.as_ref()) {
+            Some(of) => of.laminar * q + of.turbulent * q * q.abs(),
+            None => 0.0,
+        };
+        // What it leaves of a drop to an edge of this opening behind or before it, by halving.
+        let left = |port: usize, opening: f64, whole: f64| {
+            let (mut least, mut most) = (0.0, whole.abs());
+            for _ in 0..200 {
+                let middle = 0.5 * (least + most);
+                let taken = middle + over_line(port, edge(opening, middle, 0.0));
+                *(if taken > whole.abs() { &mut most } else { &mut least }) = middle;
+            }
+            if over_line(port, 1.0) == 0.0 {
+                whole
+            } else {
+                most.copysign(whole)
+            }
+        };
         let (ps, pt) = (mains_pressure, m.supply.tank_pressure);
         // Behind the compensator.
         let drop_to = |port: f64| match valve.compensator {
@@ -287,7 +306,6 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let closed = closed[0].min(closed[1]);
         let (connected, _) = flank((xs.abs() - (closed - travel).max(0.0)) / travel);
         let fed_pressure = pt + connected * (if xs < 0.0 { pb } else { pa } - pt);
-        signal = signal.max(fed_pressure);
         // Flow per root of the drop over the valve that holds the load of a port and the `opening` of the edge to the tank behind it, and
         // the opening of that valve; the port that is fed opens the other's.
         let held = |port: usize, opening: f64| {
@@ -302,18 +320,22 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                     share((v.pilot_ratio * (pilot - pt) - (pc - pt) - v.spring_pressure) / v.opening_pressure)
                 }
                 HoldingKind::HoseBurst(v) => {
-                    let wide_open = series(full) / c0 * (edge(1.0, pc - pt, 0.0));
+                    let wide_open = edge(series(full) / c0, left(port, series(full) / c0, pc - pt), 0.0);
                     1.0 - (1.0 - v.bleed) * flank((wide_open / v.closing_flow - 1.0) / 0.1).0
                 }
             };
             Some((series(full * open), open))
         };
+        // An edge in series with the line of its port, and the leakage over it.
+        let metered = |port: usize, opening: f64, dp: f64, leaking: f64| {
+            edge(opening, left(port, opening, dp), 0.0) + edge(0.0, dp, leaking)
+        };
         let returned = |port: usize, opening: f64, dp: f64| {
             let opening = opening.max(0.0) * valve.return_ratio[port];
             match held(port, opening) {
-                Some((series, open)) if dp >= 0.0 => edge(series / c0, dp, open),
-                Some((_, open)) => edge(opening, dp, open),
-                None => edge(opening, dp, 1.0),
+                Some((series, open)) if dp >= 0.0 => metered(port, series / c0, dp, open),
+                Some((_, open)) => metered(port, opening, dp, open),
+                None => metered(port, opening, dp, 1.0),
             }
         };
         let sealed = |port: usize| held(port, 0.0).map_or(1.0, |(_, open)| open);
@@ -323,14 +345,14 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             held.is_some_and(|held| !matches!(held.kind, HoldingKind::HoseBurst(_)))
         };
         let checked = |port: usize, flow: f64| if valve.load_check || holds(port) { flow.max(0.0) } else { flow };
+        // From the supply to a port: what the line leaves, of that what the compensator leaves.
+        let fed = |port: usize, p: f64, opening: f64| {
+            let beyond_line = ps - left(port, opening, ps - p);
+            edge(opening, drop_to(beyond_line), 0.0) + edge(0.0, drop_to(p), sealed(port))
+        };
         let from_supply = match valve.kind {
-            ValveKind::FourThree => [
-                checked(0, edge(opened(0, xs), drop_to(pa), sealed(0))),
-                checked(1, edge(opened(2, -xs), drop_to(pb), sealed(1))),
-            ],
-            ValveKind::Regenerative => {
-                [checked(0, edge(opened(0, xs), ps - pa, sealed(0))), edge(opened(2, xs.abs()), ps - pb, sealed(1))]
-            }
+            ValveKind::FourThree => [checked(0, fed(0, pa, opened(0, xs))), checked(1, fed(1, pb, opened(2, -xs)))],
+            ValveKind::Regenerative => [checked(0, fed(0, pa, opened(0, xs))), fed(1, pb, opened(2, xs.abs()))],
         };
         // An edge to the tank with a spool of its own, free as the section moves that way, keeps its pressure.
         let drained = |port: usize, by_spool: f64, travel_that_way: f64| match &valve.meter_out[port] {
@@ -367,6 +389,10 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         let (q_a, q_b) = (from_supply[0] - to_tank[0] - through(0), to_tank[1] - from_supply[1] + through(1));
         drawn += from_supply[0] + from_supply[1];
+        // The load-sensing line sees the ports before the lines to the cylinder.
+        let before_line = |port: usize, p: f64| p + over_line(port, from_supply[port] - to_tank[port]);
+        let before_line = if xs < 0.0 { before_line(1, pb) } else { before_line(0, pa) };
+        signal = signal.max(pt + connected * (before_line - pt));
 
         let (k_int, k_ext) = match c.leakage {
             Leakage::Conductance { internal, external } => (internal, external),

@@ -170,7 +170,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             group.write_rates(&rates, &mut forces, dx);
             group.write_spools(x, u, dx);
             if mains {
-                let signals = group.signals(local.spool, &rates.ports);
+                let signals = group.signals(local.spool, &rates.at_valve());
                 demand.drawn += group.sum(rates.edges.supply());
                 demand.signal = group.fold(signals, demand.signal, T::max);
             }
@@ -207,12 +207,13 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             out[N * LEDGER_PER_CYLINDER] = contact.heat;
         }
         let (pressures, mut demand, mut compensated) = (self.pressures(layout, x), self.plant.no_demand(), T::c(0.0));
-        let mut at_ports = [T::c(0.0); PORT_VALVE_TERMS.len()];
+        let (mut at_ports, mut in_lines) = ([T::c(0.0); PORT_VALVE_TERMS.len()], T::c(0.0));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let powers = group.powers(oil, &pressures, &local);
             group.write_powers(&powers.own, out);
             compensated += group.sum(powers.compensators);
+            in_lines += group.sum(powers.lines);
             demand.drawn += group.sum(powers.drawn);
             for (sum, power) in at_ports.iter_mut().zip(powers.port_valves) {
                 *sum += group.sum(power);
@@ -226,6 +227,10 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         if self.plant.has_port_valves() {
             out[first..][..at_ports.len()].copy_from_slice(&at_ports);
             first += at_ports.len();
+        }
+        if self.plant.has_line_resistance() {
+            out[first] = in_lines;
+            first += 1;
         }
         let Some((supply, pressures, e)) = self.plant.supply_at(layout, x) else { return };
         let rates = supply.rates(&self.plant.fluid, &pressures, e, demand);

@@ -11,6 +11,19 @@ use hydrocrane_ode::{SharedDerivatives, MAX_ACTING};
 pub const DRAWN: usize = 0;
 pub const SIGNAL: usize = 1;
 
+/// Derivatives of what the valves ask for by the pressures of mains and load-sensing line.
+#[derive(Debug, Clone, Copy)]
+pub struct AskedByPressures<T> {
+    pub drawn: [T; MAX_ACTING],
+    pub signal: [T; MAX_ACTING],
+}
+
+impl<T: Real> Default for AskedByPressures<T> {
+    fn default() -> Self {
+        AskedByPressures { drawn: [T::c(0.0); MAX_ACTING], signal: [T::c(0.0); MAX_ACTING] }
+    }
+}
+
 impl<T: Real, const N: usize> Plant<T, N> {
     /// The pressures that the valves see in the state `x`.
     #[inline(always)]
@@ -63,14 +76,14 @@ impl<T: Real, const N: usize> Plant<T, N> {
     }
 
     /// Writes the derivatives of the rates of the supply. `out.by_axes` holds those of the drawn flow ([`DRAWN`]) and of the
-    /// signal ([`SIGNAL`]) by the local states of the cylinders, `by_pressures` those of the drawn flow by the pressures of mains and load-sensing line.
+    /// signal ([`SIGNAL`]) by the local states of the cylinders, `by_pressures` those by the pressures of mains and load-sensing line.
     #[inline(always)]
     pub fn write_supply_derivatives(
         &self,
         layout: &Layout,
         x: &[T],
         demand: Demand<T>,
-        by_pressures: [T; MAX_ACTING],
+        by_pressures: AskedByPressures<T>,
         out: &mut SharedDerivatives<T>,
     ) {
         let Some((supply, pressures, e)) = self.supply_at(layout, x) else {
@@ -93,7 +106,8 @@ impl<T: Real, const N: usize> Plant<T, N> {
         for (rate, at) in of.iter().zip(kinds) {
             let Some(i) = at.map(|at| at - first) else { continue };
             let [by_supply, by_load, by_swivel, by_drawn, by_signal] = rate.derivative;
-            let own = [by_supply + by_drawn * by_pressures[0], by_load + by_drawn * by_pressures[1], by_swivel];
+            let asked = |j: usize| by_drawn * by_pressures.drawn[j] + by_signal * by_pressures.signal[j];
+            let own = [by_supply + asked(0), by_load + asked(1), by_swivel];
             for (derivative, at) in own.iter().zip(kinds) {
                 if let Some(j) = at.map(|at| at - first) {
                     out.own[i][j] = *derivative;

@@ -27,6 +27,11 @@ const MAINS_SHARE: f64 = 0.8;
 /// Share of the displacement above which a load-sensing pump counts as saturated. Below it the pump only lags.
 const FULL_DISPLACEMENT: f64 = 0.98;
 
+/// Time over which the estimated errors of fixed steps are averaged, s: those of a start or a stop are over before.
+const ESTIMATE_TIME: f64 = 0.5;
+/// Share of a state and its scale that this mean may have: 100 times the tolerance of a run that states none.
+const ESTIMATE_SHARE: f64 = 0.01;
+
 /// Deficit of the mains pressure against the set pressure of the pump, Pa; `None` while the pump delivers the demand.
 fn fall_of_saturated_mains(model: &dyn Model, x: &[f64]) -> Option<f64> {
     let (layout, supply) = (model.layout(), &model.machine().supply);
@@ -51,10 +56,11 @@ enum Finding {
     DeadCentre(usize),
     LedgerOpen,
     StepTooLong,
+    StepInexact(usize),
     PumpSaturated,
 }
 
-/// A finding with its begin and its extreme value: a pressure (Pa), a joint coordinate, a share of the energy, a step
+/// A finding with its begin and its extreme value: a pressure (Pa), a joint coordinate, a share of the energy or of a state, a step
 /// (s), or a fall of pressure (Pa).
 #[derive(Debug, Clone, Copy)]
 struct Found {
@@ -78,6 +84,8 @@ pub(crate) struct Watch {
     vacuum: f64,
     limits: Vec<[f64; 2]>,
     audit: Option<Audit>,
+    /// Mean estimated errors of fixed steps, by state.
+    estimates: Vec<f64>,
     found: Vec<Found>,
     told: usize,
 }
@@ -86,7 +94,15 @@ impl Watch {
     /// From the state of `stepper` on.
     pub fn new(stepper: &Stepper, driven: &Driven) -> Self {
         let machine = driven.model.machine();
-        let mut watch = Watch { ratings: vec![], vacuum: 0.0, limits: vec![], audit: None, found: Vec::new(), told: 0 };
+        let mut watch = Watch {
+            ratings: vec![],
+            vacuum: 0.0,
+            limits: vec![],
+            audit: None,
+            estimates: vec![],
+            found: vec![],
+            told: 0,
+        };
         watch.take_bounds(driven.model);
         if !stepper.integrals().is_empty() {
             let mut outputs = vec![0.0; driven.model.output_info().len()];
@@ -142,8 +158,31 @@ impl Watch {
         if let Some(since) = stepper.unresolved {
             self.note(Finding::StepTooLong, since, stepper.least_part());
         }
+        if let Some(error) = stepper.fixed_step_error() {
+            self.estimate(error, stepper, driven.model);
+        }
         if self.audit.as_ref().is_some_and(|audit| t >= audit.next) {
             self.audit(stepper, driven);
+        }
+    }
+
+    /// Fixed steps have no tolerance to keep: what their estimated errors are in the mean of some time, spools apart, which the steps need
+    /// not follow.
+    fn estimate(&mut self, error: &[f64], stepper: &Stepper, model: &dyn Model) {
+        let layout = model.layout();
+        let weight = ((stepper.t - stepper.previous_time()) / ESTIMATE_TIME).min(1.0);
+        self.estimates.resize(layout.len(), 0.0);
+        let mut worst = (0.0, 0);
+        for (i, mean) in self.estimates.iter_mut().enumerate() {
+            *mean += weight * (error[i].abs() - *mean);
+            let share = *mean / (layout.scales[i] + stepper.x[i].abs());
+            if share > worst.0 && !layout.is_of_spool(i) {
+                worst = (share, i);
+            }
+        }
+        if worst.0 > ESTIMATE_SHARE {
+            let first = self.found.iter().map(|found| found.what).find(|what| matches!(what, Finding::StepInexact(_)));
+            self.note(first.unwrap_or(Finding::StepInexact(worst.1)), stepper.t, worst.0);
         }
     }
 
@@ -268,6 +307,15 @@ impl Found {
                 "step-too-long",
                 format!("fixed steps divided down to {:.0} us do not follow the motion everywhere", 1e6 * value),
                 "shorten `step`, or use `rodas5p`, which has step size control".to_string(),
+            ),
+            Finding::StepInexact(state) => (
+                "step-inexact",
+                format!(
+                    "fixed steps are too long here: their estimated error, averaged over {ESTIMATE_TIME} s, reaches {:.1} % of {}",
+                    100.0 * value,
+                    model.layout().long_names[state]
+                ),
+                "shorten `step`, or leave it out: steps by tolerance keep theirs".to_string(),
             ),
             Finding::PumpSaturated => (
                 "pump-saturated",

@@ -11,10 +11,10 @@ from hydrocrane.machine.machine import Machine
 
 # Tables of parts on a line between a valve and a chamber, in the order from the valve to the cylinder. Each names its
 # `cylinder` and its `side`.
-ON_LINES = ("counterbalance",)
+ON_LINES = ("line", "hose-burst", "pilot-check", "counterbalance", "port-relief", "anti-cavitation")
 SIDES = ("piston-side", "rod-side")
 # Tables of the circuit, and tables without relation to it. All others are reported as left out.
-READ = {"supply", "mains", "pump", "cylinder", "valve", *ON_LINES}
+READ = {"supply", "mains", "pump", "accumulator", "cylinder", "valve", *ON_LINES}
 OTHERS = {
     "extends", "include", "machine", "environment", "link", "joint", "friction", "fluid", "sensor", "payload",
     "equilibrium", "keep-out", "ground", "control", "errata",
@@ -93,6 +93,8 @@ class Circuit:
         None if the supply pressure is constant or measured.
     relief_pressure : float or None
         Of the main relief valve, Pa, also if the file does not state it; None without a pump.
+    accumulator : Table or None
+        Gas on the mains.
     sections : tuple of Section
     left_out : tuple of str
         Tables of the file that are not included.
@@ -102,6 +104,7 @@ class Circuit:
     mains: Table
     pump: Table | None
     relief_pressure: float | None
+    accumulator: Table | None
     sections: tuple[Section, ...]
     left_out: tuple[str, ...] = ()
 
@@ -127,6 +130,7 @@ def read(machine: Machine) -> Circuit:
         table(machine, "mains"),
         pumps[0] if pumps and relief is not None else None,
         relief,
+        next(iter(named(machine, "accumulator")), None),
         tuple(sections),
         tuple(sorted({key.split(".")[0] for key in (*machine.words, *machine.keys)} - READ - OTHERS)),
     )

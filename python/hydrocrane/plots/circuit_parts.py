@@ -123,7 +123,27 @@ def return_tank(circuit: Circuit) -> Sheet:
     return sheet
 
 
-SUPPLY: tuple[Callable[[Circuit], Sheet | None], ...] = (source, pump, main_relief, return_tank)
+def accumulator(circuit: Circuit) -> Sheet | None:
+    """Gas on the mains, beside the line that leads down to it."""
+    table = circuit.accumulator
+    if table is None:
+        return None
+    sheet = Sheet(ports={"P": (0.0, PRESSURE_LINE)})
+    aside, low = 8.0, HUNG - 14.0
+    sheet.line((0.0, PRESSURE_LINE), (0.0, low), (aside, low), (aside, HUNG - 9.0), kind="pressure")
+    symbols.accumulator(sheet, aside, HUNG)
+    exponent = table.number("polytropic-exponent")
+    labels = [
+        f"accumulator {table.name}",
+        shown(table.number("volume"), VOLUME),
+        stated("precharge {}", shown(table.number("precharge"), BAR)),
+        "" if exponent is None else f"exponent {exponent:.4g}",
+    ]
+    sheet.text(aside + 7.0, HUNG + 2.0, labels, head=True)
+    return sheet
+
+
+SUPPLY: tuple[Callable[[Circuit], Sheet | None], ...] = (source, pump, main_relief, accumulator, return_tank)
 
 
 # --- between the pump and a spool, on a line that flows up; the load comes from the right at `load` -----------------
@@ -168,22 +188,101 @@ def _counterbalance(sheet: Sheet, x: float, y: float, out: float, table: Table) 
     """`out` is the direction from the section's middle to this line; the other line is at the same distance on the
     other side."""
     symbols.counterbalance_valve(sheet, x, y, out)
-    level, inside = y - 10.0 + 0.9 * out, x - out * (0.5 * symbols.BOX + 2.6)
-    edge = x - out * 0.5 * symbols.BOX
-    sheet.line((-x, level), (inside, level), (inside, y - 2.0), (edge, y - 2.0), kind="pilot")
-    sheet.dot(-x, level)
-    ratio, flow = table.number("pilot-ratio"), shown(table.number("nominal-flow"), FLOW)
+    _pilot(sheet, x, y - 2.0, y - 10.0 + 0.9 * out, out)
     labels = [
         f"counterbalance {table.name}",
         stated("{}", shown(table.number("setting"), BAR)),
-        "" if ratio is None else f"pilot ratio {ratio:.4g}",
-        stated("{} at {}", flow, shown(table.number("nominal-pressure-drop"), BAR)),
+        _ratio(table),
+        _passes(table),
     ]
-    sheet.text(x + out * 11.5, y + 1.5 * LEADING, labels, side="left" if out > 0 else "right", head=True)
+    _beside(sheet, x + out * 11.5, y, out, labels)
+
+
+def _pilot(sheet: Sheet, x: float, y: float, level: float, out: float) -> None:
+    """From the other line to the square of a valve at the height `y`."""
+    inside = x - out * (0.5 * symbols.BOX + 2.6)
+    sheet.line((-x, level), (inside, level), (inside, y), (x - out * 0.5 * symbols.BOX, y), kind="pilot")
+    sheet.dot(-x, level)
+
+
+def _ratio(table: Table) -> str:
+    ratio = table.number("pilot-ratio")
+    return "" if ratio is None else f"pilot ratio {ratio:.4g}"
+
+
+def _passes(table: Table) -> str:
+    """Flow at a drop."""
+    flow, drop = shown(table.number("nominal-flow"), FLOW), shown(table.number("nominal-pressure-drop"), BAR)
+    return stated("{} at {}", flow, drop)
+
+
+def _beside(sheet: Sheet, x: float, y: float, out: float, labels: list[str]) -> None:
+    """What the file says, on the outer side."""
+    sheet.text(x, y + 1.5 * LEADING, labels, side="left" if out > 0 else "right", head=True)
+
+
+def _pilot_check(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    symbols.pilot_check_valve(sheet, x, y, out)
+    _pilot(sheet, x, y - 2.6, y - 10.0 + 0.9 * out, out)
+    _beside(sheet, x + out * 7.5, y, out, [f"pilot check {table.name}", _ratio(table), _passes(table)])
+
+
+def _hose_burst(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    bleed = table.number("bleed")
+    symbols.hose_burst_valve(sheet, x, y, out, bool(bleed))
+    labels = [
+        f"hose burst {table.name}",
+        stated("closes above {}", shown(table.number("closing-flow"), FLOW)),
+        f"bleed {100.0 * bleed:.4g} %" if bleed else "",
+        _passes(table),
+    ]
+    _beside(sheet, x + out * 9.0, y, out, labels)
+
+
+def _hose(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    symbols.hose(sheet, x, y, out, narrow=table.number("nominal-flow") is not None)
+    length = table.number("length")
+    bore = stated(f"{length or 0.0:.4g} m × Ø {{}}", shown(table.number("inner-diameter"), LENGTH))
+    widens = table.number("compliance")
+    labels = [
+        f"line {table.name}",
+        bore or shown(table.number("volume"), VOLUME),
+        f"{1e11 * widens:.4g} cm³/bar" if widens else "",
+        _passes(table) or stated("walls at {}", shown(table.number("nominal-flow"), FLOW)),
+    ]
+    _beside(sheet, x + out * 4.0, y, out, labels)
+
+
+def _port_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    aside = x + out * 12.0
+    symbols.to_tank(sheet, x, y + 9.0, aside)
+    symbols.relief_valve(sheet, aside, y + 0.5)
+    flow, rise = shown(table.number("nominal-flow"), FLOW), shown(table.number("overpressure"), BAR)
+    labels = [
+        f"port relief {table.name}",
+        stated("{}", shown(table.number("setting"), BAR)),
+        stated("{} at + {}", flow, rise) or flow,
+    ]
+    _beside(sheet, aside + (12.0 if out > 0 else -9.0), y, out, labels)
+
+
+def _anti_cavitation(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    aside = x + out * 10.0
+    symbols.to_tank(sheet, x, y + 9.0, aside)
+    symbols.check_valve(sheet, aside, y + 1.0)
+    opens = stated("opens at {}", shown(table.number("opening-pressure"), BAR))
+    _beside(sheet, aside + out * 5.0, y, out, [f"anti-cavitation {table.name}", _passes(table), opens])
 
 
 OnLine = Callable[[Sheet, float, float, float, Table], None]
-ON_LINE: dict[str, OnLine] = {"counterbalance": _counterbalance}
+ON_LINE: dict[str, OnLine] = {
+    "line": _hose,
+    "hose-burst": _hose_burst,
+    "pilot-check": _pilot_check,
+    "counterbalance": _counterbalance,
+    "port-relief": _port_relief,
+    "anti-cavitation": _anti_cavitation,
+}
 
 
 # --- labels of valve and cylinder -----------------------------------------------------------------------------------

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import cos, sin
+
 from hydrocrane.plots.circuit_sheet import Label, Sheet
 from hydrocrane.plots.style import INK
 
@@ -95,6 +97,56 @@ def counterbalance_valve(sheet: Sheet, x: float, y: float, out: float) -> None:
     )
     sheet.dot(x, y + reach)
     sheet.dot(x, y - reach)
+
+
+def pilot_check_valve(sheet: Sheet, x: float, y: float, out: float) -> None:
+    """In a vertical line from the cylinder above: oil flows up, and down while the pilot from inside lifts the ball."""
+    sheet.box(x, y, BOX, BOX, kind="envelope")
+    sheet.line((x, y - 0.5 * BOX), (x, y + 0.5 * BOX))
+    check_valve(sheet, x, y + 0.8)
+    sheet.line((x - out * 0.5 * BOX, y - 2.6), (x - out * 1.0, y - 2.6), (x - out * 1.0, y - 1.2), kind="pilot")
+
+
+def hose_burst_valve(sheet: Sheet, x: float, y: float, out: float, bleeds: bool) -> None:
+    """In a vertical line from the cylinder above: a spring keeps the ball off its seat until too much flows down."""
+    if bleeds:
+        aside, reach = x - out * 6.0, 0.5 * BOX + 1.0
+        sheet.line((x, y + reach), (aside, y + reach), (aside, y - reach), (x, y - reach), kind="thin")
+        throttle(sheet, aside, y)
+        sheet.dot(x, y + reach)
+        sheet.dot(x, y - reach)
+    check_valve(sheet, x, y)
+    spring(sheet, x + out * 2.6, y - 2.2, out, length=4.0)
+
+
+def hose(sheet: Sheet, x: float, y: float, out: float, narrow: bool, height: float = 14.0) -> None:
+    """A flexible line in a vertical one: a bow between two dots; `narrow`: with the sign of its resistance."""
+    half = 0.5 * height
+    sheet.area((x - 0.9, y - half), (x + 0.9, y - half), (x + 0.9, y + half), (x - 0.9, y + half), kind="blank")
+    turn = [i / 12 for i in range(13)]
+    sheet.line(*((x - out * 16.0 * t * (1.0 - t), y - half + height * t) for t in turn))
+    sheet.dot(x, y - half)
+    sheet.dot(x, y + half)
+    if narrow:
+        throttle(sheet, x - out * 4.0, y)
+
+
+def to_tank(sheet: Sheet, x: float, y: float, aside: float) -> None:
+    """From a vertical line at (x, y) aside and down to a tank of its own."""
+    sheet.line((x, y), (aside, y), (aside, y - 16.0))
+    tank(sheet, aside, y - 18.0)
+    sheet.dot(x, y)
+
+
+def accumulator(sheet: Sheet, x: float, y: float, width: float = 9.0, height: float = 18.0) -> None:
+    """Gas above, oil below; the line comes from below."""
+    radius, turn = 0.5 * width, [i * 3.141592653589793 / 12 for i in range(13)]
+    straight = 0.5 * height - radius
+    upper = [(x + radius * cos(t), y + straight + radius * sin(t)) for t in turn]
+    lower = [(x - radius * cos(t), y - straight - radius * sin(t)) for t in turn]
+    sheet.area(*upper, *lower)
+    sheet.line((x - radius, y), (x + radius, y), kind="symbol")
+    sheet.area((x - 1.9, y + 5.4), (x, y + 2.2), (x + 1.9, y + 5.4), kind="thin")
 
 
 def pump(sheet: Sheet, x: float, y: float, variable: bool, radius: float = 8.0) -> None:

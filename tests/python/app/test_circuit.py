@@ -23,6 +23,28 @@ HELD = {
         "nominal-pressure-drop": "10 bar",
     }.items()
 }  # fmt: skip
+
+
+def part(kind, name, cylinder, side, **keys):
+    keys = {"cylinder": cylinder, "side": side, "nominal-flow": "60 l/min"} | keys
+    return {f"{kind}.{name}.{key.replace('_', '-')}": value for key, value in keys.items()}
+
+
+def lines_with_everything():
+    drop = {"nominal_pressure_drop": "5 bar"}
+    return {
+        **part("line", "boom", "lift", "piston-side", length="6 m", inner_diameter="12 mm", compliance="0.08 ml/bar"),
+        **part("line", "tip", "extension", "piston-side", volume="0.3 l", nominal_pressure_drop="7 bar"),
+        **part("port-relief", "boom", "lift", "piston-side", setting="220 bar", overpressure="15 bar"),
+        **part("port-relief", "down", "lift", "rod-side", setting="230 bar"),
+        **part("anti-cavitation", "boom", "lift", "piston-side", **drop),
+        **part("anti-cavitation", "down", "lift", "rod-side", opening_pressure="0.3 bar", **drop),
+        **part("pilot-check", "jib", "jib", "rod-side", pilot_ratio=4.0, **drop),
+        **part("hose-burst", "jib", "jib", "piston-side", closing_flow="66 l/min", bleed=0.01, **drop),
+        "accumulator.main.volume": "0.5 l", "accumulator.main.precharge": "90 bar",
+    }  # fmt: skip
+
+
 SHARING = {"pump.main.type": "load-sensing", "pump.main.ls-margin": "17 bar", "pump.main.torque-limit": "31 N m"} | {
     f"valve.{valve}.compensator": "behind-spool" for valve in ("lift", "jib")
 }
@@ -30,6 +52,7 @@ MACHINES = {
     **{name: (name, {}) for name in hc.bundled_machines()},
     "every line held": ("rottne-f9-mobile", HELD),
     "flow sharing": ("rottne-f9-pump", SHARING),
+    "all parts": ("rottne-f9-ls", lines_with_everything()),
     "measured": ("hiab-xs031", {"supply.measured": "yes"}),
 }
 
@@ -132,6 +155,21 @@ def test_each_kind_of_supply_and_compensator_is_named():
     assert {"at most 31 N m", "load + 17 bar"} <= set(kinds["flow sharing"])
 
 
+def test_what_stands_on_lines_is_drawn_with_its_values():
+    crane = hc.load_machine(*MACHINES["all parts"])
+    assert circuits.read(crane).left_out == ()
+    shown = texts(crane)
+    for text in (
+        "line boom", "6 m × Ø 12 mm", "0.08 cm³/bar", "walls at 60 l/min", "300 cm³", "60 l/min at 7 bar",
+        "port relief boom", "220 bar", "60 l/min at + 15 bar", "anti-cavitation down", "60 l/min at 5 bar",
+        "opens at 0.3 bar", "pilot check jib", "pilot ratio 4", "hose burst jib", "closes above 66 l/min",
+        "bleed 1 %", "accumulator main", "500 cm³", "precharge 90 bar",
+    ):  # fmt: skip
+        assert text in shown, text
+    there = {label.text: label.x for label in diagram(crane).labels}
+    assert there["port relief boom"] < there["lift"] < there["port relief down"]
+
+
 def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_path):
     run("new", tmp_path / "crane", "--machine", "rottne-f9-lab", "--pump", "fixed")
     fixed = hc.load_machine(tmp_path / "crane" / "machine.toml")
@@ -143,7 +181,7 @@ def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_
 def test_only_a_pump_that_senses_the_load_has_a_line_for_it():
     kinds = {name: {stroke.kind for stroke in diagram(hc.load_machine(*MACHINES[name])).strokes} for name in MACHINES}
     assert {name for name, found in kinds.items() if "load" in found} == {
-        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing",
+        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts",
     }  # fmt: skip
 
 

@@ -5,9 +5,23 @@ use super::Key;
 use super::Sign::{NonNegative, Positive};
 use crate::quantities::{COMPLIANCE, FLOW, LENGTH, NUMBER, PRESSURE, VOLUME};
 
+/// Where a part stands: at which cylinder, and on which side.
+const fn cylinder(means: &'static str) -> Key {
+    Key::text("cylinder").required().means(means)
+}
+
+const fn side(means: &'static str) -> Key {
+    Key::choice("side", &["piston-side", "rod-side"]).required().means(means)
+}
+
+/// Of every part through which oil flows.
+const fn nominal_flow(means: &'static str) -> Key {
+    Key::quantity("nominal-flow", &[FLOW], Positive).usual(&[("0.1 l/min", "5000 l/min", 1e3)]).means(means)
+}
+
 pub static COUNTERBALANCE: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder at which the valve is mounted."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber that the valve closes."),
+    cylinder("The cylinder at which the valve is mounted."),
+    side("The chamber that the valve closes."),
     Key::quantity("setting", &[PRESSURE], Positive).required().usual(&[("20 bar", "500 bar", 4.0)]).means(
         "Chamber pressure at which the valve opens without pilot pressure; manufacturers advise 1.3 times the highest load pressure.",
     ),
@@ -19,10 +33,7 @@ pub static COUNTERBALANCE: &[Key] = &[
         .defaults(&["40 bar"])
         .usual(&[("2 bar", "200 bar", 5.0)])
         .means("Pressure above the setting, pilot included, at which the valve is fully open."),
-    Key::quantity("nominal-flow", &[FLOW], Positive)
-        .required()
-        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
-        .means("Flow when fully open, at the nominal pressure drop."),
+    nominal_flow("Flow when fully open, at the nominal pressure drop.").required(),
     Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
         .required()
         .usual(&[("0.5 bar", "400 bar", 100.0)])
@@ -30,8 +41,8 @@ pub static COUNTERBALANCE: &[Key] = &[
 ];
 
 pub static PILOT_CHECK: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder at which the valve is mounted."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber that the valve closes."),
+    cylinder("The cylinder at which the valve is mounted."),
+    side("The chamber that the valve closes."),
     Key::quantity("pilot-ratio", &[NUMBER], Positive)
         .required()
         .usual(&[("1.5", "12", 3.0)])
@@ -44,10 +55,7 @@ pub static PILOT_CHECK: &[Key] = &[
         .defaults(&["10 bar"])
         .usual(&[("1 bar", "100 bar", 5.0)])
         .means("Rise beyond load and spring, pilot ratio included, that opens it fully."),
-    Key::quantity("nominal-flow", &[FLOW], Positive)
-        .required()
-        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
-        .means("Flow when fully open, at the nominal pressure drop."),
+    nominal_flow("Flow when fully open, at the nominal pressure drop.").required(),
     Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
         .required()
         .usual(&[("0.5 bar", "400 bar", 100.0)])
@@ -55,8 +63,8 @@ pub static PILOT_CHECK: &[Key] = &[
 ];
 
 pub static HOSE_BURST: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder at which the valve is mounted."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The chamber that the valve closes."),
+    cylinder("The cylinder at which the valve is mounted."),
+    side("The chamber that the valve closes."),
     Key::quantity("closing-flow", &[FLOW], Positive).required().usual(&[("0.1 l/min", "5000 l/min", 1e3)]).means(
         "Flow out of the chamber at which it begins to close; it has closed where 1.1 times as much would flow.",
     ),
@@ -64,22 +72,27 @@ pub static HOSE_BURST: &[Key] = &[
         .defaults(&["0"])
         .usual(&[("0.0001", "0.2", 5.0)])
         .means("Share of its opening that it leaves when closed, below 1: the load sinks slowly."),
-    Key::quantity("nominal-flow", &[FLOW], Positive)
-        .required()
-        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
-        .means("Flow when open, at the nominal pressure drop."),
+    nominal_flow("Flow when open, at the nominal pressure drop.").required(),
     Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
         .required()
         .usual(&[("0.2 bar", "100 bar", 100.0)])
         .means("Pressure drop of that flow."),
 ];
 
+/// Of a drop that is stated at one flow.
+const fn laminar_share() -> Key {
+    Key::quantity("laminar-share", &[NUMBER], Positive)
+        .defaults(&["0.5"])
+        .usual(&[("0.01", "1", 100.0)])
+        .means("Share of the nominal pressure drop that is proportional to the flow; the rest grows with its square.")
+}
+
 /// Of the two descriptions of a line.
-const BORE: &str = "this group, or `volume`";
+const BORE: &str = "this group, or `volume`, or neither on a side whose load is held";
 
 pub static LINE: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder that it leads to."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The side that it leads to."),
+    cylinder("The cylinder that it leads to."),
+    side("The side that it leads to."),
     Key::quantity("length", &[LENGTH], Positive)
         .otherwise(BORE)
         .usual(&[("0.1 m", "50 m", 10.0)])
@@ -89,13 +102,19 @@ pub static LINE: &[Key] = &[
         .usual(&[("3 mm", "80 mm", 10.0)])
         .means("Its inner diameter."),
     Key::quantity("volume", &[VOLUME], Positive)
-        .otherwise("this, or `length` and `inner-diameter`")
+        .otherwise("this, or `length` and `inner-diameter`, or neither on a side whose load is held")
         .usual(&[("1 ml", "50 l", 100.0)])
         .means("Oil in the line without pressure."),
     Key::quantity("compliance", &[COMPLIANCE], NonNegative)
         .defaults(&["0 m^3/Pa"])
         .usual(&[("0.0001 ml/bar", "10 ml/bar", 100.0)])
         .means("Growth of that volume with pressure: some 0.01 % per bar in hoses, next to none in pipes."),
+    nominal_flow("Flow at which the pressure drop of the line is stated.").otherwise("the line has no resistance"),
+    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
+        .otherwise("that of wall friction, from `length`, `inner-diameter` and the oil")
+        .usual(&[("0.05 bar", "100 bar", 100.0)])
+        .means("Pressure drop over the line at that flow, with its couplings and bends."),
+    laminar_share(),
 ];
 
 pub static ACCUMULATOR: &[Key] = &[
@@ -114,16 +133,13 @@ pub static ACCUMULATOR: &[Key] = &[
 ];
 
 pub static PORT_RELIEF: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder that it protects."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The side that it relieves."),
+    cylinder("The cylinder that it protects."),
+    side("The side that it relieves."),
     Key::quantity("setting", &[PRESSURE], Positive)
         .required()
         .usual(&[("20 bar", "500 bar", 4.0)])
         .means("Pressure over that of the tank at which it begins to open."),
-    Key::quantity("nominal-flow", &[FLOW], Positive)
-        .required()
-        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
-        .means("Flow at the overpressure."),
+    nominal_flow("Flow at the overpressure.").required(),
     Key::quantity("overpressure", &[PRESSURE], Positive)
         .defaults(&["20 bar"])
         .usual(&[("1 bar", "100 bar", 10.0)])
@@ -131,12 +147,9 @@ pub static PORT_RELIEF: &[Key] = &[
 ];
 
 pub static ANTI_CAVITATION: &[Key] = &[
-    Key::text("cylinder").required().means("The cylinder that it feeds."),
-    Key::choice("side", &["piston-side", "rod-side"]).required().means("The side that it feeds."),
-    Key::quantity("nominal-flow", &[FLOW], Positive)
-        .required()
-        .usual(&[("0.1 l/min", "5000 l/min", 1e3)])
-        .means("Flow from the tank at the nominal pressure drop."),
+    cylinder("The cylinder that it feeds."),
+    side("The side that it feeds."),
+    nominal_flow("Flow from the tank at the nominal pressure drop.").required(),
     Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
         .required()
         .usual(&[("0.2 bar", "20 bar", 10.0)])

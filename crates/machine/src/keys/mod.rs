@@ -46,7 +46,7 @@ pub static MACHINE: &[Key] = &[
     Key::tables("line", circuit::LINE)
         .otherwise("the dead volume of the cylinder stands for it")
         .means("A hose or pipe between the valve and one side of a cylinder.")
-        .source("theory/hydraulics/chamber.md"),
+        .source("theory/hydraulics/line.md"),
     Key::tables("port-relief", circuit::PORT_RELIEF)
         .otherwise("none")
         .means("A relief (shock) valve from one side of a cylinder to the tank.")

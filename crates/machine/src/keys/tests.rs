@@ -83,10 +83,14 @@ const MACHINE_WITH_MORE: &str = r#"
     side = "piston-side"
     length = "3 m"
     inner-diameter = "10 mm"
+    nominal-flow = "30 l/min"
     [line.extension-rod]
     cylinder = "extension"
     side = "rod-side"
     volume = "0.2 l"
+    nominal-flow = "30 l/min"
+    nominal-pressure-drop = "4 bar"
+    laminar-share = 0.4
     [pilot-check.lift]
     cylinder = "lift"
     side = "rod-side"

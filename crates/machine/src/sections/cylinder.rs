@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::errors::ErrorKind;
-use crate::model::{Cylinder, EndStop, FourBar, Friction, Joint, JointKind, Leakage, Link, PortValves, RodPin, Valve};
+use crate::model::{
+    Cylinder, EndStop, Fluid, FourBar, Friction, Joint, JointKind, Leakage, Link, PortValves, RodPin, Valve,
+};
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
@@ -14,6 +16,7 @@ pub fn read<T: Number>(
     chain: &Chain,
     links: &[Link<T>],
     joints: &[Joint<T>],
+    fluid: &Fluid<T>,
 ) -> Result<Vec<Cylinder<T>>> {
     let tables = root.named_tables("cylinder")?;
     let tables = reference::one_to_one("cylinder", tables, "joint", &chain.joints)?;
@@ -35,7 +38,7 @@ pub fn read<T: Number>(
     }
     load_holding::read(root, &mut cylinders)?;
     port_valves::read(root, &mut cylinders)?;
-    line::read(root, &mut cylinders)?;
+    line::read(root, &mut cylinders, fluid)?;
     Ok(cylinders)
 }
 

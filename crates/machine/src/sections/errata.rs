@@ -55,6 +55,12 @@ fn check_printed_values<T>(table: &Reader, errata: &Errata, cylinders: &[Cylinde
             cylinders.iter().all(|cylinder| cylinder.valve.printed_blend.is_some()),
         ),
     ];
+    if !errata.orifice_law && cylinders.iter().any(|c| c.lines.iter().flatten().any(|line| line.resistance.is_some())) {
+        let message = "the law of the edges as printed does not go with the resistance of a line";
+        return Err(table
+            .error(ErrorKind::ConflictingKeys, "orifice-law", message)
+            .help("choose \"corrected\", or leave `nominal-flow` of the lines out"));
+    }
     match needs.iter().find(|(corrected, _, _, given)| !corrected && !given) {
         Some((_, key, value, _)) => Err(no_printed_value(table, key, value)),
         None => Ok(()),

@@ -18,6 +18,7 @@ mod metering;
 mod on_a_side;
 mod port_valves;
 mod reference;
+mod resistance;
 mod sensor;
 mod signal_chain;
 mod supply;
@@ -44,7 +45,8 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
     let chain = chain::read(&root)?;
     let links = link::read(&chain)?;
     let joints = joint::read(&chain, &links)?;
-    let cylinders = cylinder::read(&root, &chain, &links, &joints)?;
+    let fluid = fluid::read(&root)?;
+    let cylinders = cylinder::read(&root, &chain, &links, &joints, &fluid)?;
 
     let mut machine = Machine {
         name: head.text("name")?.into(),
@@ -52,7 +54,7 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
         description: head.text_or("description", "")?.into(),
         gravity: gravity(&root)?,
         tip: reference::point(&head.required("tip", "a point as \"link.point\"")?, &links)?,
-        fluid: fluid::read(&root)?,
+        fluid,
         supply: supply::read(&root)?,
         payload: ground::payload(&root)?,
         equilibrium: equilibrium(&root)?,

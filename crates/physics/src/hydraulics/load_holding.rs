@@ -12,6 +12,7 @@
 
 use super::counterbalance::Counterbalance;
 use super::hose_burst::HoseBurst;
+use super::line::Resistance;
 use super::orifice::{in_series, Orifice, LEAST};
 use super::pilot_check::PilotCheck;
 use hydrocrane_num::Real;
@@ -61,14 +62,20 @@ impl<T: Real> LoadHolding<T> {
     }
 
     /// What is left of the `opening` (m) of the `edge` to the tank, and the opening of the valve, to which leakage flows in proportion.
+    /// A `line` may lie between the two.
     #[inline(always)]
-    pub fn held(&self, p: &HeldPressures<T>, edge: &Orifice<T>, opening: T) -> (T, T) {
+    pub fn held(&self, p: &HeldPressures<T>, edge: &Orifice<T>, opening: T, line: Option<&Resistance<T>>) -> (T, T) {
         let along = edge.coefficient * opening;
         let (coefficient, open) = match self {
             LoadHolding::Counterbalance(valve) => (valve.coefficient, valve.opening(p.chamber, p.pilot)),
             LoadHolding::PilotCheck(valve) => (valve.coefficient, valve.opening(p.chamber, p.pilot, p.tank)),
             LoadHolding::HoseBurst(valve) => {
-                let root = edge.flow_per_opening(p.chamber - p.tank) / edge.coefficient;
+                let whole = p.chamber - p.tank;
+                let drop = line.map_or(whole, |line| {
+                    let open = in_series(valve.coefficient, along, valve.coefficient * LEAST) / edge.coefficient;
+                    line.left(edge, open, whole)
+                });
+                let root = edge.flow_per_opening(drop) / edge.coefficient;
                 (valve.coefficient, valve.opening(along, root))
             }
         };

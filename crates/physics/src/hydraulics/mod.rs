@@ -9,6 +9,7 @@ pub mod end_stop;
 pub mod fluid;
 pub mod hose_burst;
 pub mod leakage;
+pub mod line;
 pub mod load_holding;
 pub mod load_sensing;
 pub mod mains;

@@ -61,6 +61,12 @@ impl<T: Real> Orifice<T> {
         self.coefficient * root
     }
 
+    /// g(dp)/dp, 1/sqrt(Pa), and the slope of g at a drop `dp` (Pa) not below 0, by the corrected law.
+    #[inline(always)]
+    pub fn root_per_drop(&self, dp: T) -> (T, T) {
+        smooth::root_over_argument(dp, self.transition_pressure, self.laminar_curvature)
+    }
+
     #[inline(always)]
     fn printed_root(&self, dp: T, blended: bool) -> T {
         let p_tr = self.transition_pressure;

@@ -15,6 +15,9 @@
 //! With a load check valve the flows from the supply are not below zero: oil does not return from a port. A pressure compensator
 //! ([`super::compensator`]) takes its part of the drop from the supply to a port.
 //!
+//! The line between a port and its chamber takes its part of the drop ([`super::line`]): `a` and `b` are the pressures behind the
+//! lines, at the cylinder. The leakage takes no part in that.
+//!
 //! The edge from a port to the tank may have a spool of its own that keeps a return pressure ([`super::meter_out`]).
 //!
 //! Between a chamber and its port a valve that holds the load ([`super::load_holding`]) may stand in series with the edge to the
@@ -24,6 +27,7 @@
 //! opens it on the closed edges only, it is always there, so the law stays smooth (an open edge drowns it).
 
 use super::compensator::Compensator;
+use super::line::Resistance;
 use super::load_holding::{HeldPressures, LoadHolding};
 use super::load_sensing::Connection;
 use super::meter_out::MeterOut;
@@ -56,6 +60,8 @@ pub struct SpoolValve<T> {
     pub connection: Connection<T>,
     /// Of the piston side and of the rod side.
     pub holding: [Option<LoadHolding<T>>; 2],
+    /// Between port A, port B and their chambers; `None`: without resistance.
+    pub lines: [Option<Resistance<T>>; 2],
 }
 
 impl<T: Copy> SpoolValve<T> {
@@ -75,6 +81,7 @@ impl<T: Copy> SpoolValve<T> {
             compensator: self.compensator.map(f),
             connection: self.connection.map(f),
             holding: self.holding.map(|valve| valve.map(|valve| valve.map(f))),
+            lines: self.lines.map(|line| line.map(|line| line.map(f))),
         }
     }
 
@@ -141,9 +148,15 @@ impl<T: Real> SpoolValve<T> {
         let (extend, retract) = self.openings(spool, [Edge::SupplyToA, Edge::AToTank]);
         let retract = self.metered_out(0, -spool, p.a).unwrap_or(retract);
         let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.a), p.a - p.tank);
-        // At most one edge of a port is open: one root per port serves both.
-        let per_opening = self.edge_a.flow_per_opening(T::select(spool.lt(T::c(0.0)), drained, fed));
         let (share, leakage) = self.held(0, spool, self.return_ratio[0] * retract, p);
+        // At most one edge of a port is open: one root per port serves both.
+        let drains = spool.lt(T::c(0.0));
+        let open = |from_supply: T, to_tank: T| T::select(drains, to_tank, from_supply);
+        let drop = match self.line(0) {
+            Some(line) => self.left(line, &self.edge_a, [extend, share], p.a, p, open),
+            None => open(fed, drained),
+        };
+        let per_opening = self.edge_a.flow_per_opening(drop);
         let from_supply = self.checked(0, extend * per_opening + leakage * fed);
         (from_supply, share * per_opening + leakage * drained)
     }
@@ -155,12 +168,48 @@ impl<T: Real> SpoolValve<T> {
         let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.b), p.b - p.tank);
         let zero = T::c(0.0);
         let regenerative = zero.lt(self.regenerative);
-        let per_opening = self.edge_b.flow_per_opening(T::select(regenerative | spool.lt(zero), fed, drained));
         let to_supply = T::select(regenerative, extend + retract, retract);
         let to_tank = T::select(regenerative, zero, self.metered_out(1, spool, p.b).unwrap_or(extend));
         let (share, leakage) = self.held(1, spool, self.return_ratio[1] * to_tank, p);
+        let feeds = regenerative | spool.lt(zero);
+        let open = |from_supply: T, to_tank: T| T::select(feeds, from_supply, to_tank);
+        let drop = match self.line(1) {
+            Some(line) => self.left(line, &self.edge_b, [to_supply, share], p.b, p, open),
+            None => open(fed, drained),
+        };
+        let per_opening = self.edge_b.flow_per_opening(drop);
         let from_supply = self.checked(1, to_supply * per_opening + leakage * fed);
         (from_supply, share * per_opening + leakage * drained)
+    }
+
+    /// Drop (Pa) over that edge of a port which is `open`, of the one from the supply and the one to the tank with these `openings` (m),
+    /// where a line lies between the port and its `chamber` (Pa).
+    #[inline(always)]
+    fn left(
+        &self,
+        line: &Resistance<T>,
+        edge: &Orifice<T>,
+        openings: [T; 2],
+        chamber: T,
+        p: &PortPressures<T>,
+        open: impl Fn(T, T) -> T,
+    ) -> T {
+        let whole = open(p.supply - chamber, chamber - p.tank);
+        let left = line.left(edge, open(openings[0], openings[1]), whole);
+        // The compensator acts where more is left than it lets the edge have.
+        open(self.compensator.drop(p.supply, p.load, p.supply - left), left)
+    }
+
+    /// Pressure of a `port` above that behind its line, Pa, with the flow into the cylinder through it (m^3/s).
+    #[inline(always)]
+    pub fn line_drop(&self, port: usize, inflow: T) -> T {
+        self.line(port).map_or(T::c(0.0), |line| line.drop(inflow))
+    }
+
+    /// The line of a `port`, if it has a resistance.
+    #[inline(always)]
+    pub fn line(&self, port: usize) -> Option<&Resistance<T>> {
+        self.lines[port].as_ref().filter(|_| cfg!(feature = "mobile"))
     }
 
     /// Opening (m) of the edge from a `port` to the tank that is left behind the valve that holds its load, if there is one, and the
@@ -173,7 +222,7 @@ impl<T: Real> SpoolValve<T> {
         let fed = self.connection.signal(spool, [p.a, p.b], p.tank);
         let extends = T::c(0.0).le(spool);
         let pilot = if port == 0 { T::select(extends, p.tank, fed) } else { T::select(extends, fed, p.tank) };
-        let (held, open) = valve.held(&HeldPressures { chamber, pilot, tank: p.tank }, edge, opening);
+        let (held, open) = valve.held(&HeldPressures { chamber, pilot, tank: p.tank }, edge, opening, self.line(port));
         // Into the chamber the check valve is open.
         (T::select(chamber.lt(p.tank), opening, held), self.leakage * open)
     }
@@ -294,6 +343,7 @@ mod tests {
             compensator: Compensator::None,
             connection: Connection { begins: 0.0, travel: 1e-3 },
             holding: [None; 2],
+            lines: [None; 2],
         }
     }
 
@@ -325,6 +375,30 @@ mod tests {
         let (narrow_up, narrow_down) = (narrow.flows(0.01, &P), narrow.flows(-0.01, &P));
         assert_eq!((narrow_up.supply_to_a, narrow_up.b_to_tank), (up.supply_to_a, 0.5 * up.b_to_tank));
         assert_eq!((narrow_down.supply_to_b, narrow_down.a_to_tank), (down.supply_to_b, 0.25 * down.a_to_tank));
+    }
+
+    #[test]
+    fn a_line_leaves_the_edge_its_part_and_a_compensator_what_it_can_spare() {
+        let line = Resistance { laminar: 1e10, turbulent: 1e13 };
+        let plain = valve(false, 0.0);
+        let lined = SpoolValve { lines: [Some(line); 2], ..plain };
+        for spool in [0.01, -0.01, 0.04] {
+            let flows = lined.flows(spool, &P);
+            // The flow is that of the valve alone between the pressures before the lines.
+            let at_valve =
+                PortPressures { a: P.a + line.drop(flows.port_a()), b: P.b + line.drop(-flows.port_b()), ..P };
+            let alone = plain.flows(spool, &at_valve);
+            assert!((flows.port_a() / alone.port_a() - 1.0).abs() < 1e-9, "{spool}");
+            assert!((flows.port_b() / alone.port_b() - 1.0).abs() < 1e-9, "{spool}");
+            assert!(flows.port_a().abs() < plain.flows(spool, &P).port_a().abs());
+        }
+        // 80 bar are enough for 8 bar over the edge and what the line takes; 8.5 bar are not.
+        let compensated = SpoolValve { compensator: Compensator::Before(8e5), ..plain };
+        let both = SpoolValve { lines: lined.lines, ..compensated };
+        let ample = both.flows(0.05, &P).supply_to_a / compensated.flows(0.05, &P).supply_to_a;
+        let p = PortPressures { a: P.supply - 8.5e5, ..P };
+        let scarce = both.flows(0.05, &p).supply_to_a / lined.flows(0.05, &p).supply_to_a;
+        assert!((ample - 1.0).abs() < 1e-12 && (scarce - 1.0).abs() < 1e-9, "{ample} {scarce}");
     }
 
     #[test]

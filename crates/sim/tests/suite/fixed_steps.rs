@@ -69,9 +69,43 @@ fn long_steps_stay_stable_and_near_with_either_friction() {
         for (step, most) in [(0.01, 1e-3), (0.005, 6e-4), (0.001, 4e-4)] {
             let fixed = run(model.as_ref(), &to_and_fro(), 2.5, "hc-rosenbrock-3", 1e-4, step);
             let worst = distance(model.as_ref(), &fixed, &exact);
+            assert!(
+                fixed.warnings.iter().all(|warning| warning.kind != "step-inexact"),
+                "{step}: {:?}",
+                fixed.warnings
+            );
             assert!(worst < most, "{} at {step}: {worst}", model.layout().len());
         }
     }
+}
+
+#[test]
+fn a_run_whose_steps_are_too_long_for_its_mains_says_so() {
+    // Return pressures of their own and a pump that senses the load: mains of 0.4 l answer within a few milliseconds.
+    let of = |valve| format!("[valve.{valve}]\nreturn-area-ratio = 1\nreturn-pressure = [\"60 bar\", \"6 bar\"]\n");
+    let model = crate::extended("rottne-f9-ls", &CYLINDERS.map(of).concat());
+    let m = model.as_ref();
+    let commands = Commands {
+        times: vec![0.0, 0.1, 0.3],
+        values: [[0.0; 3], [0.0; 3], [0.03, -0.03, 0.02]].concat(),
+        linear: true,
+    };
+    let mains = m.layout().mains().expect("mains");
+    let exact = run(m, &commands, 1.5, "rodas5p", 1e-7, 0.05);
+    for (step, told) in [(0.02, true), (0.01, false), (0.001, false)] {
+        let fixed = run(m, &commands, 1.5, "hc-rosenbrock-3", 1e-4, step);
+        let n = m.layout().len();
+        let rows = fixed.states.chunks_exact(n).zip(exact.states.chunks_exact(n)).skip(50);
+        let off = rows.map(|(a, b)| (a[mains] / b[mains] - 1.0).abs()).sum::<f64>() / 51.0;
+        let warnings: Vec<_> = fixed.warnings.iter().filter(|warning| warning.kind == "step-inexact").collect();
+        println!("{:.0} ms: {:.2} % off in the mean, {warnings:?}", 1e3 * step, 100.0 * off);
+        assert_eq!(warnings.len(), usize::from(told), "{step}");
+        assert_eq!(off > 0.01, told, "{step}: {off}");
+        assert!(warnings.iter().all(|warning| warning.cure.contains("step") && warning.time < 0.5), "{warnings:?}");
+    }
+    // Without a fixed step there is no such estimate, however loose the tolerance.
+    let loose = run(m, &commands, 1.5, "rodas5p", 1e-2, 0.05);
+    assert!(loose.warnings.iter().all(|warning| warning.kind != "step-inexact"));
 }
 
 #[test]

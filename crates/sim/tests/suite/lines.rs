@@ -44,6 +44,50 @@ fn a_line_takes_up_what_its_oil_and_its_walls_do() {
     assert!((soft / bare / (chamber / bulk / capacity) - 1.0).abs() < 1e-9, "{soft} {bare}");
 }
 
+const RESISTING: &str = "nominal-flow = \"30 l/min\"\nnominal-pressure-drop = \"8 bar\"\nlaminar-share = 0.4\n";
+
+#[test]
+fn a_resistance_takes_its_drop_before_the_edge() {
+    let hoses = ["piston-side", "rod-side"].map(|side| hose(side, false) + RESISTING).concat();
+    let m = extended("rottne-f9-lab", &hoses);
+    let m = m.as_ref();
+    let done = run(m, 1.5, [0.03, 0.0, 0.0], &options("rodas5p"));
+    let x = rows(m, &done).pop().expect("a row").to_vec();
+    let [q1, q2] = ["q1", "q2"].map(|q| output(m, &x, &format!("cylinder.lift.{q}")));
+    let [drop1, drop2] = ["line_drop1", "line_drop2"].map(|drop| output(m, &x, &format!("cylinder.lift.{drop}")));
+    let nominal = 30.0 / 60e3;
+    let by_hand = |q: f64| 8e5 * (0.4 * q / nominal + 0.6 * (q / nominal).powi(2));
+    assert!((drop1 / by_hand(q1) - 1.0).abs() < 1e-9 && (drop2 / -by_hand(q2) - 1.0).abs() < 1e-9, "{drop1} {drop2}");
+    assert!(drop1 > 0.1e5, "{drop1}");
+    // What is left falls over the edges, whose leakage the lines do not see.
+    let (p1, p2) = (x[m.layout().p1(0)], x[m.layout().p2(0)]);
+    let supply = &m.machine().supply;
+    let leaks = m.machine().cylinders[0].valve.leakage * supply.pressure;
+    let fed = m.orifice_flow(0, x[m.layout().xs(0)], supply.pressure - p1 - drop1);
+    let drained = m.orifice_flow(0, x[m.layout().xs(0)], p2 + drop2 - supply.tank_pressure);
+    assert!(
+        (fed - q1).abs() < 1e-4 * q1 + leaks && (drained - q2).abs() < 1e-4 * q2 + leaks,
+        "{fed} {q1} {drained} {q2}"
+    );
+    let bare = extended("rottne-f9-lab", "");
+    let free = run(bare.as_ref(), 1.5, [0.03, 0.0, 0.0], &options("rodas5p"));
+    let faster = output(bare.as_ref(), rows(bare.as_ref(), &free).pop().expect("a row"), "cylinder.lift.v");
+    let slower = output(m, &x, "cylinder.lift.v");
+    println!("{slower:.4} m/s with lines of {:.1} and {:.1} bar, {faster:.4} m/s without", drop1 / 1e5, -drop2 / 1e5);
+    assert!(slower > 0.0 && slower < 0.99 * faster, "{slower} {faster}");
+}
+
+#[test]
+fn a_pump_that_senses_the_load_sees_what_the_line_takes() {
+    let m = extended("rottne-f9-ls", &(hose("piston-side", false) + RESISTING));
+    let m = m.as_ref();
+    let done = run(m, 2.5, [0.03, 0.0, 0.0], &options("rodas5p"));
+    let x = rows(m, &done).pop().expect("a row").to_vec();
+    let (load, p1) = (x[m.layout().load().expect("load sensing")], x[m.layout().p1(0)]);
+    let drop = output(m, &x, "cylinder.lift.line_drop1");
+    assert!(drop > 0.1e5 && (load - p1 - drop).abs() < 0.02e5, "{load} {p1} {drop}");
+}
+
 #[test]
 fn an_accumulator_gives_what_its_gas_pressed_out() {
     // A weak pump and a fast start: the mains fall, and the accumulator gives what the pump does not.
@@ -79,7 +123,13 @@ fn an_accumulator_gives_what_its_gas_pressed_out() {
 #[test]
 fn energy_in_hoses_and_gas_is_accounted_for() {
     let hoses = hose("piston-side", true) + &hose("rod-side", true);
-    for (more, method) in [(hoses.clone() + GAS, "rodas5p"), (hoses + GAS, "hc-exponential-4")] {
+    let resisting = hoses.replace("compliance", &format!("{RESISTING}compliance"));
+    for (more, method) in [
+        (hoses.clone() + GAS, "rodas5p"),
+        (hoses + GAS, "hc-exponential-4"),
+        (resisting.clone(), "rodas5p"),
+        (resisting, "hc-exponential-4"),
+    ] {
         let m = lab(&more);
         let m = m.as_ref();
         let done = run(m, 2.0, [0.045, -0.02, 0.0], &options(method));
@@ -100,6 +150,14 @@ fn a_line_or_an_accumulator_that_cannot_be_is_said() {
     assert!(refused("rottne-f9-pump", &format!("{GAS}polytropic-exponent = 0.9\n")).contains("below 1"));
     let half = hose("rod-side", false).replace("inner-diameter = \"12 mm\"\n", "");
     assert!(refused("rottne-f9-lab", &half).contains("inner-diameter"));
+    let with = |more: &str| refused("rottne-f9-lab", &(hose("rod-side", false) + more));
+    assert!(with("nominal-pressure-drop = \"2 bar\"\n").contains("nominal-flow"));
+    assert!(with("nominal-flow = \"20 l/min\"\nlaminar-share = 0.5\n").contains("computed"));
+    assert!(with(&RESISTING.replace("0.4", "1.4")).contains("exceeds 1"));
+    assert!(with(&format!("{RESISTING}[errata]\norifice-law = \"as-printed\"\n")).contains("orifice-law"));
+    let volume =
+        "[line.a]\ncylinder = \"lift\"\nside = \"rod-side\"\nvolume = \"0.1 l\"\nnominal-flow = \"20 l/min\"\n";
+    assert!(refused("rottne-f9-lab", volume).contains("nominal-pressure-drop"));
     let twice = hose("rod-side", false) + &hose("rod-side", false).replace("line.rod-side", "line.other");
     assert!(refused("rottne-f9-lab", &twice).contains("already"));
 }

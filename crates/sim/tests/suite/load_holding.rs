@@ -123,6 +123,8 @@ fn a_counterbalance_valve_that_cannot_be_is_said() {
     let line = "[line.load]\ncylinder = \"test\"\nside = \"rod-side\"\nvolume = \"0.2 l\"\n";
     let shown = refused("single-cylinder", &(counterbalance(3.0) + line));
     assert!(shown.contains("pressure of its own"), "{shown}");
+    let empty = line.replace("volume = \"0.2 l\"\n", "");
+    assert!(refused("single-cylinder", &(counterbalance(3.0) + &empty)).contains("nominal-flow"));
     let sideless = counterbalance(3.0).replace("rod-side", "rod");
     assert!(refused("single-cylinder", &sideless).contains("rod-side"));
 }
@@ -199,6 +201,110 @@ fn a_hose_burst_valve_closes_above_its_flow_and_leaves_its_bleed() {
     println!("{free} m/s free, {wide} m/s below its flow, {closed} m/s closed, by hand {by_hand} m/s");
     assert!(free > 0.02 && wide > 0.9 * free, "{free} {wide}");
     assert!(closed < 0.5 * free && (closed / by_hand - 1.0).abs() < 0.02, "{closed} {by_hand}");
+}
+
+/// Net oil that a cylinder takes, stores and passes on, m^3/s, by what its pressures do: flows into both chambers less what is
+/// stored and what makes room; and the largest flow.
+fn oil_that_is_lost(m: &dyn Model, c: usize, x: &[f64], u: &[f64], payload: f64) -> (f64, f64) {
+    let cylinder = &m.machine().cylinders[c];
+    let mut dx = vec![0.0; x.len()];
+    m.derivative(x, u, payload, &mut dx);
+    let of = |name: &str| output(m, x, &format!("cylinder.{}.{name}", cylinder.name));
+    let a1 = std::f64::consts::FRAC_PI_4 * cylinder.bore.powi(2);
+    let a2 = a1 - std::f64::consts::FRAC_PI_4 * cylinder.rod_diameter.powi(2);
+    let half = cylinder.stroke / 2.0;
+    let volumes = [cylinder.dead_volume[0] + a1 * (half + of("x")), cylinder.dead_volume[1] + a2 * (half - of("x"))];
+    let stored: f64 = [m.layout().p1(c), m.layout().p2(c)]
+        .iter()
+        .zip(volumes)
+        .map(|(&p, volume)| dx[p] * volume / m.bulk_modulus(x[p]))
+        .sum();
+    let outside = match cylinder.leakage {
+        hydrocrane_machine::model::Leakage::Conductance { external, .. } => {
+            external * (x[m.layout().p2(c)] - m.machine().supply.tank_pressure)
+        }
+        hydrocrane_machine::model::Leakage::Gap { .. } => panic!("the machine states conductances"),
+    };
+    (stored + (a1 - a2) * of("v") + outside - (of("q1") - of("q2")), of("q1").abs().max(of("q2").abs()))
+}
+
+/// What the mains of a supply with a pump store, less what flows into them, m^3/s.
+fn oil_lost_in_the_mains(m: &dyn Model, x: &[f64], u: &[f64], payload: f64) -> f64 {
+    let mains = m.machine().supply.mains.as_ref().expect("mains");
+    let at = m.layout().mains().expect("mains");
+    let mut dx = vec![0.0; x.len()];
+    m.derivative(x, u, payload, &mut dx);
+    let volume = mains.volume + mains.compliance * x[at];
+    let stored = dx[at] * (volume / m.bulk_modulus(x[at]) + mains.compliance);
+    let [pump, relief, drawn] = ["mains.pump_flow", "mains.relief_flow", "supply.flow"].map(|name| output(m, x, name));
+    stored - (pump - relief - drawn)
+}
+
+#[test]
+fn no_oil_is_lost_through_what_holds_loads_and_valves_at_the_ports() {
+    let on = |kind: &str, cylinder: &str, side: &str, more: &str| {
+        format!("[{kind}.{cylinder}-{side}]\ncylinder = \"{cylinder}\"\nside = \"{side}\"\nnominal-flow = \"40 l/min\"\n{more}")
+    };
+    let pump = "[pump.main]\ntype = \"load-sensing\"\ndisplacement = \"28 ml\"\nspeed = \"1500 rpm\"\nvolumetric-efficiency = 0.92\n\
+         hydromechanical-efficiency = 0.9\nls-margin = \"20 bar\"\n[mains]\nvolume = \"0.6 l\"\nhose-compliance = \"0.2 ml/bar\"\n";
+    let parts = [
+        on(
+            "counterbalance",
+            "lift",
+            "piston-side",
+            "setting = \"150 bar\"\npilot-ratio = 3\nnominal-pressure-drop = \"8 bar\"\n",
+        ),
+        on("pilot-check", "tilt", "rod-side", "pilot-ratio = 4\nnominal-pressure-drop = \"5 bar\"\n"),
+        on(
+            "hose-burst",
+            "extension",
+            "piston-side",
+            "closing-flow = \"8 l/min\"\nbleed = 0.02\nnominal-pressure-drop = \"2 bar\"\n",
+        ),
+        on("port-relief", "lift", "piston-side", "setting = \"90 bar\"\n"),
+        on("port-relief", "tilt", "piston-side", "setting = \"60 bar\"\n"),
+        on("anti-cavitation", "lift", "rod-side", "nominal-pressure-drop = \"2 bar\"\n"),
+        on("anti-cavitation", "tilt", "piston-side", "nominal-pressure-drop = \"2 bar\"\n"),
+        on("line", "lift", "piston-side", "nominal-pressure-drop = \"9 bar\"\n"),
+        on(
+            "line",
+            "tilt",
+            "piston-side",
+            "nominal-pressure-drop = \"6 bar\"\nlength = \"4 m\"\ninner-diameter = \"12 mm\"\n",
+        ),
+    ];
+    let m = extended("hiab-xs031", &(pump.to_string() + &parts.concat()));
+    let m = m.as_ref();
+    let options = RunOptions { payload: 300.0, ..options("rodas5p") };
+    let start = m.equilibrium(&[1.0, -0.6, 0.5], EquilibriumMode::Hold, options.payload).expect("a pose");
+    // Down and out, a sudden stop, up and in.
+    let rows_of_commands =
+        [[0.0; 3], [-0.008, -0.006, 0.007], [-0.008, -0.006, 0.007], [0.0; 3], [0.006, 0.007, -0.007]];
+    let commands = Commands { times: vec![0.1, 0.3, 1.2, 1.25, 1.6], values: rows_of_commands.concat(), linear: true };
+    let record: Vec<f64> = (0..=240).map(|i| f64::from(i) / 100.0).collect();
+    let run = simulate(m, &start, 2.4, &commands, &record, &options, &mut |_| true);
+    assert_eq!(run.outcome.kind, OutcomeKind::Completed, "{}", run.outcome.message);
+    let (mut lost, mut most, mut relieved, mut fed) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+    for (x, u) in rows(m, &run).iter().zip(run.commands.chunks_exact(3)) {
+        for c in 0..3 {
+            // The line with a bore adds its oil to the piston side of `tilt`.
+            let line = m.machine().cylinders[c].lines[0].as_ref().map_or(0.0, |line| line.volume);
+            let mut dx = vec![0.0; x.len()];
+            m.derivative(x, u, options.payload, &mut dx);
+            let p1 = m.layout().p1(c);
+            let in_line = dx[p1] * line / m.bulk_modulus(x[p1]);
+            let (gap, flow) = oil_that_is_lost(m, c, x, u, options.payload);
+            (lost, most) = (lost.max((gap + in_line).abs()), most.max(flow));
+            for side in ["relieved1", "relieved2"] {
+                let through = output(m, x, &format!("cylinder.{}.{side}", m.machine().cylinders[c].name));
+                (relieved, fed) = (relieved.max(through), fed.min(through));
+            }
+        }
+        lost = lost.max(oil_lost_in_the_mains(m, x, u, options.payload).abs());
+    }
+    println!("{lost:.1e} m^3/s lost of {most:.1e}; port valves pass {relieved:.1e} and {fed:.1e}");
+    assert!(lost < 1e-9 * most, "{lost} of {most} m^3/s");
+    assert!(relieved > 1e-3 * most && fed < -1e-3 * most, "the port valves stayed closed: {relieved} {fed} of {most}");
 }
 
 #[test]

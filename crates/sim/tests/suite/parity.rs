@@ -101,6 +101,16 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
             at(cylinder, "rod-side")
         )
     };
+    let resisting = |cylinder: &str| {
+        lines(cylinder).replace("\n[line", "\nnominal-flow = \"90 l/min\"\n[line")
+            + "nominal-flow = \"30 l/min\"\nnominal-pressure-drop = \"6 bar\"\nlaminar-share = 0.3\n"
+    };
+    let alone = |cylinder: &str, side: &str| {
+        format!(
+            "[line.{cylinder}]\n{}nominal-flow = \"20 l/min\"\nnominal-pressure-drop = \"9 bar\"\n",
+            at(cylinder, side)
+        )
+    };
     let gas = "[accumulator.main]\nvolume = \"0.7 l\"\nprecharge = \"80 bar\"\n";
     let held = unloaded.clone() + &on_both_sides;
     let lifting = sharing.clone() + &holding("lift", "piston-side") + &holding("tilt", "rod-side");
@@ -122,6 +132,11 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         ("hiab-xs031", separate),
         ("rottne-f9-lab", regenerative),
         ("hiab-xs031", "[supply]\nmeasured = \"yes\"\n".to_string()),
+        ("hiab-xs031", resisting("lift")),
+        ("rottne-f9-lab", resisting("extension")),
+        ("hiab-xs031", sharing.clone() + &resisting("lift") + &resisting("tilt") + &at_ports.concat()),
+        ("hiab-xs031", lifting.clone() + &alone("lift", "piston-side") + &resisting("extension")),
+        ("single-cylinder", unloaded.clone() + &checked("test") + &alone("test", "piston-side")),
         ("single-cylinder", on_both_sides),
         ("hiab-xs031", at_ports[0].clone()),
         ("hiab-xs031", checked("lift") + &lines("tilt")),
