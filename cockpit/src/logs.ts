@@ -34,8 +34,11 @@ const WALL = 0.1;
 const LINE = 0.12;
 /** Logs that lie about at most; the first ones are taken away. */
 const MOST = 20;
-/** From log to log, in radii. */
-const APART = 2.2;
+/** From log to log, m: room for an open grapple. */
+const APART = 0.525;
+/** Density of fresh spruce, kg/m³, and length of a log, m, as its end is drawn. */
+const DENSITY = 850;
+const LENGTH = 3;
 
 export interface Lying {
   /** Place of the tip that grips it. */
@@ -207,8 +210,7 @@ function ofBunk(key: "height" | "from" | "to" | "edge"): MachineKey {
 
 /** Places of the tip that grips the logs of the task, outside of a bunk at `x`. */
 function places(ground: Ground, x: number): Point[] {
-  const apart = APART * ground.radius(LOG);
-  const trials = Array.from({ length: TRIALS }, (_, i) => OUTERMOST * ground.reach - i * apart);
+  const trials = Array.from({ length: TRIALS }, (_, i) => OUTERMOST * ground.reach - i * APART);
   const clear = trials.filter((trial) => trial > x + 2 * HALF).map((trial) => ground.place(trial, 0, LOG));
   return clear.filter((place) => place !== null).slice(0, COUNT);
 }
@@ -257,9 +259,9 @@ export class Ground {
     return this.hang[0] + this.hang[1] * Math.sqrt(mass);
   }
 
-  /** Radius of a load, m. */
+  /** Radius of a log, m, of its density; it has room below the line. */
   radius(mass: number): number {
-    return 0.5 * (this.hanging(mass) - this.line);
+    return Math.min(Math.sqrt(mass / (DENSITY * Math.PI * LENGTH)), 0.5 * (this.hanging(mass) - this.line));
   }
 
   /** Height of the ground at `x`, or of what else is in the way there but the bunk; null where there is none. */

@@ -5,6 +5,9 @@ import { GROUND, type Logs } from "./logs";
 import type { Description, Point } from "./messages";
 import { limitOf, type Reader } from "./picture";
 
+/** What telephones leave to the charts. */
+const MINOR = new Set(["pump", "work"]);
+
 /** Shows the numbers, where they are others than before. */
 export function showReadout(room: HTMLElement, description: Description, read: Reader, pads: string[]): void {
   const speed = Math.hypot(read("tip.vx"), read("tip.vz"));
@@ -23,7 +26,7 @@ export function showReadout(room: HTMLElement, description: Description, read: R
   const text = entries.flat().join("\n");
   if (room.dataset["shown"] === text) return;
   room.dataset["shown"] = text;
-  room.replaceChildren(...entries.map(([name, value]) => make("span", {}, make("small", {}, name), make("b", {}, value))));
+  room.replaceChildren(...entries.map(([name, value]) => make("span", { className: MINOR.has(name) ? "minor" : "" }, make("small", {}, name), make("b", {}, value))));
 }
 
 /** What carries at this instant, and where nothing does though the picture shows something. */
