@@ -85,10 +85,10 @@ export class Logs {
   /** The grapple closes or opens at `tip`: the payload after that, kg, or why nothing happens. */
   grip(tip: Point): number | string {
     if (this.holds) return this.letGo(tip);
-    if (!this.lying.length) return "There is no log to be picked up.";
+    if (!this.lying.length) return "There is no log to pick up.";
     const away = ({ at: [x, z] }: Lying): number => Math.hypot(tip[0] - x, tip[1] - z);
     const nearest = this.lying.reduce((a, b) => (away(b) < away(a) ? b : a));
-    if (away(nearest) > GRIP) return "No log within reach of the grapple: bring the tip to a ring.";
+    if (away(nearest) > GRIP) return "No log within reach of the grapple: move the tip to a ring.";
     if (tip[1] < nearest.at[1] - BELOW) return "The grapple is too low: raise the tip to the middle of the ring.";
     this.take(nearest);
     return nearest.mass;
@@ -178,7 +178,7 @@ export class LogTask extends Logs {
       this.holds = 0;
       return 0;
     }
-    if (!this.ground.place(x, 0, LOG)) return "The log would be lost here: let it go over the ground or in the bunk.";
+    if (!this.ground.place(x, 0, LOG)) return "The tip could not reach the log again here: let it go over the ground or in the bunk.";
     return super.letGo([x, z]);
   }
 

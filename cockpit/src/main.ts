@@ -237,7 +237,7 @@ class CockpitPage {
     const state: Clock = this.over ? "ended" : this.paused ? "paused" : "runs";
     const until = this.description?.["replay-until"]?.toFixed(1);
     this.bar.clock(state);
-    this.bar.pace(this.pace, state, this.replaying ? `replay until ${until} s, any stick takes over · ` : "");
+    this.bar.pace(this.pace, state, this.replaying ? `replay until ${until} s; move a stick to take over · ` : "");
   }
 
   private hear(message: Exclude<FromWorker, { tell: "alive" | "broken" }>): void {
@@ -265,8 +265,8 @@ class CockpitPage {
   /** The simulation was ended: the usual crane takes the place of what it could not do, unless it is that. */
   private stopped(reason: string): void {
     const usual = this.asked === USUAL || this.run !== null;
-    const cure = usual ? "Reset tries again." : "The usual crane has taken its place; Reset begins anew with it.";
-    this.refuse(`The simulation was ended: ${reason}. ${cure}`);
+    const cure = usual ? "Press Reset to try again." : "The default crane was loaded instead.";
+    this.refuse(`The simulation was stopped: ${reason}. ${cure}`);
     this.keepTime(this.speed, false);
     if (!usual) this.open(USUAL);
   }
@@ -356,7 +356,7 @@ class CockpitPage {
   private beginLogs({ "payload.mass": _, ...overrides }: Overrides): void {
     const bunk = this.description && LogTask.keys(this.description);
     if (bunk) return this.open({ ...this.request, ground: true, overrides: { ...overrides, ...bunk }, payload: 0 });
-    this.refuse("This crane has no room for logs and a bunk.");
+    this.refuse("The tip of this crane cannot reach logs and a bunk on the ground.");
     this.setTask(null);
   }
 
@@ -374,7 +374,7 @@ class CockpitPage {
     if (score) {
       this.panel.score(score);
       this.ghosts.done(score.task, score.time);
-      this.tell("Done. Reset begins the task again, key 2 first tries it with levers.");
+      this.tell("Done. Press Reset to repeat the task and race against this drive; press 2 first to use the levers.");
     }
   }
 
@@ -386,7 +386,7 @@ class CockpitPage {
     const task = LogTask.within(description, tip);
     if (task) {
       this.setLogs(task);
-      this.tell("Bring the tip to a ring, Space grips; bring the log over the bunk, Space lets go.", 10000);
+      this.tell("Move the tip to a ring and press Grip (Space). Move the log over the bunk and press Let go (Space).", 10000);
     }
     return task;
   }
@@ -417,7 +417,7 @@ class CockpitPage {
     if (from && from !== version) this.tell(`Recorded with version ${from}, replayed with ${version}: the drive may differ.`, 0);
     const wanted = this.asked.scenario ? undefined : this.asked.controller;
     if (wanted && wanted !== USUAL.controller && wanted !== controller && !description.controllers.includes(wanted) && !this.run) {
-      this.tell(`${description.machine.name} cannot be driven in mode ${wanted}: it has ${description.controllers.join(", ")}.`);
+      this.tell(`${description.machine.name} has no mode ${wanted}; it has ${description.controllers.join(", ")}.`);
     }
   }
 
@@ -443,7 +443,7 @@ class CockpitPage {
     this.notices.happened(events);
     if (!ended) return;
     this.over = true;
-    this.refuse(`The drive ended at ${ended.time.toFixed(2)} s (${ended.kind}): ${ended.message}. Reset begins anew.`);
+    this.refuse(`The drive ended at ${ended.time.toFixed(2)} s (${ended.kind}): ${ended.message}. Press Reset to start again.`);
     this.showClock();
   }
 
@@ -453,8 +453,8 @@ class CockpitPage {
 
   private saved(text: string): void {
     download("drive.toml", text, "application/toml");
-    const own = this.request.text ? ` Keep it beside ${this.request.machine}.` : "";
-    this.tell(`Saved. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`);
+    const own = this.request.text ? ` Keep it in the same folder as ${this.request.machine}.` : "";
+    this.tell(`Saved as drive.toml. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`);
   }
 
   private async shared(text: string): Promise<void> {
@@ -470,7 +470,7 @@ class CockpitPage {
     );
     history.replaceState(null, "", address);
     const where = servedLive()
-      ? " It works on this computer, while this program runs; for later or for others, save the scenario."
+      ? " It works only on this computer and while this program runs. For others, save the scenario."
       : "";
     this.tell(`${copied ? "Copied" : "In the address bar"}: an address that replays the drive.${where}`, where ? 15000 : 8000);
   }

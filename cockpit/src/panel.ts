@@ -30,9 +30,9 @@ export interface Actions {
 
 const MODES: Record<Mode, string> = {
   tip: "tip: one stick moves the tip",
-  "heinze-pid": "heinze-pid: the thesis's controller",
+  "heinze-pid": "heinze-pid: the controller of the thesis",
   lever: "lever: one axis per cylinder",
-  height: "height: levers, the tip's height is held",
+  height: "height: levers; the telescope holds the height",
 };
 
 /** What the page knows of the place that the panel does not: what there is to be done there. */
@@ -154,11 +154,11 @@ export class Panel {
     if (!this.place.tasks.some((task) => task === this.task)) this.task = "";
     return section(
       "Task",
-      choice("To be done", [["", "none"], ...offered], this.task, (task) => {
+      choice("Choose a task", [["", "none"], ...offered], this.task, (task) => {
         this.task = task;
         this.act.task(task ? (task as TaskName) : null);
       }).room,
-      choice("Earlier drive as a ghost", Object.entries(GHOSTS) as [GhostName, string][], this.ghost, (ghost) => {
+      choice("Show as a ghost", Object.entries(GHOSTS) as [GhostName, string][], this.ghost, (ghost) => {
         this.ghost = ghost;
         this.act.ghost(ghost);
       }).room,
@@ -183,7 +183,7 @@ export class Panel {
       ),
     );
     const head = make("tr", {}, ...["", "time", "worst", "mean", "work"].map((text) => make("th", {}, text)));
-    const about = "Worst and mean distance from the path, of logs from the middle of the bunk; work of the pump.";
+    const about = "Worst and mean: distance from the path, or of the logs from the middle of the bunk. Work: of the pump.";
     this.board.replaceChildren(make("table", {}, head, ...rows), make("p", { className: "hint" }, about));
   }
 
@@ -191,8 +191,8 @@ export class Panel {
     const bar = (pascal: number): string => `${(pascal / 1e5).toFixed(0)} bar`;
     const percent = (share: number): string => `${(100 * share).toFixed(0)} %`;
     const sensors: [string, string][] = [
-      ["ideal", "ideal: exact"],
-      ["real", "real: data sheets, noise, steps"],
+      ["ideal", "ideal: exact values"],
+      ["real", "real: errors of the data sheets"],
     ];
     const supply = { least: 40e5, most: 250e5, step: 5e5, show: bar };
     const friction = { least: 0, most: 3, step: 0.1, show: percent };
@@ -218,7 +218,7 @@ export class Panel {
       const speed = (): number => this.description["full-speed"] ?? NaN;
       const show = (value: number): string => (Number.isNaN(value) ? "the controller's own" : `${value.toFixed(2)} m/s`);
       const range = { least: 0.05, most: 1, step: 0.05, show };
-      parts.push(this.slider("Full stick", range, speed, (value) => this.act.change({ "full-speed": value })));
+      parts.push(this.slider("Speed at full stick", range, speed, (value) => this.act.change({ "full-speed": value })));
     }
     if (gains.length) {
       const rows = gains.map(({ name, key, unit, value }, i) =>

@@ -33,8 +33,8 @@ export function showReadout(room: HTMLElement, description: Description, read: R
 export function groundNote(logs: Logs, read: Reader): string {
   const tip: Point = [read("tip.x"), read("tip.z")];
   const place = logs.ground.within(tip);
-  if (place && place !== GROUND) return `The tip is inside the ${place}: nothing carries or stops it there in this model.`;
-  if (place && !logs.ground.carries) return "The tip is below the ground: this drive has no ground that carries.";
+  if (place && place !== GROUND) return `The tip is inside the ${place}: the model has no contact there.`;
+  if (place && !logs.ground.carries) return "The tip is below the ground: in this drive the ground carries no load.";
   const carried = read("tip.contact.z");
   return carried > LIGHT ? `The ground carries ${(carried / 1000).toFixed(1)} kN.` : "";
 }

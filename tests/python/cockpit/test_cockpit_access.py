@@ -130,7 +130,7 @@ def test_one_cylinder_offers_neither_stick_nor_tasks_nor_logs(browser, address, 
         mode = page.tab.locator("label", has_text="Mode").locator("option")
         assert [option.get_attribute("value") for option in mode.all()] == ["lever"]
         assert page.tab.locator(".lever").count() == 1 and page.tab.locator(".pad").count() == 0
-        assert not page.button("Grip").is_visible() and page.tab.locator("label", has_text="To be done").count() == 0
+        assert not page.button("Grip").is_visible() and page.tab.locator("label", has_text="Choose a task").count() == 0
         page.tab.keyboard.press("1")
         page.wait(0.3)
         assert not page.notices() and page.tab.locator(".lever").count() == 1

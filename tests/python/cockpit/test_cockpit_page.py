@@ -324,7 +324,7 @@ def test_a_replay_of_straight_sticks_taken_over_is_saved_and_repeated(cockpit, t
 
 
 def test_a_task_is_scored_in_each_mode(cockpit):
-    task = cockpit.tab.locator("label", has_text="To be done").locator("select")
+    task = cockpit.tab.locator("label", has_text="Choose a task").locator("select")
     cockpit.begins_anew(lambda: task.select_option("line"))
     cockpit.tab.keyboard.down("ArrowUp")
     row = cockpit.tab.locator("#scores tr", has_text="line, tip")
@@ -344,7 +344,7 @@ def test_a_task_is_scored_in_each_mode(cockpit):
 def test_logs_are_moved_into_the_bunk(cockpit):
     """Three logs, gripped at their rings and let go over the bunk, at twice the speed of the clock and of the stick."""
     cockpit.tab.locator("label", has_text="Full stick").locator("input").fill("0.3")
-    cockpit.tab.locator("label", has_text="To be done").locator("select").select_option("logs")
+    cockpit.tab.locator("label", has_text="Choose a task").locator("select").select_option("logs")
     cockpit.until(lambda: "ring" in cockpit.notices())
     cockpit.tab.keyboard.press("Space")
     cockpit.until(lambda: "No log within reach" in cockpit.notices())
