@@ -1,4 +1,4 @@
-/** The bar above the picture: mode, clock, pace; and the marks in the picture's corners. */
+/** The bar above the picture: mode, clock, files, pace; the buttons beside the sticks; the legend. */
 
 import { button, make } from "./elements";
 import type { Description, Mode, Pace } from "./messages";
@@ -22,6 +22,8 @@ interface Actions {
   pause: () => void;
   reset: () => void;
   speed: (speed: number) => void;
+  save: () => void;
+  replay: () => void;
   theme: () => void;
 }
 
@@ -50,14 +52,20 @@ export class Bar {
     });
     this.pause = button("Pause", "Stop the clock (key P)", act.pause);
     this.pause.id = "pause";
-    const reset = button("↺ Reset", "Back to the start, at rest (key 0)", act.reset);
+    const reset = button("↺", "Back to the start, at rest (key 0)", act.reset);
+    reset.append(word("Reset"));
     reset.id = "reset";
+    reset.removeAttribute("aria-label");
+    const save = button("Save", "Save this drive since the last reset as a scenario, which hydrocrane simulate repeats", act.save, "files");
+    const replay = button("Replay …", "Replay a saved drive or another scenario; choose its machine file and its logs with it", act.replay, "files");
     room.append(
       make("h1", {}, "hydrocrane", this.name),
       group,
       this.pause,
       reset,
       speed,
+      save,
+      replay,
       this.badge,
       button("◐", "Light or dark", act.theme, "theme"),
     );
@@ -65,7 +73,8 @@ export class Bar {
   }
 
   clock(state: Clock): void {
-    this.pause.textContent = { runs: "❚❚ Pause", paused: "▶ Go on", ended: "■ Ended" }[state];
+    const [mark, text] = { runs: ["❚❚", "Pause"], paused: ["▶", "Continue"], ended: ["■", "Ended"] }[state] as [string, string];
+    this.pause.replaceChildren(mark, word(text));
     this.pause.disabled = state === "ended";
     document.body.classList.toggle("paused", state !== "runs");
   }
@@ -83,11 +92,13 @@ export class Bar {
   pace(pace: Pace, state: Clock, doing: string): void {
     const goes = pace.factor === null ? "…" : `${pace.factor.toFixed(2)} × real time`;
     const slow = pace.slow && state === "runs";
-    const lost = pace.lost >= 0.1 ? ` · ${pace.lost.toFixed(1)} s given up` : "";
-    const text = doing + (state === "runs" ? `${slow ? "too slow a computer: " : ""}${goes}` : state) + lost;
+    const lost = pace.lost >= 0.1 ? ` · ${pace.lost.toFixed(1)} s lost` : "";
+    const text = doing + (state === "runs" ? `${slow ? "this computer is too slow: " : ""}${goes}` : state) + lost;
     if (this.badge.textContent !== text) this.badge.textContent = text;
     this.badge.classList.toggle("slow", slow);
-    this.badge.title = `Computing takes ${(100 * pace.load).toFixed(0)} % of the time. Time is given up where the computer is too slow or the page asleep.`;
+    // Nothing that a telephone has to show.
+    this.badge.classList.toggle("minor", !slow && !doing && !lost && state === "runs");
+    this.badge.title = `The simulation takes ${(100 * pace.load).toFixed(0)} % of the time. Time is lost when the computer is too slow or the page is hidden.`;
   }
 }
 
@@ -99,20 +110,45 @@ export function addViewButtons(room: HTMLElement, view: View): void {
   );
 }
 
-/** Buttons that stay pressed while what they stand for holds. */
+/** Text of a button that has a mark too; telephones show the mark alone. */
+const word = (text: string): HTMLElement => make("span", { className: "word" }, ` ${text}`);
+
+/** The buttons beside the sticks. Two stay pressed while what they stand for holds. */
 export interface Switches {
+  grip: HTMLButtonElement;
   aim: HTMLButtonElement;
   precise: HTMLButtonElement;
 }
 
-export function addDriveButtons(room: HTMLElement, act: { aim: () => void; precise: () => void }): Switches {
-  const aim = button("⌖", "Go to a point: click it (key G)", act.aim);
-  const precise = button("¼", "Precision: a quarter of the speed (key X)", act.precise);
-  room.append(aim, precise);
-  return { aim, precise };
+export function addDriveButtons(room: HTMLElement, act: { grip: () => void; aim: () => void; precise: () => void }): Switches {
+  const grip = button("Grip", "Close the grapple round the log at the ring, or open it (Space)", act.grip);
+  const precise = button("Slow ¼", "A quarter of the speed (key X, or hold Shift)", act.precise);
+  const aim = button("Go to …", "Then click in the picture: the tip moves there (key G)", act.aim);
+  [grip.id, precise.id, aim.id] = ["grip", "slow", "aim"];
+  room.append(grip, precise, aim);
+  return { grip, aim, precise };
 }
 
-export function showLegend(room: HTMLElement): void {
+/** What telephones have no room for. */
+function minor(shown: HTMLElement): HTMLElement {
+  shown.classList.add("minor");
+  return shown;
+}
+
+/** Lengths of the scale bar, m, and the width that it may have, pixels. */
+const LENGTHS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
+const WIDEST = 110;
+
+/** A bar as long as so many metres of the picture, `scale` pixels per metre. */
+export function showScale(scale: number): void {
+  const bar = document.getElementById("scale-bar");
+  if (!bar) return;
+  const length = LENGTHS.findLast((metres) => metres * scale <= WIDEST) ?? LENGTHS[0]!;
+  bar.style.width = `${length * scale}px`;
+  bar.nextSibling!.textContent = length < 1 ? `${length * 100} cm` : `${length} m`;
+}
+
+export function showLegend(room: HTMLElement, scale: number): void {
   const colours = palette();
   const bar = make("span", { className: "scale" });
   for (let i = 0; i <= 10; i++) {
@@ -126,11 +162,11 @@ export function showLegend(room: HTMLElement): void {
     return make("span", {}, mark, text);
   };
   room.replaceChildren(
-    make("span", {}, "oil pressure 0", bar, "supply"),
+    make("span", { id: "scale" }, make("i", { id: "scale-bar" }), ""),
+    make("span", {}, "oil 0", bar, "supply"),
     key(colours.actual, "velocity of the tip"),
-    key(colours.wanted, "asked by the stick"),
-    key(colours.limit, "limit reached"),
-    key(colours.reachEdge, "within reach"),
-    key(colours.forbiddenEdge, "keep out"),
+    key(colours.wanted, "requested"),
+    ...[key(colours.limit, "at its limit"), key(colours.reachEdge, "reachable"), key(colours.forbiddenEdge, "keep out")].map(minor),
   );
+  showScale(scale);
 }

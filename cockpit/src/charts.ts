@@ -1,9 +1,10 @@
-/** Live charts: four at a time, each of a group of signals that one picks. */
+/** Live charts, two at first, each of a group of signals that one picks; their cursors go together. */
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { button, make } from "./elements";
 import type { History } from "./history";
-import type { Signal } from "./messages";
+import type { Description, Signal } from "./messages";
 import { palette } from "./palette";
 
 interface Group {
@@ -50,17 +51,24 @@ const GROUPS: Group[] = [
   shows("Energy since the start", "kJ", 1e-3, [0, 2], ENERGIES),
   shows("Losses at metering edges", "kJ", 1e-3, [0, 1], EDGES),
 ];
-const FIRST = [7, 2, 3, 9];
+/** Groups of the charts at first, and of those that somebody adds. */
+const FIRST = [7, 2];
+const NEXT = [3, 9, 0, 4];
+/** Share of its stroke from which a spool counts as nearly fully open: the controllers keep a little in hand. */
+const OPEN = 0.85;
 
 /** Time shown, s. */
 const SPAN = 20;
-/** Rows drawn at most per chart. */
-const POINTS = 500;
+/** Rows from one that is drawn to the next, at 100 a second: 500 points per chart. */
+const STRIDE = 4;
 /** Free above and below the lines, as a share of their range. */
 const AIR = 0.08;
 
 interface Chart {
+  holder: HTMLElement;
   room: HTMLElement;
+  /** Time at the cursor. */
+  time: HTMLElement;
   select: HTMLSelectElement;
   plot: uPlot | null;
   signals: Signal[];
@@ -68,32 +76,59 @@ interface Chart {
 }
 
 export class Charts {
-  private readonly charts: Chart[] = [];
+  private charts: Chart[] = [];
+  private readonly more = button("+ Chart", "Add a chart of other signals", () => this.grow(), "more");
+  private readonly open = make("span", { className: "open", hidden: true }, make("i"), `a spool beyond ${100 * OPEN} % of its stroke`);
+  /** Spool travel from which a valve is nearly fully open, by signal, m. */
+  private travels: [string, number][] = [];
+  /** Times from and until which one is, s. */
+  private spans: [number, number][] = [];
 
   constructor(
-    room: HTMLElement,
+    private readonly room: HTMLElement,
     private readonly history: History,
   ) {
-    for (const group of FIRST) this.charts.push(this.add(room, group));
+    room.append(make("div", { id: "more-charts" }, this.more, this.open));
+    for (const group of FIRST) this.add(group);
     new ResizeObserver(() => this.resize()).observe(room);
   }
 
-  private add(room: HTMLElement, group: number): Chart {
-    const holder = document.createElement("div");
-    holder.className = "chart";
-    const select = document.createElement("select");
+  private add(group: number): Chart {
+    const select = make("select");
     select.setAttribute("aria-label", "Signals of this chart");
     GROUPS.forEach(({ title, unit }, i) => select.add(new Option(`${title} [${unit}]`, String(i), i === group, i === group)));
-    const plotRoom = document.createElement("div");
-    plotRoom.className = "plot";
-    holder.append(select, plotRoom);
-    room.append(holder);
-    const chart: Chart = { room: plotRoom, select, plot: null, signals: [], scales: [] };
+    const plotRoom = make("div", { className: "plot" });
+    const time = make("output", { className: "cursor-time" });
+    const close = button("×", "Remove this chart", () => this.remove(chart));
+    const holder = make("div", { className: "chart" }, make("div", { className: "chart-head" }, select, time, close), plotRoom);
+    this.room.insertBefore(holder, this.room.lastElementChild);
+    const chart: Chart = { holder, room: plotRoom, time, select, plot: null, signals: [], scales: [] };
     select.addEventListener("change", () => this.build(chart));
+    this.charts.push(chart);
     return chart;
   }
 
-  rebuild(): void {
+  private grow(): void {
+    const shown = this.charts.map(({ select }) => Number(select.value));
+    this.build(this.add([...FIRST, ...NEXT].find((group) => !shown.includes(group)) ?? 0));
+    this.change();
+  }
+
+  private remove(chart: Chart): void {
+    chart.plot?.destroy();
+    chart.holder.remove();
+    this.charts = this.charts.filter((other) => other !== chart);
+    this.change();
+  }
+
+  /** Another number of charts. */
+  private change(): void {
+    this.more.disabled = this.charts.length >= FIRST.length + NEXT.length;
+    this.resize();
+  }
+
+  rebuild({ cylinders }: Description): void {
+    this.travels = cylinders.map(({ name, spool }) => [`cylinder.${name}.xs`, OPEN * spool]);
     this.charts.forEach((chart) => this.build(chart));
   }
 
@@ -107,13 +142,17 @@ export class Charts {
     chart.plot = new uPlot(
       {
         ...this.size(chart),
-        cursor: { drag: { x: true, y: false }, points: { size: 6 } },
+        cursor: { drag: { x: true, y: false }, points: { size: 6 }, sync: { key: "time" } },
+        hooks: {
+          drawClear: [(plot) => this.shade(plot, colours.shade)],
+          setCursor: [({ cursor, data }) => this.tellTime(chart, data[0]?.[cursor.idx ?? -1])],
+        },
         legend: { live: true, markers: { width: 0 } },
         padding: [7, 16, 0, 0],
         scales: { x: { time: false }, y: { range: (_, low, high) => rangeOf(group, low, high) } },
         axes: [
           { ...axis, size: 22, space: 44, values: (_, ticks) => ticks.map((t) => `${Math.round(t * 100) / 100} s`) },
-          { ...axis, size: 46, space: 16 },
+          { ...axis, size: 46, space: (_plot, _axis, _low, _high, height) => (height > 160 ? 34 : 16) },
         ],
         series: [
           { label: "t", value: (_, t) => (t == null ? "" : `${t.toFixed(2)} s`) },
@@ -134,7 +173,7 @@ export class Charts {
     );
     this.markLegend(chart);
     this.resizeOne(chart);
-    this.drawOne(chart, true);
+    this.drawOne(chart);
   }
 
   /** Signals of one part share a colour; the second of them is dashed, so that no eye depends on colours alone. */
@@ -154,18 +193,43 @@ export class Charts {
     });
   }
 
-  /** `follow`: the newest at the right edge; else what is shown stays. */
-  draw(follow: boolean): void {
-    this.charts.forEach((chart) => this.drawOne(chart, follow));
+  private tellTime(chart: Chart, time: number | null | undefined): void {
+    chart.time.textContent = time == null ? "" : `${time.toFixed(2)} s`;
   }
 
-  private drawOne(chart: Chart, follow: boolean): void {
-    if (!chart.plot || !follow) return;
+  /** Times at which a valve can hardly open further: the crane cannot be faster then. */
+  private shade({ ctx, bbox, valToPos }: uPlot, colour: string): void {
+    ctx.fillStyle = colour;
+    for (const [from, to] of this.spans) {
+      const [left, right] = [from, to].map((time) => Math.min(Math.max(valToPos(time, "x", true), bbox.left), bbox.left + bbox.width));
+      ctx.fillRect(left!, bbox.top, right! - left!, bbox.height);
+    }
+  }
+
+  private findSpans(from: number, stride: number): void {
+    const [times, ...spools] = this.history.columns(["time", ...this.travels.map(([name]) => name)], from, stride, [1, ...this.travels.map(() => 1)]);
+    this.spans = [];
+    times!.forEach((time, i) => {
+      if (!spools.some((spool, c) => Math.abs(spool[i] ?? 0) >= this.travels[c]![1])) return;
+      const [last, before] = [this.spans.at(-1), times![i - 1] ?? time!];
+      if (last && last[1] === before) last[1] = time!;
+      else this.spans.push([before!, time!]);
+    });
+    this.open.hidden = !this.spans.length;
+  }
+
+  /** `follow`: the newest at the right edge; else what is shown stays. */
+  draw(follow: boolean): void {
+    if (!follow) return;
+    this.findSpans(this.history.last - SPAN, STRIDE);
+    this.charts.forEach((chart) => this.drawOne(chart));
+  }
+
+  private drawOne(chart: Chart): void {
+    if (!chart.plot) return;
     const names = ["time", ...chart.signals.map((signal) => signal.name)];
-    const [last] = this.history.columns(["time"], -Infinity, Math.max(this.history.length - 1, 1), [1]);
-    const now = last?.at(-1) ?? 0;
-    const stride = Math.max(Math.ceil((SPAN * 100) / POINTS), 1);
-    const numbers = this.history.columns(names, now - SPAN, stride, [1, ...chart.scales]);
+    const now = this.history.last;
+    const numbers = this.history.columns(names, now - SPAN, STRIDE, [1, ...chart.scales]);
     // What there is none of, as the velocity asked for by levers, must not take the others with it.
     const columns = numbers.map((column) => column.map((value) => (Number.isNaN(value) ? null : value)));
     chart.plot.setData(columns as unknown as uPlot.AlignedData, false);
@@ -213,7 +277,7 @@ function shortName(name: string): string {
   if (parts[0] === "ledger") return parts[1]!.replaceAll("_", " ");
   if (parts[0] === "joint") return parts[1]!;
   if (parts[0] === "cylinder") return /^p[12]$/.test(parts[2]!) ? `${parts[1]} ${parts[2]}` : parts[1]!;
-  if (parts[0] === "wanted") return `asked ${parts[1]!.slice(1)}`;
+  if (parts[0] === "wanted") return `requested ${parts[1]!.slice(1)}`;
   if (parts[0] === "tip") return `tip ${parts[1]!.slice(1)}`;
   return name.replaceAll(".", " ");
 }

@@ -9,7 +9,7 @@ export class Hint {
 
   constructor(room: HTMLElement) {
     this.box.setAttribute("role", "note");
-    room.append(this.box);
+    room.prepend(this.box);
   }
 
   /** For one stick of the tip, or a lever per cylinder. */
@@ -17,11 +17,8 @@ export class Hint {
     const [less, more] = LEVER_KEYS[0]!;
     const which = tip ? ["an arrow key"] : [key("span", more), " or ", key("span", less)];
     const keys = window.matchMedia("(hover: hover)").matches ? [", or hold ", ...which] : [];
-    const does = tip ? "the tip of the crane goes where it points." : "each lever moves one cylinder.";
-    this.box.replaceChildren(
-      make("b", {}, `Drag ${tip ? "the stick" : "a lever"} below`, ...keys, ":"),
-      make("span", {}, does),
-    );
+    const does = tip ? "The tip of the crane moves where it points." : "Each lever moves one cylinder.";
+    this.box.replaceChildren(make("b", {}, `Drag ${tip ? "the stick" : "a lever"}`, ...keys, "."), " ", make("span", {}, does));
   }
 
   /** Whoever has moved a stick knows. */
@@ -30,8 +27,7 @@ export class Hint {
   }
 
   hide(): void {
-    if (!this.box.isConnected) return;
-    this.box.remove();
+    this.box.classList.add("done");
     document.body.classList.add("driven");
   }
 }

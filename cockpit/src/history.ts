@@ -31,6 +31,11 @@ export class History {
     return this.rows.length;
   }
 
+  /** Time of the newest row, s. */
+  get last(): number {
+    return this.rows.at(-1)?.[0] ?? 0;
+  }
+
   /** Columns of signals from time `from` (s) on, every `stride`-th row; null where a signal has no value. */
   columns(names: string[], from: number, stride: number, scales: number[]): (number | null)[][] {
     const places = names.map((name) => this.at(name));

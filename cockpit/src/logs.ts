@@ -34,8 +34,11 @@ const WALL = 0.1;
 const LINE = 0.12;
 /** Logs that lie about at most; the first ones are taken away. */
 const MOST = 20;
-/** From log to log, in radii. */
-const APART = 2.2;
+/** From log to log, m: room for an open grapple. */
+const APART = 0.525;
+/** Density of fresh spruce, kg/m³, and length of a log, m, as its end is drawn. */
+const DENSITY = 850;
+const LENGTH = 3;
 
 export interface Lying {
   /** Place of the tip that grips it. */
@@ -82,10 +85,10 @@ export class Logs {
   /** The grapple closes or opens at `tip`: the payload after that, kg, or why nothing happens. */
   grip(tip: Point): number | string {
     if (this.holds) return this.letGo(tip);
-    if (!this.lying.length) return "There is no log to be picked up.";
+    if (!this.lying.length) return "There is no log to pick up.";
     const away = ({ at: [x, z] }: Lying): number => Math.hypot(tip[0] - x, tip[1] - z);
     const nearest = this.lying.reduce((a, b) => (away(b) < away(a) ? b : a));
-    if (away(nearest) > GRIP) return "No log within reach of the grapple: bring the tip to a ring.";
+    if (away(nearest) > GRIP) return "No log within reach of the grapple: move the tip to a ring.";
     if (tip[1] < nearest.at[1] - BELOW) return "The grapple is too low: raise the tip to the middle of the ring.";
     this.take(nearest);
     return nearest.mass;
@@ -175,7 +178,7 @@ export class LogTask extends Logs {
       this.holds = 0;
       return 0;
     }
-    if (!this.ground.place(x, 0, LOG)) return "The log would be lost here: let it go over the ground or in the bunk.";
+    if (!this.ground.place(x, 0, LOG)) return "The tip could not reach the log again here: let it go over the ground or in the bunk.";
     return super.letGo([x, z]);
   }
 
@@ -207,8 +210,7 @@ function ofBunk(key: "height" | "from" | "to" | "edge"): MachineKey {
 
 /** Places of the tip that grips the logs of the task, outside of a bunk at `x`. */
 function places(ground: Ground, x: number): Point[] {
-  const apart = APART * ground.radius(LOG);
-  const trials = Array.from({ length: TRIALS }, (_, i) => OUTERMOST * ground.reach - i * apart);
+  const trials = Array.from({ length: TRIALS }, (_, i) => OUTERMOST * ground.reach - i * APART);
   const clear = trials.filter((trial) => trial > x + 2 * HALF).map((trial) => ground.place(trial, 0, LOG));
   return clear.filter((place) => place !== null).slice(0, COUNT);
 }
@@ -257,9 +259,9 @@ export class Ground {
     return this.hang[0] + this.hang[1] * Math.sqrt(mass);
   }
 
-  /** Radius of a load, m. */
+  /** Radius of a log, m, of its density; it has room below the line. */
   radius(mass: number): number {
-    return 0.5 * (this.hanging(mass) - this.line);
+    return Math.min(Math.sqrt(mass / (DENSITY * Math.PI * LENGTH)), 0.5 * (this.hanging(mass) - this.line));
   }
 
   /** Height of the ground at `x`, or of what else is in the way there but the bunk; null where there is none. */

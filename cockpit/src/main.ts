@@ -1,10 +1,13 @@
 /** The cockpit: joins simulation, picture, sticks, charts and knobs. */
 
 import "./style.css";
-import { addDriveButtons, addViewButtons, Bar, showLegend, type Clock, type Switches } from "./bar";
+import { addDriveButtons, addViewButtons, Bar, showLegend, showScale, type Clock, type Switches } from "./bar";
 import { drawable } from "./bounds";
 import { Charts } from "./charts";
 import { download } from "./elements";
+import { driveInput } from "./files";
+import type { Deed } from "./gamepad";
+import { Ghosts } from "./ghost";
 import { Hint } from "./hint";
 import { History } from "./history";
 import { linkOf, requestOf } from "./link";
@@ -38,10 +41,11 @@ class CockpitPage {
   private readonly simulation = new Simulation((message) => this.hear(message), (reason) => this.stopped(reason));
   private readonly notices = new Notices(part("notices"));
   private readonly history = new History();
+  private readonly ghosts = new Ghosts();
   private readonly canvas = part<HTMLCanvasElement>("picture");
   private readonly picture = new Picture(this.canvas);
-  private readonly sticks = new Sticks(part("sticks"));
-  private readonly hint = new Hint(part("stage"));
+  private readonly sticks = new Sticks(part("levers"), part("guide"), (deed) => this.do(deed));
+  private readonly hint = new Hint(part("guide"));
   private readonly charts = new Charts(part("charts"), this.history);
   private readonly bar: Bar;
   private readonly panel: Panel;
@@ -78,11 +82,11 @@ class CockpitPage {
     this.panel = this.newPanel();
     this.bar = this.newBar(run !== null);
     addViewButtons(part("view-buttons"), this.picture.view);
-    const act = { aim: () => this.aim(!this.aiming), precise: () => this.bePrecise(!this.sticks.precise) };
+    const act = { grip: () => this.grip(), aim: () => this.aim(!this.aiming), precise: () => this.bePrecise(!this.sticks.precise) };
     this.switches = addDriveButtons(part("drive-buttons"), act);
     this.aim(false);
     this.bePrecise(false);
-    showLegend(part("legend"));
+    showLegend(part("legend"), this.picture.view.scale);
     this.listen();
     if (this.run) this.view(first, this.run);
     else this.open(first);
@@ -97,13 +101,14 @@ class CockpitPage {
     return new Panel(part("panel"), {
       change: (changes) => this.change(changes),
       open: (request) => this.open({ ...COMFORT, controller: this.asked.controller ?? this.request.controller ?? "tip", ...request }),
-      grip: (hold) => this.grip(hold),
       weigh: (mass) => this.weigh(mass),
       load: (mass) => this.load(mass),
-      save: () => this.send({ do: "save", share: false }),
       share: () => this.send({ do: "save", share: true }),
-      replay: (scenario, machine, logs) => this.open({ scenario, text: machine ?? this.request.text ?? null, logs }),
       task: (task) => this.setTask(task),
+      ghost: (ghost) => {
+        this.ghosts.chosen = ghost;
+        this.picture.stale = true;
+      },
       data: () => this.data(),
       refuse: (message) => this.refuse(message),
     });
@@ -115,8 +120,14 @@ class CockpitPage {
       pause: () => this.pause(!this.paused),
       reset: () => this.reset(),
       speed: (speed: number) => this.keepTime(speed, this.paused),
+      save: () => this.send({ do: "save", share: false }),
+      replay: () => drive.click(),
       theme: () => this.switchTheme(),
     };
+    const open = (scenario: string, machine: string | null, logs: Record<string, string>): void =>
+      this.open({ scenario, text: machine ?? this.request.text ?? null, logs });
+    const drive = driveInput(open, (message) => this.refuse(message));
+    document.body.append(drive);
     return new Bar(part("bar"), act, looks);
   }
 
@@ -226,7 +237,7 @@ class CockpitPage {
     const state: Clock = this.over ? "ended" : this.paused ? "paused" : "runs";
     const until = this.description?.["replay-until"]?.toFixed(1);
     this.bar.clock(state);
-    this.bar.pace(this.pace, state, this.replaying ? `replay until ${until} s, any stick takes over · ` : "");
+    this.bar.pace(this.pace, state, this.replaying ? `replay until ${until} s; move a stick to take over · ` : "");
   }
 
   private hear(message: Exclude<FromWorker, { tell: "alive" | "broken" }>): void {
@@ -254,8 +265,8 @@ class CockpitPage {
   /** The simulation was ended: the usual crane takes the place of what it could not do, unless it is that. */
   private stopped(reason: string): void {
     const usual = this.asked === USUAL || this.run !== null;
-    const cure = usual ? "Reset tries again." : "The usual crane has taken its place; Reset begins anew with it.";
-    this.refuse(`The simulation was ended: ${reason}. ${cure}`);
+    const cure = usual ? "Press Reset to try again." : "The default crane was loaded instead.";
+    this.refuse(`The simulation was stopped: ${reason}. ${cure}`);
     this.keepTime(this.speed, false);
     if (!usual) this.open(USUAL);
   }
@@ -281,13 +292,14 @@ class CockpitPage {
     if (fresh) this.beginAnew(description);
     if (this.run) this.showRun(this.run.about, description);
     else this.showControls(description, axes);
-    this.charts.rebuild();
+    this.charts.rebuild(description);
     this.bar.machine(description);
     this.showClock();
   }
 
   private beginAnew(description: Description): void {
     this.over = this.taskWaits = false;
+    this.ghosts.begin(description.machine.name);
     this.todo = this.picture.task = null;
     this.setGoal(null);
     this.setLogs(this.run ? new Logs(description) : Logs.free(description, this.panel.mass));
@@ -344,7 +356,7 @@ class CockpitPage {
   private beginLogs({ "payload.mass": _, ...overrides }: Overrides): void {
     const bunk = this.description && LogTask.keys(this.description);
     if (bunk) return this.open({ ...this.request, ground: true, overrides: { ...overrides, ...bunk }, payload: 0 });
-    this.refuse("This crane has no room for logs and a bunk.");
+    this.refuse("The tip of this crane cannot reach logs and a bunk on the ground.");
     this.setTask(null);
   }
 
@@ -361,7 +373,8 @@ class CockpitPage {
     const score = task.over ? null : task.follow(read("time"), tip, read("ledger.supply"), mode);
     if (score) {
       this.panel.score(score);
-      this.tell("Done. Reset begins the task again, key 2 first tries it with levers.");
+      this.ghosts.done(score.task, score.time);
+      this.tell("Done. Press Reset to repeat the task and race against this drive; press 2 first to use the levers.");
     }
   }
 
@@ -373,21 +386,24 @@ class CockpitPage {
     const task = LogTask.within(description, tip);
     if (task) {
       this.setLogs(task);
-      this.tell("Bring the tip to a ring, Space grips; bring the log over the bunk, Space lets go.", 10000);
+      this.tell("Move the tip to a ring and press Grip (Space). Move the log over the bunk and press Let go (Space).", 10000);
     }
     return task;
   }
 
-  /** The grapple closes or opens where the tip is; `hold`: only if it then holds a log, or none. */
-  private grip(hold?: boolean): void {
+  /** The grapple closes or opens where the tip is. */
+  private grip(): void {
     if (!this.row || !this.logs || this.over) return;
-    if (hold !== undefined && hold === this.logs.holds > 0) {
-      return this.tell(hold ? "The tip holds a log already." : "The tip holds nothing.", 4000);
-    }
     const done = this.logs.grip([this.row[this.history.at("tip.x")]!, this.row[this.history.at("tip.z")]!]);
     if (typeof done === "number") this.send({ do: "carry", mass: done });
     else this.tell(done, 4000);
     this.picture.stale = true;
+  }
+
+  private showGrip(logs: Logs | null): void {
+    const text = logs?.holds ? "Let go" : "Grip";
+    if (this.switches.grip.textContent !== text) this.switches.grip.textContent = text;
+    this.switches.grip.hidden = !logs || !(logs.holds || logs.lying.length);
   }
 
   private weigh(mass: number): void {
@@ -401,7 +417,7 @@ class CockpitPage {
     if (from && from !== version) this.tell(`Recorded with version ${from}, replayed with ${version}: the drive may differ.`, 0);
     const wanted = this.asked.scenario ? undefined : this.asked.controller;
     if (wanted && wanted !== USUAL.controller && wanted !== controller && !description.controllers.includes(wanted) && !this.run) {
-      this.tell(`${description.machine.name} cannot be driven in mode ${wanted}: it has ${description.controllers.join(", ")}.`);
+      this.tell(`${description.machine.name} has no mode ${wanted}; it has ${description.controllers.join(", ")}.`);
     }
   }
 
@@ -413,7 +429,9 @@ class CockpitPage {
     this.history.add(history, width);
     const [x, z] = [this.history.at("tip.x"), this.history.at("tip.z")];
     for (let at = 0; at < history.length; at += width) {
-      this.followTask(history.subarray(at, at + width));
+      const row = history.subarray(at, at + width);
+      this.followTask(row);
+      this.ghosts.see(row[0]!, [row[x]!, row[z]!], this.description.controller, row.subarray(this.description.signals.length));
       if (this.sinceTrail++ % TRAIL === 0) this.picture.follow([history[at + x]!, history[at + z]!]);
     }
     if (this.replaying || this.run) this.logs?.see(latest[this.history.at("payload")]!, [latest[x]!, latest[z]!]);
@@ -425,7 +443,7 @@ class CockpitPage {
     this.notices.happened(events);
     if (!ended) return;
     this.over = true;
-    this.refuse(`The drive ended at ${ended.time.toFixed(2)} s (${ended.kind}): ${ended.message}. Reset begins anew.`);
+    this.refuse(`The drive ended at ${ended.time.toFixed(2)} s (${ended.kind}): ${ended.message}. Press Reset to start again.`);
     this.showClock();
   }
 
@@ -435,8 +453,8 @@ class CockpitPage {
 
   private saved(text: string): void {
     download("drive.toml", text, "application/toml");
-    const own = this.request.text ? ` Keep it beside ${this.request.machine}.` : "";
-    this.tell(`Saved. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`);
+    const own = this.request.text ? ` Keep it in the same folder as ${this.request.machine}.` : "";
+    this.tell(`Saved as drive.toml. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`);
   }
 
   private async shared(text: string): Promise<void> {
@@ -452,7 +470,7 @@ class CockpitPage {
     );
     history.replaceState(null, "", address);
     const where = servedLive()
-      ? " It works on this computer, while this program runs; for later or for others, save the scenario."
+      ? " It works only on this computer and while this program runs. For others, save the scenario."
       : "";
     this.tell(`${copied ? "Copied" : "In the address bar"}: an address that replays the drive.${where}`, where ? 15000 : 8000);
   }
@@ -472,13 +490,18 @@ class CockpitPage {
     if (!this.row || !this.description) return;
     const row = this.row;
     const read = (name: string): number => row[this.history.at(name)] ?? NaN;
-    if (this.picture.stale) this.picture.draw(row, read);
+    if (this.picture.stale) {
+      this.picture.ghost = this.run ? null : this.ghosts.at(read("time"), this.task);
+      this.picture.draw(row, read);
+      showScale(this.picture.view.scale);
+    }
     if (!this.fresh || now - this.drawnCharts < CHARTS) return;
     this.fresh = false;
     this.drawnCharts = now;
     this.timeline?.show(read("time"));
     this.charts.draw(!this.paused);
     showReadout(part("readout"), this.description, read, this.sticks.pads.map(({ name }) => name));
+    this.showGrip(this.logs);
     const note = this.logs ? groundNote(this.logs, read) : "";
     if (part("stage-note").textContent !== note) part("stage-note").textContent = note;
   }
@@ -489,9 +512,20 @@ class CockpitPage {
   }
 
   private recolour(): void {
-    this.charts.rebuild();
+    if (this.description) this.charts.rebuild(this.description);
     this.picture.stale = true;
-    showLegend(part("legend"));
+    showLegend(part("legend"), this.picture.view.scale);
+  }
+
+  /** What a button of a gamepad is for. */
+  private do(deed: Deed): void {
+    if (!this.description || this.run) return;
+    const { controllers, controller } = this.description;
+    const modes = (["tip", "lever", "height"] as Mode[]).filter((mode) => controllers.includes(mode));
+    if (deed === "grip") this.grip();
+    else if (deed === "pause") this.pause(!this.paused);
+    else if (deed === "reset") this.reset();
+    else if (deed === "mode") this.change({ controller: modes[(modes.indexOf(controller) + 1) % modes.length] ?? controller });
   }
 
   private shortcut(event: KeyboardEvent): void {

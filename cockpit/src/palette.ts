@@ -11,6 +11,10 @@ export interface Palette {
   reachEdge: string;
   forbidden: string;
   forbiddenEdge: string;
+  soil: string;
+  soilEdge: string;
+  vehicle: string;
+  vehicleFill: string;
   rod: string;
   load: string;
   actual: string;
@@ -18,6 +22,10 @@ export interface Palette {
   limit: string;
   trail: string;
   task: string;
+  /** Times in charts at which a valve can hardly open further. */
+  shade: string;
+  /** An earlier drive. */
+  ghost: string;
   /** Lines of charts, in order. */
   lines: string[];
 }
@@ -33,6 +41,10 @@ const LIGHT: Palette = {
   reachEdge: "rgba(0, 158, 115, 0.38)",
   forbidden: "rgba(120, 130, 142, 0.16)",
   forbiddenEdge: "rgba(90, 100, 112, 0.55)",
+  soil: "#e9e4da",
+  soilEdge: "#a1937c",
+  vehicle: "#b3bcc5",
+  vehicleFill: "rgba(140, 152, 165, 0.1)",
   rod: "#8b97a3",
   load: "#9c6b3f",
   actual: "#0072b2",
@@ -40,6 +52,8 @@ const LIGHT: Palette = {
   limit: "#d55e00",
   trail: "#0072b2",
   task: "#cc79a7",
+  shade: "rgba(213, 94, 0, 0.13)",
+  ghost: "#7d5ba6",
   lines: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b5b5b"],
 };
 
@@ -54,6 +68,10 @@ const DARK: Palette = {
   reachEdge: "rgba(0, 190, 140, 0.38)",
   forbidden: "rgba(150, 162, 175, 0.13)",
   forbiddenEdge: "rgba(160, 172, 185, 0.5)",
+  soil: "#1f1c17",
+  soilEdge: "#6f6553",
+  vehicle: "#39454f",
+  vehicleFill: "rgba(150, 162, 175, 0.06)",
   rod: "#c7d0d8",
   load: "#c08a58",
   actual: "#56b4e9",
@@ -61,6 +79,8 @@ const DARK: Palette = {
   limit: "#ff7a33",
   trail: "#56b4e9",
   task: "#dd93ba",
+  shade: "rgba(255, 122, 51, 0.2)",
+  ghost: "#b79be0",
   lines: ["#56b4e9", "#ff7a33", "#1fc79a", "#dd93ba", "#f0b429", "#7d9cff", "#b8b8b8"],
 };
 

@@ -1,43 +1,38 @@
 /** The knobs beside the picture: load, pressure, friction, sensors, controller, machine, files. */
 
+import { deviceRows } from "./devices";
 import { button, choice, make, number, slider, type Knob, type Range } from "./elements";
 import type { MachineKey } from "./file-keys";
-import { devices, keepMapping, mapping } from "./gamepad";
+import { fileInput } from "./files";
+import { devices } from "./gamepad";
+import { GHOSTS, type GhostName } from "./ghost";
 import type { Description, Mode, Request } from "./messages";
 import { TASKS, type Score, type TaskName } from "./tasks";
-
-/** Largest file that is read, bytes. */
-const LARGEST = 8_000_000;
-/** Files that are read at once: a scenario, its machine, its logs. */
-const MOST_FILES = 8;
 
 export interface Actions {
   /** Changes the drive at hand, which goes on from its state. */
   change: (changes: Partial<Request>) => void;
   /** Another machine. */
   open: (request: Request) => void;
-  /** Picks up or lets go. */
-  grip: (hold: boolean) => void;
   /** The log that lies there has this mass, kg. */
   weigh: (mass: number) => void;
   /** Back to the start with a load at the tip, kg. */
   load: (mass: number) => void;
   /** What cannot be done, and why. */
   refuse: (message: string) => void;
-  save: () => void;
   share: () => void;
-  /** `machine`: text of the machine file that the scenario names, and `logs` those of its logs, where they were chosen with it. */
-  replay: (scenario: string, machine: string | null, logs: Record<string, string>) => void;
   data: () => void;
   /** Back to the start with something to do, or nothing. */
   task: (task: TaskName | null) => void;
+  /** Which earlier drive is shown beside the one at hand. */
+  ghost: (ghost: GhostName) => void;
 }
 
 const MODES: Record<Mode, string> = {
   tip: "tip: one stick moves the tip",
-  "heinze-pid": "heinze-pid: the thesis's controller",
+  "heinze-pid": "heinze-pid: the controller of the thesis",
   lever: "lever: one axis per cylinder",
-  height: "height: levers, the tip's height is held",
+  height: "height: levers; the telescope holds the height",
 };
 
 /** What the page knows of the place that the panel does not: what there is to be done there. */
@@ -51,6 +46,7 @@ export class Panel {
   /** Mass of the log, kg. */
   mass = 80;
   private task = "";
+  private ghost: GhostName = "best";
   private readonly scores: Score[] = [];
   private readonly board = make("div", { id: "scores" });
   private description!: Description;
@@ -141,14 +137,12 @@ export class Panel {
       this.mass = mass;
       this.act.weigh(mass);
     };
-    const row = (...buttons: HTMLElement[]): HTMLElement => make("div", { className: "row" }, ...buttons);
-    const drop = button("Drop", "The load falls off the tip (Space)", () => this.act.grip(false));
-    const pick = button("Pick up", "The tip takes up the log that lies at the ring (Space)", () => this.act.grip(true));
     return section(
       "Load",
       slider(this.place.ground ? "Log" : "Mass", { least: 5, most: 300, step: 5, value: this.mass, show }, weigh).room,
-      row(...(this.place.ground ? [pick] : []), drop),
-      row(
+      make(
+        "div",
+        { className: "row" },
         button("Start loaded", "Back to the start, with the load at the tip", () => this.act.load(this.mass)),
         button("Start empty", "Back to the start, with nothing at the tip", () => this.act.load(0)),
       ),
@@ -160,9 +154,13 @@ export class Panel {
     if (!this.place.tasks.some((task) => task === this.task)) this.task = "";
     return section(
       "Task",
-      choice("To be done", [["", "none"], ...offered], this.task, (task) => {
+      choice("Choose a task", [["", "none"], ...offered], this.task, (task) => {
         this.task = task;
         this.act.task(task ? (task as TaskName) : null);
+      }).room,
+      choice("Show as a ghost", Object.entries(GHOSTS) as [GhostName, string][], this.ghost, (ghost) => {
+        this.ghost = ghost;
+        this.act.ghost(ghost);
       }).room,
       this.board,
     );
@@ -185,7 +183,7 @@ export class Panel {
       ),
     );
     const head = make("tr", {}, ...["", "time", "worst", "mean", "work"].map((text) => make("th", {}, text)));
-    const about = "Worst and mean distance from the path, of logs from the middle of the bunk; work of the pump.";
+    const about = "Worst and mean: distance from the path, or of the logs from the middle of the bunk. Work: of the pump.";
     this.board.replaceChildren(make("table", {}, head, ...rows), make("p", { className: "hint" }, about));
   }
 
@@ -193,8 +191,8 @@ export class Panel {
     const bar = (pascal: number): string => `${(pascal / 1e5).toFixed(0)} bar`;
     const percent = (share: number): string => `${(100 * share).toFixed(0)} %`;
     const sensors: [string, string][] = [
-      ["ideal", "ideal: exact"],
-      ["real", "real: data sheets, noise, steps"],
+      ["ideal", "ideal: exact values"],
+      ["real", "real: errors of the data sheets"],
     ];
     const supply = { least: 40e5, most: 250e5, step: 5e5, show: bar };
     const friction = { least: 0, most: 3, step: 0.1, show: percent };
@@ -220,7 +218,7 @@ export class Panel {
       const speed = (): number => this.description["full-speed"] ?? NaN;
       const show = (value: number): string => (Number.isNaN(value) ? "the controller's own" : `${value.toFixed(2)} m/s`);
       const range = { least: 0.05, most: 1, step: 0.05, show };
-      parts.push(this.slider("Full stick", range, speed, (value) => this.act.change({ "full-speed": value })));
+      parts.push(this.slider("Speed at full stick", range, speed, (value) => this.act.change({ "full-speed": value })));
     }
     if (gains.length) {
       const rows = gains.map(({ name, key, unit, value }, i) =>
@@ -232,79 +230,21 @@ export class Panel {
   }
 
   private device(open: Set<string | null>): HTMLElement {
-    const found = devices();
-    const rows = this.description.axes.map((name, index) => {
-      const chosen = mapping(name, index);
-      const value = (device: string, axis: number): string => JSON.stringify([device, axis]);
-      const options: [string, string][] = [[value("", -1), "none"]];
-      const add = (device: string, axes: number, text: string): void => {
-        for (let axis = 0; axis < axes; axis++) options.push([value(device, axis), `${text}axis ${axis + 1}`]);
-      };
-      add("", Math.max(4, ...found.map(({ axes }) => axes.length), chosen.axis + 1), "");
-      if (found.length > 1) found.forEach((one) => add(one.name, one.axes.length, `${one.name.slice(0, 24)}: `));
-      const now = value(chosen.device, chosen.axis);
-      if (!options.some(([value]) => value === now)) options.push([now, `${chosen.device.slice(0, 24)}: axis ${chosen.axis + 1}`]);
-      const inverted = make("input", { type: "checkbox", checked: chosen.inverted });
-      inverted.addEventListener("change", () => {
-        chosen.inverted = inverted.checked;
-        keepMapping(name, chosen);
-      });
-      const select = choice(name, options, now, (value) => {
-        [chosen.device, chosen.axis] = JSON.parse(value) as [string, number];
-        keepMapping(name, chosen);
-      });
-      return make("div", { className: "axis-row" }, select.room, make("label", {}, inverted, ` ${name} reversed`));
-    });
-    const names = found.map(({ name }) => name).join(", ") || "None found yet: plug one in and press one of its buttons.";
-    return folded("gamepad", "Gamepad or joystick", open.has("gamepad"), make("p", { className: "hint" }, names), ...rows);
+    const again = (): void => this.build();
+    return folded("gamepad", "Gamepad or joystick", open.has("gamepad"), ...deviceRows(this.description.axes, again));
   }
 
   private files(): HTMLElement {
-    const replay = (files: { name: string; text: string }[]): void => {
-      const tables = files.filter(({ name }) => /\.toml$/i.test(name));
-      const scenario = tables.find(({ text }) => /^\s*\[scenario\]/m.test(text)) ?? tables[0];
-      if (!scenario) return this.act.refuse("No scenario is among the files: choose one that ends in .toml.");
-      const machine = tables.find((other) => other !== scenario);
-      const logs = files.filter((file) => !tables.includes(file)).map(({ name, text }): [string, string] => [name, text]);
-      this.act.replay(scenario.text, machine?.text ?? null, Object.fromEntries(logs));
-    };
-    const file = fileInput("drive-file", replay, this.act.refuse);
-    file.multiple = true;
-    file.accept += ",.csv,.tsv,.txt,.dat,.log";
     return section(
-      "Keep this drive",
-      file,
+      "Data and link",
       make(
         "div",
         { className: "row" },
-        button("Scenario", "Save what you did since the last reset, changes of mode and knobs included, as a scenario for hydrocrane simulate", this.act.save),
-        button("Data", "Save the last two minutes as CSV", this.act.data),
-      ),
-      make(
-        "div",
-        { className: "row" },
+        button("Data", "Save the last two minutes of all signals as CSV", this.act.data),
         button("Link", "Copy an address that opens this page and replays the drive", this.act.share),
-        button("Replay …", "Replay a saved drive or any other scenario; choose its machine file and its logs with it", () => file.click()),
       ),
     );
   }
-}
-
-/** A hidden input that hands on the names and texts of the files that somebody chooses. */
-function fileInput(
-  id: string,
-  act: (files: { name: string; text: string }[]) => void,
-  refuse: (message: string) => void,
-): HTMLInputElement {
-  const file = make("input", { type: "file", accept: ".toml", id, hidden: true });
-  file.addEventListener("change", () => {
-    const chosen = [...(file.files ?? [])].slice(0, MOST_FILES);
-    file.value = "";
-    const large = chosen.find(({ size }) => size > LARGEST);
-    if (large) return refuse(`${large.name} has ${(large.size / 1e6).toFixed(0)} MB: a machine or scenario has ${LARGEST / 1e6} MB at most.`);
-    void Promise.all(chosen.map(async (one) => ({ name: one.name, text: await one.text() }))).then(act);
-  });
-  return file;
 }
 
 function section(title: string, ...children: (Node | string)[]): HTMLElement {

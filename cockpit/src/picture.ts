@@ -1,10 +1,12 @@
 /** The crane to scale: ground, reach, links, cylinders with their oil, load, trail, velocities. */
 
 import { extent, multiples } from "./bounds";
-import { BUNK, HALF, LOG, type Logs } from "./logs";
+import type { Ghost } from "./ghost";
+import { BUNK, GROUND, HALF, LOG, type Logs } from "./logs";
 import type { Cylinder, Description, Joint, Point, Shape } from "./messages";
 import { palette, scaleColour, type Palette } from "./palette";
 import { reachOf, type Reach } from "./reach";
+import { drawGrapple, drawLog, drawSoil, drawVehicle, drawWeight, groundLevel, piled, polygon, tapered, type Brush } from "./scenery";
 import type { Task } from "./tasks";
 import { View } from "./view";
 
@@ -12,12 +14,14 @@ import { View } from "./view";
 const ARROW = 2.5;
 /** Points of the trail. */
 const TRAIL = 1500;
-/** Width of links, m. */
-const BEAM = 0.13;
-/** Width of a telescope's inner beam, m. */
-const INNER = 0.08;
+/** Widths of links from their first joint to their end, m: the pillar, a beam, what slides in it; of a rig's parts. */
+const PILLAR: [number, number] = [0.22, 0.17];
+const BEAM: [number, number] = [0.2, 0.11];
+const INNER: [number, number] = [0.09, 0.07];
+const PLAIN: [number, number] = [0.13, 0.13];
 /** Room around the foot of the crane and below what it reaches, m. */
 const ROOM = 0.5;
+const BELOW = 0.1;
 /** Least distance of grid lines and of a hatch's strokes, pixels, and of the latter in the world, m; strokes at most. */
 const GRID = 50;
 const HATCH = 5;
@@ -53,6 +57,8 @@ export class Picture {
   task: Task | null = null;
   /** Where the tip is told to go. */
   goal: Point | null = null;
+  /** An earlier drive. */
+  ghost: Ghost | null = null;
   /** Logs that lie about. */
   logs: Logs | null = null;
 
@@ -96,17 +102,21 @@ export class Picture {
     const { scale, x, z } = this.view;
     c.setTransform(ratio * scale, 0, 0, -ratio * scale, ratio * x, ratio * z);
     c.lineJoin = c.lineCap = "round";
+    const figures = figuresOf(description, row.subarray(description.signals.length));
+    const brush: Brush = { c, colours, pixels: (count) => this.pixels(count), shown: this.view.shown };
     this.drawReach(colours);
     this.drawGrid(colours);
-    this.drawForbidden(description, colours);
-    const figures = figuresOf(description, row);
+    this.drawPlace(description, figures, brush);
     if (this.task) this.drawTask(this.task, colours);
-    if (this.logs) this.drawLogs(this.logs, colours);
+    if (this.logs) this.drawLogs(this.logs, brush);
     if (this.goal) this.drawGoal(this.goal, colours);
+    if (this.ghost) this.drawGhost(description, this.ghost, colours);
     this.drawTrail(colours);
     this.drawCrane(description, figures, read, colours);
     const tip = figures.find((figure) => figure.kind === "tip")?.line[0];
-    if (tip) this.drawTip(tip, read, colours);
+    if (!tip) return;
+    if (this.logs) this.drawLoad(this.logs, tip, read("payload"), description.controllers.includes("tip"), brush);
+    this.drawTip(tip, read, colours);
   }
 
   /** Width in pixels, whatever the zoom. */
@@ -148,30 +158,25 @@ export class Picture {
     c.fill(this.reach.area);
   }
 
-  private drawForbidden(description: Description, colours: Palette): void {
-    const c = this.context;
-    for (const region of description["keep-out"]) {
-      const path = polygon(region.corners);
+  /** Ground, vehicle, keep-out regions, and supports; the bunk has its own picture. */
+  private drawPlace(description: Description, figures: Figure[], brush: Brush): void {
+    const { c, colours } = brush;
+    const level = groundLevel(description);
+    if (level !== null) {
+      drawSoil(brush, level);
+      const foot = figures.find((figure) => figure.kind === "joint")?.line[0];
+      if (foot) drawVehicle(brush, level, foot);
+    }
+    for (const { name, corners } of description["keep-out"]) {
+      if (name === GROUND && extent(corners)?.[1][1] === level) continue;
+      const path = polygon(corners);
       c.fillStyle = colours.forbidden;
       c.fill(path);
-      this.hatch(path, region.corners, colours.forbiddenEdge);
+      this.hatch(path, corners, colours.forbiddenEdge);
     }
-    this.drawGround(description, colours);
-  }
-
-  /** The surface that carries, and the supports on it; the bunk has its own picture. */
-  private drawGround({ ground }: Description, colours: Palette): void {
-    if (!ground) return;
-    const c = this.context;
-    const [[left], [right]] = this.view.shown;
-    c.strokeStyle = c.fillStyle = colours.forbiddenEdge;
-    c.lineWidth = this.pixels(1.5);
-    c.beginPath();
-    c.moveTo(left, ground.height);
-    c.lineTo(right, ground.height);
-    c.stroke();
-    for (const { name, height, from, to, edge } of ground.supports) {
-      const foot = ground.height;
+    c.fillStyle = colours.soilEdge;
+    for (const { name, height, from, to, edge } of description.ground?.supports ?? []) {
+      const foot = description.ground!.height;
       const sides: Point[] = [[from - edge, foot], [from, height], [to, height], [to + edge, foot]];
       if (name !== BUNK) c.fill(polygon(sides));
     }
@@ -247,21 +252,22 @@ export class Picture {
   }
 
   /** Logs on the ground with the place of the tip that grips them, and the bunk with those that are done. */
-  private drawLogs(logs: Logs, colours: Palette): void {
+  private drawLogs(logs: Logs, brush: Brush): void {
     for (const { at, mass } of logs.lying) {
-      const size = logs.ground.radius(mass);
-      this.log([at[0], at[1] - logs.ground.line - size], size, colours);
-      this.context.strokeStyle = colours.task;
+      const radius = logs.ground.radius(mass);
+      drawLog(brush, [at[0], at[1] - logs.ground.hanging(mass) + radius], radius);
+      brush.c.strokeStyle = brush.colours.task;
       this.ring(at, 0.15);
     }
-    if (logs.bunk) this.drawBunk(logs, logs.bunk[0], colours);
+    if (logs.bunk) this.drawBunk(logs, logs.bunk[0], brush);
   }
 
-  private drawBunk(logs: Logs, x: number, colours: Palette): void {
-    const c = this.context;
-    const size = logs.ground.radius(LOG);
+  private drawBunk(logs: Logs, x: number, brush: Brush): void {
+    const { c, colours } = brush;
+    const radius = logs.ground.radius(LOG);
     const floor = logs.support(x) ?? 0;
-    logs.placed.forEach((off, i) => this.log([x + off, floor + (1 + 1.6 * i) * size], size, colours));
+    const heights = piled(logs.placed, radius);
+    logs.placed.forEach((off, i) => drawLog(brush, [x + off, floor + heights[i]!], radius));
     c.strokeStyle = logs.holds ? colours.task : colours.steelEdge;
     c.lineWidth = this.pixels(5);
     c.beginPath();
@@ -276,15 +282,45 @@ export class Picture {
     c.stroke();
   }
 
-  private log([x, z]: Point, size: number, colours: Palette): void {
+  /** What hangs from the tip: a crane has a grapple, with or without a log, and a rig its weight. */
+  private drawLoad(logs: Logs, tip: Point, payload: number, crane: boolean, brush: Brush): void {
+    const { ground, lying } = logs;
+    const length = ground.hanging(payload || lying[0]?.mass || LOG);
+    const room = tip[1] - (logs.support(tip[0]) ?? -Infinity);
+    if (!crane) {
+      if (payload) drawWeight(brush, tip, length, payload);
+    } else {
+      const radius = payload ? ground.radius(payload) : 0;
+      const reach = payload ? Math.min(length, room) : length;
+      drawGrapple(brush, tip, { length: reach, line: ground.line, holds: radius, room });
+      if (payload) drawLog(brush, [tip[0], tip[1] - reach + radius], radius);
+    }
+    const beside: Point = [tip[0] + this.pixels(18) + 0.12, tip[1] - 0.75 * length];
+    if (payload) this.label(`${payload.toFixed(0)} kg`, beside, brush.colours.ink, "left");
+  }
+
+  /** Where the crane was on an earlier drive, and the path of its tip. */
+  private drawGhost(description: Description, { corners, path, mode }: Ghost, colours: Palette): void {
     const c = this.context;
+    c.strokeStyle = colours.ghost;
+    c.lineWidth = this.pixels(1.3);
+    c.setLineDash([this.pixels(5), this.pixels(5)]);
     c.beginPath();
-    c.arc(x, z, size, 0, 2 * Math.PI);
-    c.fillStyle = colours.load;
-    c.fill();
-    c.strokeStyle = colours.ink;
-    c.lineWidth = this.pixels(1.5);
+    path.forEach(([x, z], i) => (i ? c.lineTo(x, z) : c.moveTo(x, z)));
     c.stroke();
+    c.setLineDash([]);
+    c.globalAlpha = 0.35;
+    c.lineWidth = 0.09;
+    for (const { kind, line } of figuresOf(description, corners)) {
+      if (kind === "link") c.stroke(polyline(line));
+      if (kind !== "tip") continue;
+      c.globalAlpha = 1;
+      c.lineWidth = this.pixels(2);
+      this.ring(line[0]!, this.pixels(6));
+      const [x, z] = line[0]!;
+      this.label(`earlier drive, ${mode}`, [x + this.pixels(12), z + this.pixels(12)], colours.ghost, "left");
+    }
+    c.globalAlpha = 1;
   }
 
   private drawTrail(colours: Palette): void {
@@ -308,10 +344,12 @@ export class Picture {
     // Each joint moves the link after it; what slides is inside of what it slides in.
     const links = figures.filter((figure) => figure.kind === "link");
     const slides = (i: number): boolean => i > 0 && description.joints[i - 1]?.unit === "m";
-    links.forEach((figure, i) => slides(i) && this.beam(figure.line, INNER, colours));
-    links.forEach((figure, i) => slides(i) || this.beam(figure.line, BEAM, colours));
+    const crane = description.controllers.includes("tip");
+    const beam = (i: number): [number, number] => (!crane ? PLAIN : slides(i) ? INNER : i ? BEAM : PILLAR);
+    links.forEach((figure, i) => slides(i) && this.beam(figure.line, beam(i), colours));
+    links.forEach((figure, i) => slides(i) || this.beam(figure.line, beam(i), colours));
     for (const cylinder of description.cylinders) this.drawCylinder(description, cylinder, figures, read, colours);
-    for (const figure of figures) if (figure.kind === "torque-link") this.beam(figure.line, 0.05, colours);
+    for (const figure of figures) if (figure.kind === "torque-link") this.beam(figure.line, [0.05, 0.05], colours);
     const c = this.context;
     figures
       .filter((figure) => figure.kind === "joint")
@@ -330,16 +368,14 @@ export class Picture {
       });
   }
 
-  private beam(line: Point[], width: number, colours: Palette): void {
+  private beam(line: Point[], [first, last]: [number, number], colours: Palette): void {
     const c = this.context;
-    const path = new Path2D();
-    line.forEach(([x, z], i) => (i ? path.lineTo(x, z) : path.moveTo(x, z)));
+    const path = tapered(line, first, last);
     c.strokeStyle = colours.steelEdge;
-    c.lineWidth = width + this.pixels(2);
+    c.lineWidth = this.pixels(2);
     c.stroke(path);
-    c.strokeStyle = colours.steel;
-    c.lineWidth = width;
-    c.stroke(path);
+    c.fillStyle = colours.steel;
+    c.fill(path);
   }
 
   /** Barrel with both chambers in the colour of their pressure, piston and rod. */
@@ -386,20 +422,6 @@ export class Picture {
 
   private drawTip(tip: Point, read: Reader, colours: Palette): void {
     const c = this.context;
-    const payload = read("payload");
-    if (payload > 0 && this.logs) {
-      const size = this.logs.ground.radius(payload);
-      const lowest = this.logs.support(tip[0]) ?? -Infinity;
-      const middle: Point = [tip[0], Math.max(tip[1] - this.logs.ground.line - size, lowest + size)];
-      c.strokeStyle = colours.ink;
-      c.lineWidth = this.pixels(1.5);
-      c.beginPath();
-      c.moveTo(...tip);
-      c.lineTo(tip[0], middle[1]);
-      c.stroke();
-      this.log(middle, size, colours);
-      this.label(`${payload.toFixed(0)} kg`, middle, "#fff", "center");
-    }
     const velocity = (name: string): Point => [read(`${name}.vx`), read(`${name}.vz`)];
     this.arrow(tip, velocity("wanted"), colours.wanted, 7);
     this.arrow(tip, velocity("tip"), colours.actual, 3.5);
@@ -453,23 +475,22 @@ function worthSeeing(description: Description): Point[] {
   const inside = ([x, z]: Point): boolean =>
     boxes.some(([low, high]) => x > low[0] && x < high[0] && z > low[1] && z < high[1]);
   const free = description.workspace.flat().filter((point) => !inside(point));
-  const depth = (extent(free)?.[0][1] ?? 0) - ROOM;
+  const depth = (extent(free)?.[0][1] ?? 0) - BELOW;
   return [...free, [-ROOM, 0], [0, depth]];
 }
 
-function polygon(corners: Point[]): Path2D {
+function polyline(line: Point[]): Path2D {
   const path = new Path2D();
-  corners.forEach(([x, z], i) => (i ? path.lineTo(x, z) : path.moveTo(x, z)));
-  path.closePath();
+  line.forEach(([x, z], i) => (i ? path.lineTo(x, z) : path.moveTo(x, z)));
   return path;
 }
 
-/** The corners at the end of a row, shape by shape. */
-function figuresOf(description: Description, row: Float64Array): Figure[] {
-  let at = description.signals.length;
+/** The corners of all shapes, shape by shape. */
+function figuresOf(description: Description, corners: ArrayLike<number>): Figure[] {
+  let at = 0;
   return description.shapes.map((shape) => {
     const line: Point[] = [];
-    for (let i = 0; i < shape.points; i++, at += 2) line.push([row[at]!, row[at + 1]!]);
+    for (let i = 0; i < shape.points; i++, at += 2) line.push([corners[at]!, corners[at + 1]!]);
     return { ...shape, line };
   });
 }

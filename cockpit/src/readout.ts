@@ -5,6 +5,9 @@ import { GROUND, type Logs } from "./logs";
 import type { Description, Point } from "./messages";
 import { limitOf, type Reader } from "./picture";
 
+/** What telephones leave to the charts. */
+const MINOR = new Set(["pump", "work"]);
+
 /** Shows the numbers, where they are others than before. */
 export function showReadout(room: HTMLElement, description: Description, read: Reader, pads: string[]): void {
   const speed = Math.hypot(read("tip.vx"), read("tip.vz"));
@@ -23,15 +26,15 @@ export function showReadout(room: HTMLElement, description: Description, read: R
   const text = entries.flat().join("\n");
   if (room.dataset["shown"] === text) return;
   room.dataset["shown"] = text;
-  room.replaceChildren(...entries.map(([name, value]) => make("span", {}, make("small", {}, name), make("b", {}, value))));
+  room.replaceChildren(...entries.map(([name, value]) => make("span", { className: MINOR.has(name) ? "minor" : "" }, make("small", {}, name), make("b", {}, value))));
 }
 
 /** What carries at this instant, and where nothing does though the picture shows something. */
 export function groundNote(logs: Logs, read: Reader): string {
   const tip: Point = [read("tip.x"), read("tip.z")];
   const place = logs.ground.within(tip);
-  if (place && place !== GROUND) return `The tip is inside the ${place}: nothing carries or stops it there in this model.`;
-  if (place && !logs.ground.carries) return "The tip is below the ground: this drive has no ground that carries.";
+  if (place && place !== GROUND) return `The tip is inside the ${place}: the model has no contact there.`;
+  if (place && !logs.ground.carries) return "The tip is below the ground: in this drive the ground carries no load.";
   const carried = read("tip.contact.z");
   return carried > LIGHT ? `The ground carries ${(carried / 1000).toFixed(1)} kN.` : "";
 }

@@ -1,7 +1,7 @@
 /** What steers the crane: on-screen sticks, keyboard, gamepad. Whatever is moved farthest on an axis counts. */
 
 import { make } from "./elements";
-import { devices, readDevices, type Device } from "./gamepad";
+import { devices, PadButtons, readDevices, type Deed, type Device } from "./gamepad";
 import { key, learnKeys } from "./keys";
 
 interface Axis {
@@ -40,8 +40,16 @@ export class Sticks {
   private shows: Show[] = [];
   private shown = "";
   pads: Device[] = [];
+  private readonly buttons = new PadButtons();
+  private slow = false;
 
-  constructor(private readonly room: HTMLElement) {
+  /** Sticks in `room`, what their keys do in `guide`. */
+  constructor(
+    private readonly room: HTMLElement,
+    private readonly guide: HTMLElement,
+    /** Told of each button of a gamepad that is pressed. */
+    private readonly act: (deed: Deed) => void,
+  ) {
     learnKeys(LEVER_KEYS.flat());
     window.addEventListener("keydown", (event) => this.press(event, true));
     window.addEventListener("keyup", (event) => this.press(event, false));
@@ -62,19 +70,21 @@ export class Sticks {
     this.shown = "";
     this.room.replaceChildren();
     this.shows = tip ? [this.addPad()] : names.map((_, i) => this.addLever(i));
-    this.room.append(this.help(tip));
+    this.guide.querySelector(".help")?.remove();
+    this.guide.append(this.help(tip));
   }
 
   private help(tip: boolean): HTMLElement {
-    const line = (className: string, ...parts: (Node | string)[]): HTMLElement => make("p", { className }, ...parts);
+    const line = (...parts: (Node | string)[]): HTMLElement => make("p", {}, ...parts);
     const row = (end: 0 | 1): (Node | string)[] => this.axes.flatMap(({ keys }) => [key("span", keys[end]), " "]);
+    const moves = tip ? ["Arrow keys move the tip"] : [...row(1), "out, ", ...row(0), "in"];
     return make(
       "div",
       { className: "help" },
-      line("", tip ? "Drag the stick: the tip goes where it points." : "Drag the levers: up moves a piston out."),
-      line("", "Let go, and the valves close."),
-      line("keys", "Keys: ", ...(tip ? ["the arrows"] : [...row(1), "out, ", ...row(0), "in"]), "; with Shift, or after X, a quarter as fast."),
-      line("keys", "1 tip, 2 lever, 3 height, ", key("span", "KeyP"), " pause, 0 reset, Space grips a log", ...(tip ? [", G and a click send the tip there, Esc stops it"] : []), "."),
+      line("Release ", tip ? "the stick" : "the levers", " and the valves close."),
+      line(...moves, "; with Shift a quarter as fast."),
+      line("Space grips a log or lets it go. ", ...(tip ? ["After G, click where the tip is to go; Esc stops it."] : [])),
+      line("1 tip, 2 lever, 3 height, ", key("span", "KeyP"), " pause, 0 reset."),
     );
   }
 
@@ -86,12 +96,15 @@ export class Sticks {
 
   /** Share of the full speed that counts. */
   get share(): number {
-    return this.fine || this.precise ? PRECISE : 1;
+    return this.fine || this.precise || this.slow ? PRECISE : 1;
   }
 
   /** Deflections now, -1 to 1. */
   read(): number[] {
     this.pads = devices();
+    const { down: buttons, pressed } = this.buttons.read(this.pads);
+    this.slow = buttons.has("slow");
+    pressed.forEach((deed) => this.act(deed));
     const pads = readDevices(this.axes.map((axis) => axis.name), this.pads);
     const down = new Set(this.keys.values());
     const held = this.axes.map((axis, i) => {

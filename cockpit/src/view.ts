@@ -5,8 +5,9 @@ import type { Point } from "./messages";
 
 const MOST = 2000;
 const LEAST = 10;
-/** Height of the readout above the picture, pixels. */
+/** Heights of the readout at the top of the picture and of the legend at its foot, pixels. */
 const TOP = 44;
+const FOOT = 40;
 
 export class View {
   /** Pixels per metre. */
@@ -32,7 +33,7 @@ export class View {
   fit(): void {
     const [low, high] = this.box;
     const [width, height] = [high[0] - low[0], high[1] - low[1]];
-    const room = Math.max(this.size[1] - TOP, 1);
+    const room = Math.max(this.size[1] - TOP - FOOT, 1);
     this.scale = Math.min(this.size[0] / (width * 1.08), room / (height * 1.08));
     this.x = this.size[0] / 2 - (this.scale * (low[0] + high[0])) / 2;
     this.z = TOP + room / 2 + (this.scale * (low[1] + high[1])) / 2;

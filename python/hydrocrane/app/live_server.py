@@ -6,12 +6,16 @@ request reaches any other.
 
 from __future__ import annotations
 
+import gzip
+import hashlib
 import mimetypes
+import re
 import socket
 import sys
 import threading
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import lru_cache
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -30,8 +34,13 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Resource-Policy": "same-origin",
-    "Cache-Control": "no-cache",
 }
+# A browser asks each time whether a file is still the same, but for those whose name holds a hash of what they are.
+ASK, KEEP = "no-cache", "max-age=31536000, immutable"
+HASHED = re.compile(r"/assets/.+-[\w-]{8,}\.\w+")
+# Types that are worth compressing, with the level of gzip: 6 takes 0.1 s for the page and halves what 1 leaves.
+PACKED = re.compile(r"text/|application/(json|wasm)")
+LEVEL = 6
 # What a computer's own list may lack or have otherwise.
 TYPES = {".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".html": "text/html; charset=utf-8"}
 # The port that a browser leaves out of an address, and so out of the name of the host that it asks.
@@ -78,10 +87,21 @@ def host_names(port: int) -> set[str]:
     return {f"{name}:{port}" for name in names} | (names if port == PLAIN_PORT else set())
 
 
+@lru_cache(maxsize=128)
+def _tag(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:24]
+
+
+@lru_cache(maxsize=128)
+def _packed(content: bytes) -> bytes:
+    return gzip.compress(content, LEVEL, mtime=0)
+
+
 class Handler(BaseHTTPRequestHandler):
     """Answers GET and HEAD for the files it knows."""
 
     server: Server
+    keeping = ASK
     timeout = SILENCE
     server_version = "hydrocrane"
     sys_version = ""
@@ -96,20 +116,35 @@ class Handler(BaseHTTPRequestHandler):
         # Another host's page whose name leads here must not read what is served.
         if self.headers.get("Host") not in self.server.hosts:
             return self.send_error(HTTPStatus.FORBIDDEN)
-        found = self.server.files.get(self.path.partition("?")[0])
+        name = self.path.partition("?")[0]
+        found = self.server.files.get(name)
         if found is None:
             return self.send_error(HTTPStatus.NOT_FOUND)
         kind, content = found
-        self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(len(content)))
+        packed = PACKED.match(kind) is not None and self._takes_gzip()
+        tag = f'"{_tag(content)}{"-gzip" if packed else ""}"'
+        self.keeping = KEEP if HASHED.fullmatch(name) else ASK
+        known = tag in (self.headers.get("If-None-Match") or "")
+        self.send_response(HTTPStatus.NOT_MODIFIED if known else HTTPStatus.OK)
+        self.send_header("ETag", tag)
+        self.send_header("Vary", "Accept-Encoding")
+        if not known:
+            content = _packed(content) if packed else content
+            if packed:
+                self.send_header("Content-Encoding", "gzip")
+            self.send_header("Content-Type", kind)
+            self.send_header("Content-Length", str(len(content)))
         self.end_headers()
-        if with_content:
+        if with_content and not known:
             self.wfile.write(content)
         return None
 
+    def _takes_gzip(self) -> bool:
+        wishes = re.split(r"\s*,\s*", self.headers.get("Accept-Encoding") or "")
+        return any(re.fullmatch(r"gzip(\s*;\s*q=(1|0\.0*[1-9]).*)?", wish) for wish in wishes)
+
     def end_headers(self) -> None:
-        for name, value in HEADERS.items():
+        for name, value in {**HEADERS, "Cache-Control": self.keeping}.items():
             self.send_header(name, value)
         super().end_headers()
 

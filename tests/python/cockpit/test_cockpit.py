@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import http.client
 import json
 import shutil
@@ -45,9 +46,10 @@ def ask(page):
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
 
-        def ask(path, method="GET", host=None):
+        def ask(path, method="GET", host=None, **headers):
             connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
-            connection.request(method, path, headers={"Host": host or f"127.0.0.1:{server.server_port}"})
+            named = {name.replace("_", "-"): value for name, value in headers.items()}
+            connection.request(method, path, headers={"Host": host or f"127.0.0.1:{server.server_port}"} | named)
             answer = connection.getresponse()
             content = answer.read()
             connection.close()
@@ -67,6 +69,31 @@ def test_the_server_hands_out_the_page_with_strict_headers(ask):
     assert "default-src 'none'" in policy and "unsafe-inline" not in policy and "'unsafe-eval'" not in policy
     status, headers, content = ask("/assets/core.wasm", "HEAD")
     assert (status, headers["Content-Type"], content) == (200, "application/wasm", b"")
+
+
+def test_the_server_compresses_what_a_browser_takes_compressed(ask):
+    ask.server.files = {"/": ("text/html", b"crane " * 500), "/recorded.bin": ("application/octet-stream", b"0" * 500)}
+    for wish in ("gzip, deflate, br", "deflate;q=1, gzip;q=0.5"):
+        _, headers, content = ask("/", Accept_Encoding=wish)
+        assert headers["Content-Encoding"] == "gzip" and gzip.decompress(content) == b"crane " * 500
+        assert int(headers["Content-Length"]) == len(content) < 300 and headers["Vary"] == "Accept-Encoding"
+    for wish in ("identity", "gzip;q=0", "gzip;q=0.0", "xgzip"):
+        _, headers, content = ask("/", Accept_Encoding=wish)
+        assert "Content-Encoding" not in headers and content == b"crane " * 500
+    assert "Content-Encoding" not in ask("/recorded.bin", Accept_Encoding="gzip")[1]
+
+
+def test_a_browser_keeps_what_its_name_tells_and_asks_after_the_rest(ask):
+    page, asset = ("text/html", b"crane"), ("application/wasm", b"\0asm")
+    ask.server.files = {"/": page, "/assets/core-BfT9xa-_.wasm": asset, "/assets/core.wasm": asset}
+    assert "immutable" in ask("/assets/core-BfT9xa-_.wasm")[1]["Cache-Control"]
+    for path in ("/", "/assets/core.wasm", "/none", "/assets/none-BfT9xa-_.wasm"):
+        assert ask(path)[1]["Cache-Control"] == "no-cache", path
+    tag = ask("/")[1]["ETag"]
+    assert ask("/", If_None_Match=tag)[::2] == (304, b"")
+    assert ask("/", If_None_Match=tag, Accept_Encoding="gzip")[0] == 200, "it is another text when compressed"
+    ask.server.files = {"/": ("text/html", b"another crane")}
+    assert ask("/", If_None_Match=tag)[::2] == (200, b"another crane")
 
 
 @pytest.mark.parametrize(

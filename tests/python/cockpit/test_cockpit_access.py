@@ -130,7 +130,7 @@ def test_one_cylinder_offers_neither_stick_nor_tasks_nor_logs(browser, address, 
         mode = page.tab.locator("label", has_text="Mode").locator("option")
         assert [option.get_attribute("value") for option in mode.all()] == ["lever"]
         assert page.tab.locator(".lever").count() == 1 and page.tab.locator(".pad").count() == 0
-        assert page.button("Pick up").count() == 0 and page.tab.locator("label", has_text="To be done").count() == 0
+        assert not page.button("Grip").is_visible() and page.tab.locator("label", has_text="Choose a task").count() == 0
         page.tab.keyboard.press("1")
         page.wait(0.3)
         assert not page.notices() and page.tab.locator(".lever").count() == 1
@@ -209,7 +209,7 @@ def test_the_friction_of_a_replay_is_what_was_set(cockpit):
 
 
 def test_the_full_stick_of_a_machine_stays_its_own(cockpit, tmp_path):
-    assert "0.30 m/s" in cockpit.tab.locator("label", has_text="Full stick").inner_text()
+    assert "0.15 m/s" in cockpit.tab.locator("label", has_text="Full stick").inner_text()
     path = tmp_path / "mine.toml"
     own = 'extends = "rottne-f9-lab"\n[control.tip]\nclass = "setting"\nsource = "mine"\nfull-speed = "0.12 m/s"\n'
     path.write_text(own, encoding="utf-8")
@@ -287,7 +287,7 @@ def test_axe_finds_nothing_wrong(axe, browser, address):
         page.tab.locator(".pad").wait_for(timeout=STARTS)
         for summary in page.tab.locator("#panel summary").all():
             summary.click()
-        page.button("Pick up").click()
+        page.tab.locator("#grip").click()
         page.tab.emulate_media(color_scheme="dark")
         page.wait(0.3)
         assert page.tab.evaluate(WRONG) == [], "dark, with all panels open and a message"

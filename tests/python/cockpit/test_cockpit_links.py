@@ -67,7 +67,7 @@ def answers(page):
 def test_a_picture_takes_bounded_work_whatever_a_machine_states(browser, address, outline):
     with Page(browser, address, TOLD % OUTLINES[outline]) as page:
         assert answers(page)
-        page.tab.locator("label", has_text="To be done").locator("select").select_option("line")
+        page.tab.locator("label", has_text="Choose a task").locator("select").select_option("line")
         page.tab.locator("#view-buttons button").first.click()
         assert answers(page) and not page.complaints
 
@@ -112,6 +112,6 @@ def test_a_simulation_that_hangs_is_ended_and_the_usual_crane_takes_its_place(br
         page.tab.locator("label", has_text="Crane").locator("select").select_option("hiab-xs031")
         notice = page.tab.locator(".notice.error")
         notice.wait_for(timeout=STARTS)
-        assert "has not answered for 8 s" in notice.inner_text() and "usual crane" in notice.inner_text()
+        assert "has not answered for 8 s" in notice.inner_text() and "default crane" in notice.inner_text()
         page.until(lambda: page.tab.title().startswith("rottne-f9-lab") and page.shown("time")[0] < 3)
         assert answers(page) and not page.complaints

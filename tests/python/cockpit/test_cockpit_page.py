@@ -47,7 +47,7 @@ def test_the_stick_on_the_screen_moves_the_tip(cockpit):
 
 def test_a_click_sends_the_tip_to_a_point(cockpit):
     box = cockpit.tab.locator("#picture").bounding_box()
-    aim = cockpit.button("⌖")
+    aim = cockpit.tab.locator("#aim")
 
     def click(across, down):
         cockpit.tab.keyboard.press("g")
@@ -95,8 +95,8 @@ def test_shift_makes_a_stick_slow_and_so_does_a_switch(cockpit):
     cockpit.wait(1)
     switched = cockpit.shown("speed")[0]
     cockpit.tab.keyboard.up("ArrowUp")
-    # A quarter of 0.3 m/s, the speed at full stick.
-    assert fast > 0.12 and 0.065 < min(slow, switched) <= max(slow, switched) < 0.085, (fast, slow, switched)
+    # A quarter of 0.15 m/s, the speed at full stick.
+    assert 0.13 < fast < 0.17 and 0.03 < min(slow, switched) <= max(slow, switched) < 0.045, (fast, slow, switched)
 
 
 def test_a_gamepad_moves_the_tip_until_it_is_pulled_out(browser, address):
@@ -148,14 +148,14 @@ def test_the_mode_changes_while_driving(cockpit):
 
 
 def test_a_log_is_picked_up_where_one_lies_and_falls_to_the_ground(cockpit):
-    cockpit.button("Pick up").click()
+    cockpit.tab.locator("#grip").click()
     cockpit.until(lambda: "No log within reach" in cockpit.notices())
     assert table(cockpit.download("Data"))["payload"][-1] == 0.0
     reach, mass = max(x for curve in hc.load_machine("rottne-f9-lab").workspace() for x, _ in curve), 80.0
     # The ground is at -1.21 m; what hangs there reaches this far down from the tip.
     hangs = 0.12 + 2 * (0.1 + 0.022 * np.sqrt(mass))
     lead(cockpit, 0.62 * reach, -1.21 + hangs + 0.07)
-    cockpit.button("Pick up").click()
+    cockpit.tab.locator("#grip").click()
     cockpit.until(lambda: "carries 80 kg" in cockpit.notices())
     hold(cockpit, "ArrowUp", 1)
     cockpit.tab.keyboard.press("Space")
@@ -205,10 +205,10 @@ def test_a_recorded_drive_is_repeated_by_the_native_core(cockpit, tmp_path):
     for key in ("ArrowUp", "ArrowRight", "ArrowDown"):
         hold(cockpit, key, 0.7)
         if key == "ArrowRight":
-            cockpit.button("Drop").click()
+            cockpit.tab.locator("#grip").click()
     cockpit.wait(0.3)
     path = tmp_path / "drive.toml"
-    path.write_text(cockpit.download("Scenario"), encoding="utf-8")
+    path.write_text(cockpit.download("Save"), encoding="utf-8")
     driven = table(cockpit.download("Data"))
     run = hc.simulate(path)
     assert run.outcome.completed and [float(run.data["payload"][row]) for row in (0, -1)] == [80.0, 0.0]
@@ -237,7 +237,7 @@ def test_a_drive_with_changes_of_mode_and_knobs_is_repeated_by_the_native_core(c
     cockpit.tab.keyboard.press("1")
     cockpit.wait(0.5)
     path = tmp_path / "drive.toml"
-    path.write_text(cockpit.download("Scenario"), encoding="utf-8")
+    path.write_text(cockpit.download("Save"), encoding="utf-8")
     driven = table(cockpit.download("Data"))
     plan = hc.load_scenario(path)
     assert [stage.driver for _, stage in plan.stages()] == ["tip", "lever", "lever", "tip"]
@@ -314,7 +314,7 @@ def test_a_replay_of_straight_sticks_taken_over_is_saved_and_repeated(cockpit, t
     cockpit.tab.keyboard.down("ArrowRight")
     cockpit.wait(0.7)
     cockpit.tab.keyboard.up("ArrowRight")
-    path.write_text(cockpit.download("Scenario"), encoding="utf-8")
+    path.write_text(cockpit.download("Save"), encoding="utf-8")
     driven = table(cockpit.download("Data"))
     run = hc.simulate(path)
     rows = np.searchsorted(driven["time"], run.data["time"].values[1:] - 1e-6)
@@ -324,7 +324,7 @@ def test_a_replay_of_straight_sticks_taken_over_is_saved_and_repeated(cockpit, t
 
 
 def test_a_task_is_scored_in_each_mode(cockpit):
-    task = cockpit.tab.locator("label", has_text="To be done").locator("select")
+    task = cockpit.tab.locator("label", has_text="Choose a task").locator("select")
     cockpit.begins_anew(lambda: task.select_option("line"))
     cockpit.tab.keyboard.down("ArrowUp")
     row = cockpit.tab.locator("#scores tr", has_text="line, tip")
@@ -342,17 +342,18 @@ def test_a_task_is_scored_in_each_mode(cockpit):
 
 
 def test_logs_are_moved_into_the_bunk(cockpit):
-    """Three logs, gripped at their rings and let go over the bunk, at twice the speed of the clock."""
-    cockpit.tab.locator("label", has_text="To be done").locator("select").select_option("logs")
+    """Three logs, gripped at their rings and let go over the bunk, at twice the speed of the clock and of the stick."""
+    cockpit.tab.locator("label", has_text="Full stick").locator("input").fill("0.3")
+    cockpit.tab.locator("label", has_text="Choose a task").locator("select").select_option("logs")
     cockpit.until(lambda: "ring" in cockpit.notices())
     cockpit.tab.keyboard.press("Space")
     cockpit.until(lambda: "No log within reach" in cockpit.notices())
     cockpit.tab.locator("#speed").select_option("2")
     reach = max(x for curve in hc.load_machine("rottne-f9-lab").workspace() for x, _ in curve)
-    # The ground is at -1.21 m, a log hangs 0.6 m below the tip and is 0.48 m thick.
-    ground, bunk = -1.21 + 0.12 + 0.48, 0.44 * reach
+    # The ground is at -1.21 m, the underside of a log of 40 kg is 0.6 m below the tip.
+    ground, bunk = -1.21 + 0.32 + 0.044 * np.sqrt(40), 0.44 * reach
     for log in range(3):
-        place = 0.86 * reach - log * 2.2 * 0.239
+        place = 0.86 * reach - log * 0.525
         lead(cockpit, place, ground + 0.5)
         lead(cockpit, place, ground + 0.07)
         cockpit.tab.keyboard.press("Space")

@@ -70,12 +70,12 @@ def test_a_slow_processor_falls_behind_and_says_so(browser):
         page.until(lambda: "tip" in page.tab.locator("#readout").inner_text())
         start = page.tip
         page.tab.keyboard.down("ArrowUp")
-        page.until(lambda: "too slow a computer" in page.tab.locator("#pace").inner_text())
+        page.until(lambda: "this computer is too slow" in page.tab.locator("#pace").inner_text())
         pace = page.tab.locator("#pace").inner_text()
         page.tab.keyboard.up("ArrowUp")
-        assert 0.1 < float(pace.split(": ")[1].split()[0]) < 0.7 and "given up" in pace, pace
+        assert 0.1 < float(pace.split(": ")[1].split()[0]) < 0.7 and "lost" in pace, pace
         page.comes_to_rest()
-        assert rows_without_jumps(page)["tip.z"][-1] > start[1] + 0.05
+        assert rows_without_jumps(page)["tip.z"][-1] > start[1] + 0.02
         assert not page.complaints
 
 
@@ -203,7 +203,7 @@ def test_the_controller_of_the_thesis_moves_the_tip_up(cockpit):
 def test_the_hint_goes_with_the_first_motion(cockpit):
     assert "arrow key" in cockpit.tab.locator("#hint").inner_text()
     hold(cockpit, "ArrowUp", 0.2)
-    cockpit.until(lambda: cockpit.tab.locator("#hint").count() == 0)
+    cockpit.until(lambda: not cockpit.tab.locator("#hint").is_visible())
 
 
 # --- no network -----------------------------------------------------------------------------------------------------

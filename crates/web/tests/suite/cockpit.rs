@@ -511,8 +511,8 @@ fn full_stick_is_what_the_machine_states_and_comfortable_where_it_states_nothing
     for (request, speed) in [
         (json!({ "machine": "mine.toml", "text": own }), 0.12),
         (json!({ "machine": "mine.toml", "text": own, "full-speed": 0.5 }), 0.5),
-        (json!({ "machine": "rottne-f9-lab" }), 0.3),
-        (json!({ "machine": "rottne-f9-lab", "controller": "heinze-pid" }), 0.3),
+        (json!({ "machine": "rottne-f9-lab" }), 0.15),
+        (json!({ "machine": "rottne-f9-lab", "controller": "heinze-pid" }), 0.15),
     ] {
         let (_, description) = opened(request.clone());
         assert_eq!(description["full-speed"], speed, "{request}");
