@@ -159,7 +159,7 @@ METHODS: dict[str, Method] = {
 
 
 @dataclass
-class Ride:
+class Motion:
     """The way of the crane through one task under one method.
 
     Attributes
@@ -182,11 +182,11 @@ class Ride:
     seconds: list[float] = field(default_factory=list)
 
 
-def ride(method: Method, task: Task) -> Ride:
+def follow(method: Method, task: Task) -> Motion:
     """Drive a task from the benchmark's start."""
     q = np.array([START[joint] for joint in CRANE.joint_names])
     set_point = CRANE.tip(q)
-    way = Ride(asked=set_point + task.displacement)
+    way = Motion(asked=set_point + task.displacement)
     for t in np.arange(0.0, task.duration, PERIOD):
         velocity = np.array([np.interp(t, task.time, v) for v in task.velocity.T])
         s = situation(q, set_point, velocity)
@@ -219,7 +219,7 @@ def situation(q: np.ndarray, set_point: np.ndarray, velocity: np.ndarray) -> Sit
     )
 
 
-def deviation(way: Ride) -> np.ndarray:
+def deviation(way: Motion) -> np.ndarray:
     """Distance of the tip from the asked path (m,), m."""
     tips = np.array(way.tips)
     return np.hypot(*(tips - nearest_on_path(tips, way.asked)).T)
@@ -238,7 +238,7 @@ class Figures:
     step: float
 
 
-def figures(task_list: list[Task], ways: list[Ride]) -> Figures:
+def figures(task_list: list[Task], ways: list[Motion]) -> Figures:
     """The worst over the tasks; of speed and time the mean and the median."""
     largest = [float(deviation(way).max()) for way in ways]
     made, asked = np.zeros(len(ways)), np.zeros(len(ways))
@@ -262,12 +262,12 @@ def figures(task_list: list[Task], ways: list[Ride]) -> Figures:
     )
 
 
-def study() -> tuple[dict[str, Figures], dict[str, dict[str, Ride]], float]:
-    """Figures by method, rides by method and task, and the share of moving samples with a piston at its limit."""
+def study() -> tuple[dict[str, Figures], dict[str, dict[str, Motion]], float]:
+    """Figures by method, motions by method and task, and the share of moving samples with a piston at its limit."""
     todo = [*(t for t in tasks.lines() if t.speed > tasks.SPEEDS[0]), tasks.circle(), tasks.reach()]
-    rides = {name: [ride(method, task) for task in todo] for name, method in METHODS.items()}
-    found = {name: figures(todo, ways) for name, ways in rides.items()}
-    by_task = {name: dict(zip([t.name for t in todo], ways, strict=True)) for name, ways in rides.items()}
+    motions = {name: [follow(method, task) for task in todo] for name, method in METHODS.items()}
+    found = {name: figures(todo, ways) for name, ways in motions.items()}
+    by_task = {name: dict(zip([t.name for t in todo], ways, strict=True)) for name, ways in motions.items()}
     own = by_task[OWN].values()
     moving = sum(round(task.moving_time / PERIOD) for task in todo)
     return found, by_task, sum(sum(way.bound) for way in own) / moving
@@ -313,7 +313,7 @@ So `tip` uses saturation: it keeps the line at the highest possible speed, and i
 """
 
 
-def draw(by_task: dict[str, dict[str, Ride]]) -> None:
+def draw(by_task: dict[str, dict[str, Motion]]) -> None:
     """Distance from the line where the limits bind most, and the telescope on the longest way."""
     import matplotlib as mpl
 
@@ -339,6 +339,6 @@ def draw(by_task: dict[str, dict[str, Ride]]) -> None:
 
 
 if __name__ == "__main__":
-    figures_by_method, rides_by_method, bound_share = study()
+    figures_by_method, motions_by_method, bound_share = study()
     PAGE.write_text(page(figures_by_method, bound_share), encoding="utf-8")
-    draw(rides_by_method)
+    draw(motions_by_method)

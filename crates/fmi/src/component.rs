@@ -1,4 +1,4 @@
-//! One instance of an FMU, with what FMI 2.0 and 3.0 have in common: modes, values, steps, states, messages.
+//! One instance of an FMU, with the common part of FMI 2.0 and 3.0: modes, values, steps, states, messages.
 
 use hydrocrane_fmu::{open, Fault, Kind, Part, Resources, Use};
 use std::ffi::{c_int, c_void, CString};
@@ -16,7 +16,7 @@ pub enum Status {
     Fatal = 4,
 }
 
-/// What the instance is doing.
+/// Mode of the instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Mode {
@@ -51,22 +51,22 @@ pub enum Interface {
     CoSimulation,
 }
 
-/// Hands a message to the tool.
+/// Sends a message to the tool.
 pub type Logger = Box<dyn Fn(Status, &CString, &CString)>;
 
 pub struct Component {
     part: Box<dyn Part>,
     interface: Interface,
     logger: Logger,
-    /// Whether messages that are no problems are wanted.
+    /// Whether informative messages are wanted too.
     pub chatty: bool,
     mode: Mode,
-    /// After a panic nothing can be trusted.
+    /// After a panic the instance is unusable.
     broken: bool,
     start: f64,
 }
 
-/// A problem, with the status that tells it.
+/// A problem with its status.
 pub struct Problem(pub Status, pub String);
 
 impl From<String> for Problem {
@@ -86,7 +86,8 @@ impl From<Fault> for Problem {
 
 pub type Done = Result<Status, Problem>;
 
-/// Calls `f` on the instance. A problem becomes a status and a message; so does a panic, after which the instance answers nothing.
+/// Calls `f` on the instance. A problem becomes a status and a message, and so does a panic, after which the instance
+/// refuses all calls.
 ///
 /// # Safety
 /// `instance` is null or what [`instantiate`] gave, and not freed.
@@ -116,7 +117,7 @@ fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', " ")).unwrap_or_default()
 }
 
-/// An instance of the FMU whose files lie in the folder `resources`; null where they are of no use, and the log says why.
+/// An instance of the FMU whose files lie in the folder `resources`; null if they are unusable; the log has the reason.
 pub fn instantiate(resources: &Path, token: &str, interface: Interface, logger: Logger, chatty: bool) -> *mut c_void {
     let made =
         catch_unwind(|| {
@@ -170,7 +171,7 @@ impl Component {
         (self.logger)(status, &c_text(category), &c_text(text));
     }
 
-    /// Refuses what is not allowed in the mode at hand.
+    /// Refuses calls that the present mode does not allow.
     fn require(&self, modes: &[Mode]) -> Result<(), Problem> {
         if modes.contains(&self.mode) {
             return Ok(());
@@ -280,7 +281,7 @@ impl Component {
         Ok(Status::Ok)
     }
 
-    /// Why a variable cannot be set now, if it cannot.
+    /// The reason if a variable cannot be set now.
     fn refused(&self, usage: Use) -> Option<&'static str> {
         let before = matches!(self.mode, Mode::Instantiated | Mode::Initialising);
         match usage {
@@ -308,8 +309,7 @@ impl Component {
             return Err(format!("a step of {duration} s; it must be zero or more").into());
         }
         let own = self.part.time();
-        // Tools sum steps up in ways of their own.
-        // Also false where one of them is no number.
+        // Tools sum up steps with different rounding. Also false for NaN.
         let together = (now - own).abs() <= 1e-9 * own.abs().max(1.0) + 1e-6 * duration;
         if !together {
             return Err(
@@ -323,7 +323,7 @@ impl Component {
         Ok(self.warned(&told))
     }
 
-    /// Tells what makes the simulation doubtful.
+    /// Sends the warnings of the simulation.
     fn warned(&self, told: &[String]) -> Status {
         told.iter().for_each(|text| self.tell(Status::Warning, text));
         if told.is_empty() {
@@ -385,7 +385,7 @@ impl Component {
         Ok(Status::Ok)
     }
 
-    /// Everything that changes while the instance runs.
+    /// The changing state of the instance.
     pub fn save(&mut self) -> Result<Vec<u8>, Problem> {
         let bytes = self.part.save().ok_or_else(|| "this FMU cannot keep its state".to_string())?;
         let head = [self.mode as u8];

@@ -1,4 +1,4 @@
-//! Memory that a simulation tool hands over.
+//! Memory that a simulation tool passes.
 
 use std::ffi::{c_char, CStr};
 
@@ -32,7 +32,7 @@ pub unsafe fn room<'a, T>(first: *mut T, count: usize) -> Result<&'a mut [T], St
     }
 }
 
-/// Writes an answer where the tool wants one.
+/// Writes a result if the tool wants one.
 ///
 /// # Safety
 /// A pointer that is not null must point to room for one value.
@@ -42,7 +42,7 @@ pub unsafe fn answer<T>(place: *mut T, value: T) {
     }
 }
 
-/// A text; empty where there is none.
+/// A text; empty for a null pointer.
 ///
 /// # Safety
 /// A pointer that is not null must point to a text that ends with zero.

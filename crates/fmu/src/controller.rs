@@ -33,10 +33,10 @@ pub struct ControllerPart {
     period: f64,
 }
 
-/// A controller at work.
+/// A running controller.
 struct Going {
     controller: Box<dyn Controller>,
-    /// Samples so far.
+    /// Number of samples so far.
     samples: u64,
     fault: Option<String>,
 }
@@ -110,7 +110,7 @@ impl ControllerPart {
         (q.to_vec(), p.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect())
     }
 
-    /// Builds the machine anew where parameters have changed.
+    /// Builds the machine again if parameters have changed.
     fn refresh(&mut self) -> Result<(), Fault> {
         if self.stale {
             let machine = self.template.build(&overrides(&self.parameters)).map_err(|error| error.to_string())?;
@@ -133,7 +133,7 @@ impl ControllerPart {
         Ok(Going { controller, samples: 0, fault: None })
     }
 
-    /// A sample at time `t` (s); what should be told.
+    /// A sample at time `t` (s); returns messages for the tool.
     fn sample(&mut self, t: f64) -> Result<Vec<String>, Fault> {
         let (q, p) = self.measured();
         let measured = Measurement { t, q: &q, p: &p };
@@ -167,7 +167,7 @@ impl ControllerPart {
     }
 }
 
-/// Gains of a controller, also where the file leaves them to their defaults.
+/// Gains of a controller, including defaults.
 fn gains(machine: &Machine, controller: &str) -> Vec<Parameter> {
     let own = TIP_GAINS.iter().filter(|_| controller == "tip");
     own.map(|(name, _)| {
@@ -178,7 +178,7 @@ fn gains(machine: &Machine, controller: &str) -> Vec<Parameter> {
     .collect()
 }
 
-/// What the sensors would read in the middle of all ranges, at rest.
+/// Sensor readings at rest in the middle of all ranges.
 fn first_readings(model: &dyn Model) -> Vec<f64> {
     let middle: Vec<f64> = model.joint_limits().iter().map(|limits| 0.5 * (limits.lower + limits.upper)).collect();
     let (layout, payload) = (model.layout(), model.machine().payload.mass);

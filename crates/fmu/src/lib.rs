@@ -1,7 +1,7 @@
-//! What an FMU of a machine is: its variables, and what happens when a simulation tool sets, steps and reads them.
+//! The FMU of a machine: its variables, and their setting, stepping and reading by a simulation tool.
 //!
-//! A plant goes on by the loop of `hydrocrane-sim`, a controller by its samples; nothing here knows the C interface of FMI, which
-//! is `crates/fmi`.
+//! A plant advances by the loop of `hydrocrane-sim`, a controller by its samples. The C interface of FMI is in
+//! `crates/fmi`.
 
 mod controller;
 mod names;

@@ -1,7 +1,7 @@
-//! Names of variables as FMI's structured naming wants them.
+//! Names of variables in FMI's structured naming.
 
-/// `supply.tank-pressure` becomes `supply.'tank-pressure'`: a part that is no identifier stands in quotes. A list's element
-/// `[0]` at the end stays.
+/// `supply.tank-pressure` becomes `supply.'tank-pressure'`: a part that is no identifier is quoted. A list index `[0]`
+/// at the end is kept.
 pub fn structured(name: &str) -> String {
     let (name, element) = match name.rfind('[') {
         Some(at) if name.ends_with(']') => name.split_at(at),

@@ -30,7 +30,7 @@ impl Parameter {
     }
 }
 
-/// The numbers of `machine` at these keys, and below those that are tables.
+/// The numbers of `machine` at these keys, and at all keys of tables among them.
 ///
 /// # Errors
 /// A key at which there is no number.
@@ -60,7 +60,7 @@ fn elements(entry: &Provenance) -> Vec<Parameter> {
     }
 }
 
-/// The overrides by which the machine has the values at hand in place of those of its file.
+/// The overrides for the present values.
 pub fn overrides(parameters: &[Parameter]) -> Vec<(String, OverrideValue)> {
     let changed = |key: &str| parameters.iter().any(|p| p.key == key && p.value != p.start);
     let mut found: Vec<(String, OverrideValue)> = Vec::new();

@@ -1,13 +1,13 @@
-//! What every FMU does, whatever it holds.
+//! The common interface of all FMUs.
 
 use crate::variable::{Kind, Variable};
 
-/// Why something was not done. The text says what is wrong and what helps.
+/// An error; its text states cause and cure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Fault {
-    /// What was asked for is wrong.
+    /// The request is invalid.
     Wrong(String),
-    /// The machine cannot go there; from where it was, a smaller step may be possible.
+    /// The machine cannot make this step; a smaller one may be possible.
     Impossible(String),
 }
 
@@ -17,7 +17,7 @@ impl From<String> for Fault {
     }
 }
 
-/// What stands behind an FMU. Messages say what is wrong and what helps.
+/// The content of an FMU. Messages state cause and cure.
 pub trait Part: Send {
     fn variables(&self) -> &[Variable];
     /// Whether it can be solved by a method of the simulation tool.
@@ -27,20 +27,20 @@ pub trait Part: Send {
     /// Back to the start values.
     fn reset(&mut self);
     fn get(&mut self, kind: Kind) -> Result<f64, Fault>;
-    /// Takes a finite number, which counts from the next evaluation on.
+    /// Sets a finite number, which is used from the next evaluation on.
     fn set(&mut self, kind: Kind, value: f64) -> Result<(), Fault>;
-    /// Ends the initialisation; the simulation begins at time `start` (s). What makes the start doubtful is returned.
+    /// Ends the initialisation; the simulation begins at time `start` (s). Returns warnings on the start.
     fn begin(&mut self, start: f64) -> Result<Vec<String>, Fault>;
-    /// Goes on by `duration` (s). What should be told although the step was made is returned.
+    /// Advances by `duration` (s). Returns messages of a successful step.
     fn step(&mut self, duration: f64) -> Result<Vec<String>, Fault>;
     /// s
     fn time(&self) -> f64;
-    /// Begins to be solved by the tool.
+    /// Begins model exchange.
     fn exchange(&mut self) -> Result<(), Fault> {
         Err(NO_EXCHANGE.to_string().into())
     }
     fn set_time(&mut self, _time: f64) {}
-    /// Takes up a change of parameters at an event; whether states jumped.
+    /// Applies a change of parameters at an event; returns whether states jumped.
     fn update(&mut self) -> Result<bool, Fault> {
         Ok(false)
     }
@@ -56,15 +56,15 @@ pub trait Part: Send {
     fn nominals(&self) -> Vec<f64> {
         Vec::new()
     }
-    /// Everything that changes while it runs, as bytes; `None` where it cannot be kept.
+    /// The changing state as bytes; `None` if it cannot be saved.
     fn save(&mut self) -> Option<Vec<u8>> {
         None
     }
-    /// Goes back to what [`Self::save`] gave. After an error the part is of no use until it is reset.
+    /// Restores a state from [`Self::save`]. After an error the part must be reset.
     fn load(&mut self, _bytes: &[u8]) -> Result<(), Fault> {
         Err("this FMU cannot keep its state".to_string().into())
     }
-    /// How `unknowns` change where the known variables change `along` a direction, exact.
+    /// Exact directional derivatives of `unknowns` `along` a direction of the known variables.
     fn directional(&mut self, _unknowns: &[Kind], _along: &[(Kind, f64)]) -> Result<Vec<f64>, Fault> {
         Err("a controller has no derivatives: it is sampled".to_string().into())
     }

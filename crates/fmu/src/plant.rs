@@ -1,4 +1,5 @@
-//! A crane or a cylinder under spool commands, stepped by our own loop or solved by the simulation tool.
+//! A crane or a cylinder with spool commands, stepped by our loop (co-simulation) or integrated by the tool (model
+//! exchange).
 
 use crate::parameters::{overrides, parameters, Parameter, PAYLOAD};
 use crate::part::{Fault, Part};
@@ -13,7 +14,7 @@ use hydrocrane_sim::{
 };
 use std::sync::Arc;
 
-/// Outputs that nobody asks a plant for while it moves.
+/// Outputs that are not available while the plant moves.
 const ENERGY: &str = "energy.";
 
 pub struct PlantPart {
@@ -25,7 +26,7 @@ pub struct PlantPart {
     /// Whether parameters have changed since `model` was built.
     stale: bool,
     model: Arc<dyn Model>,
-    /// Mass at the tip that is wanted, and that of the file, kg.
+    /// Requested mass at the tip, and that of the file, kg.
     payload: f64,
     own_payload: f64,
     /// Start values of the joints in the file.
@@ -35,13 +36,13 @@ pub struct PlantPart {
     /// Simulation time at which the plant began, s.
     began: f64,
     motion: Motion,
-    /// Outputs at the state at hand, where they have been asked for.
+    /// Outputs at the present state, if they were requested.
     outputs: Option<Vec<f64>>,
 }
 
-/// Where the state of the plant is kept.
+/// Storage of the state of the plant.
 enum Motion {
-    /// Before the first step; worked out when it is asked for.
+    /// Before the first step; computed on request.
     Start(Option<Start>),
     Stepped(Box<Simulator>),
     /// The tool integrates it.
@@ -55,7 +56,7 @@ enum Motion {
 struct Start {
     x: Vec<f64>,
     readings: Vec<f64>,
-    /// What makes it doubtful.
+    /// Warnings.
     doubts: Vec<String>,
 }
 
@@ -129,7 +130,7 @@ impl PlantPart {
         Ok(all)
     }
 
-    /// What the sensors read; ideal ones read states.
+    /// Sensor readings; ideal sensors read states.
     fn readings(&self) -> Result<Vec<Variable>, String> {
         let (layout, outputs) = (self.model.layout(), self.model.output_info());
         let sensors = self.new_sensors()?;
@@ -155,7 +156,7 @@ impl PlantPart {
         stated.map(|(_, value)| *value).ok_or_else(|| format!("{SCENARIO} states no start of joint {name}"))
     }
 
-    /// Builds the machine anew where parameters have changed; whether they had.
+    /// Builds the machine again if parameters have changed, and returns whether they had.
     fn refresh(&mut self) -> Result<bool, Fault> {
         if !self.stale {
             return Ok(false);
@@ -219,7 +220,7 @@ impl PlantPart {
         Ok(self.outputs.as_ref().map_or(f64::NAN, |outputs| outputs[index]))
     }
 
-    /// Mass at the tip at the state at hand, kg.
+    /// Mass at the tip in the present state, kg.
     fn carried(&self) -> f64 {
         match &self.motion {
             Motion::Start(_) => self.payload,
@@ -228,7 +229,7 @@ impl PlantPart {
         }
     }
 
-    /// The derivative at the state at hand, or why the machine cannot be in it.
+    /// The derivative at the present state, or the reason why this state is impossible.
     fn derivative(&mut self) -> Result<Vec<f64>, Fault> {
         if let Motion::Exchanged { .. } = self.motion {
             self.refresh()?;
@@ -246,7 +247,7 @@ impl PlantPart {
         }
     }
 
-    /// Takes up what a tool has set since the last step.
+    /// Applies the values that the tool has set since the last step.
     fn take_up_changes(&mut self) -> Result<(), Fault> {
         let changed = self.refresh()?;
         let Motion::Stepped(simulator) = &mut self.motion else { return Ok(()) };
@@ -493,7 +494,7 @@ impl Part for PlantPart {
 const NOT_STEPPED: &str = "the tool has begun to integrate this plant and cannot step it as well";
 
 impl PlantPart {
-    /// Everything that changes, in one walk that writes or reads.
+    /// Visits the changing state, for writing or reading.
     fn archive(&mut self, archive: &mut Archive) -> Result<(), Fault> {
         let before: Vec<f64> = self.parameters.iter().map(|parameter| parameter.value).collect();
         self.parameters.iter_mut().for_each(|parameter| archive.number(&mut parameter.value));
@@ -527,7 +528,7 @@ impl PlantPart {
         archive.number(&mut step);
         archive.numbers(&mut x);
         if archive.reads() {
-            // The machine and its simulator are made anew; the walk then puts their state back.
+            // The machine and its simulator are made again, and their state is then restored.
             self.refresh()?;
             self.motion = Motion::Stepped(Box::new(self.simulator(&x, step)?));
         }
@@ -549,7 +550,7 @@ impl PlantPart {
         }
     }
 
-    /// Change of the state's derivative where the state changes along `dx` and the spool commands along `du`.
+    /// Directional derivative of the state derivative along `dx` of the state and `du` of the spool commands.
     fn rates_along(&self, x: &[f64], u: &[f64], payload: f64, dx: &[f64], du: &[f64]) -> Vec<f64> {
         let n = x.len();
         let (mut jacobian, mut along) = (vec![0.0; n * n], vec![0.0; n]);

@@ -1,4 +1,4 @@
-//! The files in an FMU's folder `resources`, which say what it is.
+//! The files in an FMU's folder `resources`, which describe its content.
 
 use serde::{Deserialize, Serialize};
 use std::io::Read;
@@ -7,7 +7,7 @@ use std::path::Path;
 /// Longest file that is read, bytes: that of machine files.
 const LONGEST: u64 = 16 << 20;
 
-/// What the FMU is.
+/// Content of the FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
@@ -15,7 +15,7 @@ pub enum Role {
     Controller,
 }
 
-/// What neither the machine nor the scenario says: `fmu.json`.
+/// Further settings: `fmu.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Settings {
@@ -23,15 +23,15 @@ pub struct Settings {
     /// Name of a controller, in its role.
     #[serde(default)]
     pub controller: Option<String>,
-    /// Whether a monitor stands between the readings and the controller.
+    /// Whether the controller has a monitor.
     #[serde(default)]
     pub monitor: bool,
     /// Whether a plant's sensors are those of data sheets, drawn by the scenario's seed.
     #[serde(default)]
     pub data_sheet: bool,
-    /// Values of the machine that are parameters: keys, or tables with all that is below.
+    /// Values of the machine that are parameters: keys, or tables with all their keys.
     pub parameters: Vec<String>,
-    /// What the model description has too, so that files of two exports are not mixed up.
+    /// Identifier that the model description has too, so that files of two exports are not mixed.
     pub token: String,
     /// Version of hydrocrane that exported it.
     pub version: String,
@@ -42,7 +42,7 @@ pub struct Settings {
 pub struct Resources {
     /// A machine that needs no other file.
     pub machine: String,
-    /// Where a plant starts, and how it is integrated.
+    /// Start of a plant, and its integration.
     pub scenario: Option<String>,
     pub settings: Settings,
 }

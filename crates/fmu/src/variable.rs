@@ -1,14 +1,14 @@
-//! The variables of an FMU. A variable's value reference is its place in the list.
+//! The variables of an FMU. A variable's value reference is its index in the list.
 
-/// What a variable stands for. Numbers are places in the lists of the machine or of the part.
+/// Meaning of a variable. Numbers are indices in the lists of the machine or of the part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Time,
-    /// Spool command of a cylinder, m: into a plant, out of a controller.
+    /// Spool command of a cylinder, m: input of a plant, output of a controller.
     Command(usize),
     /// Deflection of a stick, -1 to 1.
     Stick(usize),
-    /// What a sensor reads: out of a plant, into a controller.
+    /// Sensor reading: output of a plant, input of a controller.
     Reading(usize),
     /// Mass at the tip, kg.
     Payload,
@@ -19,9 +19,9 @@ pub enum Kind {
     State(usize),
     /// Derivative of a state by time.
     Rate(usize),
-    /// What the plant tells besides its states.
+    /// Output of the plant besides its states.
     Output(usize),
-    /// Where a controller wants the tip: x, then z, m.
+    /// Set-point of the tip: x, then z, m.
     SetPoint(usize),
 }
 
@@ -46,9 +46,9 @@ pub struct Variable {
     /// SI; empty for a plain number.
     pub unit: String,
     pub description: String,
-    /// Where the variable has a value before anybody sets it.
+    /// Start value, if the variable has one.
     pub start: Option<f64>,
-    /// Lowest and highest value that has an effect of its own.
+    /// Range of distinct values; values outside act like its ends.
     pub range: Option<[f64; 2]>,
     pub nominal: Option<f64>,
 }

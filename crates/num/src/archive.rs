@@ -1,10 +1,10 @@
-//! What changes in something that runs, as bytes: one walk over its numbers writes them, and the same walk reads them back.
+//! The changing state of an object as bytes: one function visits its numbers, for writing and for reading.
 
-/// Numbers on their way into bytes or out of them.
+/// Numbers that are written to bytes or read from them.
 #[derive(Debug)]
 pub struct Archive<'a> {
     written: Vec<u8>,
-    /// What is left to be read; `None` while writing.
+    /// Remaining bytes; `None` while writing.
     left: Option<&'a [u8]>,
     damaged: bool,
 }
@@ -22,12 +22,12 @@ impl<'a> Archive<'a> {
         self.left.is_some()
     }
 
-    /// The bytes that were written.
+    /// The written bytes.
     pub fn into_bytes(self) -> Vec<u8> {
         self.written
     }
 
-    /// Whether as many bytes were read as there are.
+    /// Whether exactly all bytes were read.
     pub fn is_sound(&self) -> bool {
         !self.damaged && self.left.is_none_or(<[u8]>::is_empty)
     }

@@ -5,19 +5,19 @@ use crate::Real;
 /// Most points of a curve.
 pub const MOST_POINTS: usize = 16;
 
-/// A cubic in each interval, with a continuous slope: where the points rise, the curve rises, and where two are level it is flat.
-/// Slopes at the points are harmonic means of those beside them, Fritsch and Butland (1984), at the ends those of three
-/// points. Beyond the last point it goes on straight; before the first one it is not to be asked.
+/// A cubic in each interval, with a continuous slope: between increasing points the curve increases, and between equal
+/// ones it is constant. Slopes at the points are harmonic means of those beside them, Fritsch and Butland (1984), at
+/// the ends those of three points. After the last point it is linear; before the first one it must not be evaluated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MonotoneCurve {
     count: usize,
-    /// Per interval its start and the coefficients of the cubic by rising power of the distance from there; the last one goes on
-    /// without end.
+    /// Per interval its start and the coefficients of the cubic by rising power of the distance from there; the last
+    /// interval is unbounded.
     rows: [[f64; 5]; MOST_POINTS],
 }
 
 impl MonotoneCurve {
-    /// Through the points (x, y), of which x rises.
+    /// Through the points (x, y) with increasing x.
     ///
     /// # Panics
     /// If there are fewer than two points, or more than [`MOST_POINTS`].

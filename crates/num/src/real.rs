@@ -41,10 +41,11 @@ pub trait Field:
 
 /// A real number: `f64`, several of them in lanes, or a dual number over another `Real`.
 ///
-/// There is no ordering and no equality on purpose: a law cannot branch on a value, it computes both sides
-/// and [`select`](Real::select)s. So derivatives and lanes take the same path as plain numbers.
+/// There is intentionally no ordering and no equality: a law cannot branch on a value, but computes both sides and
+/// [`select`](Real::select)s. So derivatives and lanes take the same path as plain numbers.
 pub trait Real: Field + Add<f64, Output = Self> + Sub<f64, Output = Self> + Div<f64, Output = Self> {
-    /// The constants that `f` gives for the plain value, lane by lane: what a table says. They have no slope.
+    /// The constants that `f` gives for the plain value, lane by lane: for values of tables. Their derivatives are
+    /// zero.
     fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [Self; K];
     /// One of them.
     #[inline(always)]

@@ -62,7 +62,7 @@ pub fn signed_three_halves<T: Real>(x: T, scale: f64) -> T {
     x * (x * x + scale * scale).sqrt().sqrt()
 }
 
-/// `exp(-x)` for `x >= 0`, held where it becomes subnormal: those numbers count for nothing and are slow.
+/// `exp(-x)` for `x >= 0`, constant where it would be subnormal: such numbers have no effect and are slow.
 #[inline(always)]
 pub fn exp_neg<T: Real>(x: T) -> T {
     (-(x.min(T::c(MOST_DECAY)))).exp()

@@ -3,7 +3,7 @@
 use crate::Real;
 
 /// A function on a uniform grid, interpolated by the quintic through value, slope and curvature at both knots
-/// (error of sixth order in the spacing, twice continuously differentiable). Outside the grid it goes on straight.
+/// (error of sixth order in the spacing, twice continuously differentiable). Outside the grid it is linear.
 #[derive(Debug, Clone)]
 pub struct QuinticTable {
     start: f64,

@@ -80,10 +80,10 @@ pub struct RateDerivatives<L> {
     pub force: Row<L>,
 }
 
-/// Derivatives of a cylinder that has its oil from mains of changing pressure.
+/// Derivatives of a cylinder on mains of variable pressure.
 #[derive(Debug, Clone, Copy)]
 pub struct SupplyDerivatives<L> {
-    /// What the valve gives to the load-sensing line, Pa.
+    /// Signal of the valve to the load-sensing line, Pa.
     pub signal: L,
     /// Of the flow from the supply, and of that signal.
     pub drawn: Row<L>,
@@ -155,7 +155,7 @@ impl<L: Real> Lifted<L> {
         }
     }
 
-    /// Both ports with the derivatives by all that they can depend on.
+    /// Both ports with the derivatives by all their arguments.
     #[inline(always)]
     fn coupled_ports(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> [Port<CoupledPort<L>>; 2] {
         let pressures = SupplyPressures {

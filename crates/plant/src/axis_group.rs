@@ -153,7 +153,7 @@ impl<L: Real> AxisGroup<L> {
         )
     }
 
-    /// What the valves give to the load-sensing line, Pa.
+    /// Signals of the valves to the load-sensing line, Pa.
     #[inline(always)]
     pub fn signals(&self, spool: L, ports: &PortPressures<L>) -> L {
         self.unit.valve.connection.signal(spool, [ports.a, ports.b], ports.tank)
@@ -162,7 +162,7 @@ impl<L: Real> AxisGroup<L> {
     /// Powers of the ledger.
     #[inline(always)]
     pub fn powers(&self, oil: &OilTables, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> AxisPowers<L> {
-        // In one piece, so that the rates of states, which no power needs, are left out.
+        // Inlined here, so that the compiler removes the rates of states, which no power needs.
         L::outlined(
             #[inline(always)]
             || {

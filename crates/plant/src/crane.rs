@@ -29,7 +29,7 @@ pub struct Crane<const N: usize> {
     pub(crate) outputs: Vec<OutputInfo>,
 }
 
-/// Share of a mass matrix entry that must be left after elimination: four digits beyond rounding.
+/// Least remainder of a mass matrix entry after elimination, as a share: four digits above rounding.
 const LEAST_PIVOT: f64 = 1e-12;
 /// Share of a joint's range at either end where admissibility is checked in detail.
 const EDGE: f64 = 1e-3;
@@ -84,7 +84,7 @@ impl<const N: usize> Crane<N> {
         crane.check_mass_matrix()?;
         crane.require_finite()?;
         for low in crane.low_settings() {
-            // A machine that is built once more has its warnings already.
+            // A machine that is built again already has its warnings.
             if !crane.machine.warnings.contains(&low) {
                 crane.machine.warnings.push(low);
             }
@@ -105,7 +105,7 @@ impl<const N: usize> Crane<N> {
         Err(BuildError::Unresolvable(self.machine.links[heaviest + 1].name.clone()))
     }
 
-    /// Numbers of a file can be valid one by one and overflow together; one evaluation in the middle shows it.
+    /// Numbers of a file can be valid separately and overflow together; one evaluation in the middle shows this.
     fn require_finite(&self) -> Result<(), BuildError> {
         let mut x = vec![0.0; self.layout.len()];
         for (i, limits) in self.limits.iter().enumerate() {
@@ -143,8 +143,8 @@ impl<const N: usize> Crane<N> {
         }
     }
 
-    /// The joint ranges without their edges. The stroke is monotone in q, so admissible ends imply an admissible range. Empty
-    /// where an end is not admissible.
+    /// The joint ranges without their edges. The stroke is monotone in q, so admissible ends imply an admissible range.
+    /// Empty if an end is not admissible.
     fn safe_ranges(&self) -> [[f64; 2]; N] {
         let inner = self.limit_pairs().map(|[lower, upper]| {
             let edge = EDGE * (upper - lower);
@@ -163,7 +163,7 @@ impl<const N: usize> Crane<N> {
         self.plant().admissible(&self.plant().mechanics.pose(q))
     }
 
-    /// The pose of rest of a crane that is placed at `q`. It differs from `q` where the supply pressure cannot press a
+    /// The pose of rest of a crane that is placed at `q`. It differs from `q` if the supply pressure cannot press a
     /// piston so far into its end stop.
     pub(crate) fn on_the_stops(&self, mut q: [f64; N], payload: f64) -> [f64; N] {
         let (plant, back) = (self.plant(), self.machine.equilibrium.back_pressure);

@@ -10,7 +10,7 @@ pub trait Dynamics {
     fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]);
     fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]);
     fn static_force(&self, q: &[f64], payload: f64, force: &mut [f64]);
-    /// The tip with `payload` picks up a `load` (kg) that lies still: writes the joint rates after it, returns the loss (J).
+    /// The tip with `payload` picks up a `load` (kg) at rest: writes the joint rates after it, returns the loss (J).
     fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64;
     /// (kinetic, potential), J.
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64);

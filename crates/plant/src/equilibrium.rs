@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// Kind of equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EquilibriumMode {
-    /// Valves closed; pressures balance the load and then creep by leakage.
+    /// Valves closed; pressures balance the load and then change slowly by leakage.
     Hold,
     /// Spools opened just enough to feed the leakage; pressures are constant.
     Steady,
@@ -41,7 +41,7 @@ impl<const N: usize> Plant<f64, N> {
             return Err(PoseError::LoadSensing);
         }
         let forces = self.standing_force(q, payload);
-        // The little that the open spools draw moves the pressure of the mains, and that moves what they draw by far less.
+        // The small flow of the open spools changes the pressure of the mains, which changes this flow far less.
         for _ in 0..if self.supply.is_some() { SUPPLY_ROUNDS } else { 1 } {
             let supply_pressures = self.pressures_at(layout, &x);
             for c in 0..N {
@@ -63,12 +63,11 @@ impl<const N: usize> Plant<f64, N> {
     }
 }
 
-/// Rounds after which the pressure of the mains is found to rounding.
+/// Number of iterations until the pressure of the mains is exact to rounding.
 const SUPPLY_ROUNDS: usize = 4;
 
 impl<T: Real, const N: usize> Plant<T, N> {
-    /// The state at rest with closed spools at any piston positions; `back`: pressure of the chamber that carries
-    /// less, Pa.
+    /// The state at rest with closed spools at any piston positions; `back`: pressure of the less loaded chamber, Pa.
     pub fn held(&self, layout: &Layout, q: &[T; N], back: T, payload: T) -> Vec<T> {
         let mut x = vec![T::c(0.0); layout.len()];
         let forces = self.standing_force(q, payload);
@@ -82,8 +81,8 @@ impl<T: Real, const N: usize> Plant<T, N> {
         x
     }
 
-    /// Writes the state in which the supply rests while the valves draw what they draw at its present one: a round of a search that
-    /// begins with closed mains and ends when nothing changes.
+    /// Writes the steady state of the supply for the flow that the valves draw at its present state: an iteration that
+    /// begins with closed valves and ends when nothing changes.
     fn settle_supply(&self, layout: &Layout, x: &mut [T]) {
         let Some(p) = layout.mains() else { return };
         let Some(supply) = &self.supply else {
@@ -107,7 +106,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         }
     }
 
-    /// Pressure forces that hold the crane at rest, N: what the end stops do not carry.
+    /// Pressure forces that hold the crane at rest, N: the static forces less those of the end stops.
     pub fn standing_force(&self, q: &[T; N], payload: T) -> [T; N] {
         let strokes = self.strokes(&self.mechanics.pose(q));
         let load = self.static_force(q, payload);
@@ -115,12 +114,12 @@ impl<T: Real, const N: usize> Plant<T, N> {
     }
 }
 
-/// Halvings after which a position is found to rounding.
+/// Number of bisections until a position is exact to rounding.
 const HALVINGS: usize = 80;
 
-/// Position of rest of a piston that is placed at `position` (m) under `load` (N, to be held by its force). This is `position`
-/// unless pressing it so far into an end stop takes more than the `supply` pressure. Then the piston rests on the stop, with
-/// both chambers at the pressure `back`, or stands where the stop begins if the load pulls it away.
+/// Position of rest of a piston that is placed at `position` (m) under `load` (N, to be held by its force). This is
+/// `position`, unless more than the `supply` pressure is needed to press it so far into an end stop. Then the piston
+/// rests on the stop, with both chambers at the pressure `back`, or at the begin of the stop if the load pulls it away.
 pub fn resting_position(unit: &HydraulicAxis<f64>, position: f64, load: f64, back: f64, supply: f64) -> f64 {
     let stop = |x: f64| unit.end_stop.force(x, 0.0).0;
     let (p1, p2) = hold_pressures(unit, load - stop(position), back);
@@ -158,7 +157,7 @@ fn require_inside(
     Err(PoseError::OutsideStroke { joint, coordinate, cylinder, position, lower, upper })
 }
 
-/// p1 A1 - p2 A2 = force with the chamber that carries less at the back pressure.
+/// p1 A1 - p2 A2 = force with the less loaded chamber at the back pressure.
 fn hold_pressures<T: Real>(unit: &HydraulicAxis<T>, force: T, back: T) -> (T, T) {
     let (a1, a2) = (unit.chambers.area_1, unit.chambers.area_2);
     let pushed = (back * (a1 - a2)).le(force);
@@ -179,7 +178,7 @@ impl Balance<'_> {
     fn solve(&self) -> Option<(f64, f64, f64)> {
         const SAMPLES: usize = 400;
         let (low, high) = (self.supply_pressures.tank, self.supply_pressures.supply);
-        // Crowded at both ends: light loads balance within a fraction of a bar of the tank.
+        // Denser at both ends: light loads balance within a fraction of a bar of the tank.
         let at = |i: usize| {
             let share = 0.5 - 0.5 * portable::cos(PI * (i as f64 + 0.5) / SAMPLES as f64);
             low + (high - low) * share

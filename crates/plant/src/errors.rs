@@ -9,7 +9,7 @@ pub enum BuildError {
     /// Unsupported number of joints.
     #[error("the machine has {0} joints; chains of {chains} joints can be simulated", chains = CHAINS)]
     Chain(usize),
-    /// Hydraulics of mobile machines in a program for the smallest chains alone.
+    /// Hydraulics of mobile machines in a build for the smallest chains only.
     #[error(
         "the machine has a pump, a measured supply, compensators, curves of metering edges, separate meter-out, load-holding or port valves, for which this \
          program has no laws; plain spool valves at a constant pressure can be simulated"

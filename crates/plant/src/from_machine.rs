@@ -1,4 +1,4 @@
-//! From a machine description to the parameters of the laws: the only place that knows both.
+//! From a machine description to the parameters of the laws; only this file depends on both.
 
 use crate::errors::BuildError;
 use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
@@ -39,7 +39,7 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// Share of a spool's stroke over which it connects its port with the load-sensing line.
 const CONNECTION: f64 = 0.01;
-/// Velocity over which the static map changes its sign where the file states none, m/s.
+/// Default velocity over which the static map changes its sign, m/s.
 const SMOOTHING: f64 = 1e-3;
 
 /// The plant of a machine with exactly `N` joints, with the derivatives that the machine was read with.
@@ -112,7 +112,7 @@ fn ground<T: Number>(g: &file::Ground<T>, load: &file::Payload<T>) -> Ground<T> 
     let mut supports: Vec<&file::Support<T>> = g.supports.iter().collect();
     supports.sort_by(|a, b| a.height.plain().total_cmp(&b.height.plain()));
     let support = |s: &file::Support<T>| Support { height: s.height, from: s.from, to: s.to, edge: s.edge };
-    // Places that stay free are not looked at.
+    // Unused entries are ignored.
     let none = Support { height: 0.0, from: 0.0, to: 0.0, edge: 1.0 }.lift();
     Ground {
         soil: Soil {
@@ -145,8 +145,8 @@ fn joint<T: Number>(m: &file::Machine<T>, i: usize) -> Joint<T> {
     }
 }
 
-/// Sine and cosine, plain ones to the bits of [`portable`]. What `angle` has beyond its plain value are its derivatives, for
-/// which the linear terms are exact.
+/// Sine and cosine; plain values have the bits of [`portable`]. The linear terms are exact for the derivatives of
+/// `angle`.
 fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let sin = angle.look_up(|plain| portable::sin_cos(plain).0);
     let cos = angle.look_up(|plain| portable::sin_cos(plain).1);
@@ -154,7 +154,7 @@ fn sin_cos<T: Real>(angle: T) -> (T, T) {
     (sin + cos * beyond, cos - sin * beyond)
 }
 
-/// The inertia about the centre of gravity, by the parallel axis theorem where the file gives the frame's.
+/// The inertia about the centre of gravity, by the parallel axis theorem if the file gives that about the frame.
 fn body<T: Number>(m: &file::Machine<T>, link: &file::Link<T>) -> Body<T> {
     let [x, z] = link.centre_of_gravity;
     let shift = match link.inertia_about {
@@ -312,17 +312,18 @@ fn load_holding<T: Number>(v: &file::LoadHolding<T>) -> LoadHolding<T> {
     }
 }
 
-/// The port is connected just before its metering edge opens; where these begin at the middle, the first part of the stroke must do.
+/// The port is connected just before its metering edge opens, or over the first part of the stroke if the edges begin
+/// at the middle.
 fn connection<T: Number>(v: &file::Valve<T>) -> Connection<T> {
     let travel = v.stroke * CONNECTION;
     Connection { begins: (v.closed_zone() - travel).max(T::c(0.0)), travel }
 }
 
-/// `None` where no edge has a curve.
+/// `None` if no edge has a curve.
 fn metering<T: Number>(v: &file::Valve<T>) -> Option<Metering<T>> {
     let mut curves: [Option<&file::EdgeCurve<T>>; 4] = std::array::from_fn(|edge| v.metering[edge].as_ref());
     if v.kind == file::ValveKind::Regenerative {
-        // What opens port B as the piston extends leads to the supply.
+        // With regeneration port B is connected to the supply while the piston extends.
         curves[Edge::BToTank as usize] = curves[Edge::SupplyToB as usize];
     }
     curves.iter().any(Option::is_some).then(|| Metering {
@@ -351,7 +352,7 @@ fn leakage<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Leakage<T>
     }
 }
 
-/// The stops end where the stroke does, or where the rod face meets the barrel if that comes first.
+/// The stops end at the stroke end, or at the contact of the rod face with the barrel if that comes first.
 fn end_stop<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> EndStop<T> {
     let upper = c.stroke / 2.0;
     let printed = !m.errata.end_stop;
@@ -377,7 +378,7 @@ fn friction<T: Number>(m: &file::Machine<T>, f: &file::Friction<T>) -> FrictionL
         viscous_retracting: f.viscous[1],
         viscous_exponent_extending: f.viscous_exponent[0],
         viscous_exponent_retracting: f.viscous_exponent[1],
-        // The short cuts do not see the exponents, so they are none where derivatives by these are wanted.
+        // The short cuts ignore the exponents, so they are not used for derivatives by these.
         gaussian: f.stribeck_exponent.iter().all(|exponent| exponent.always(2.0)),
         three_halves: f.viscous_exponent.iter().all(|exponent| exponent.always(1.5)),
     };

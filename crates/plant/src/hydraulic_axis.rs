@@ -19,7 +19,7 @@ pub enum FrictionLaw<T> {
         map: StaticParameters<T>,
         width: T,
     },
-    /// Without a width the sign jumps, as in the program.
+    /// Without a width the sign jumps, as in the thesis's program.
     Printed {
         map: StaticParameters<T>,
         width: Option<T>,
@@ -48,7 +48,7 @@ pub struct HydraulicAxis<T> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SupplyPressures<T> {
     pub supply: T,
-    /// Of the load-sensing line; that of the tank where there is none.
+    /// Of the load-sensing line; the tank pressure without one.
     pub load: T,
     pub tank: T,
 }
@@ -251,7 +251,7 @@ impl<T: Real> HydraulicAxis<T> {
         self.assemble(supply_pressures, s, &outputs)
     }
 
-    /// Flows of port A; the pressure of port B counts where it opens what holds the load of port A.
+    /// Flows of port A; the pressure of port B counts if it opens the load-holding valve of port A.
     #[inline(always)]
     pub fn port_a(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_a(spool, ports);

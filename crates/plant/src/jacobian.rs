@@ -125,7 +125,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 along_q[j] = -needed.by_q[j][c];
                 along_qd[j] = -needed.by_qd[j][c];
             }
-            // A cylinder's lever arm and force move with its own joint alone.
+            // A cylinder's lever arm and force depend only on its own joint.
             along_q[c] += forces[c] * lever_arm_derivatives[c] + lever_arm * derivatives.force.q;
             along_qd[c] += lever_arm * derivatives.force.qd;
             unit[c] = lever_arm;
@@ -152,7 +152,7 @@ impl<T: Real> Signal<T> {
     }
 }
 
-/// The highest of the `signals` and of `tank`, and its derivatives alone, by pressures and in their rows: those of lower ones act on nothing.
+/// The highest of the `signals` and of `tank`, with its derivatives by pressures and in their rows; lower signals have no effect.
 #[inline(always)]
 fn keep_highest<T: Real>(signals: &[Signal<T>], tank: T, derivatives: &mut [Row<T>]) -> (T, [T; MAX_ACTING]) {
     let mut highest = Signal::of(tank);
@@ -194,7 +194,8 @@ impl<L: Real> AxisGroup<L> {
         }
     }
 
-    /// Derivatives by the pressures of the supply, and those of what is asked of it; the `signals` to the load-sensing line.
+    /// Derivatives by the pressures of the supply, and those of the demand on it; the `signals` to the load-sensing
+    /// line.
     #[inline(always)]
     fn write_supply_derivatives<T: Real, const N: usize>(
         &self,

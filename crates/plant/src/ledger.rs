@@ -6,8 +6,9 @@
 //!     - edges - connectors - internal leakage - external leakage - friction - end stops - contact
 //! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
-//! energy density at the chamber's pressure). With compensators, a further loss is theirs, and that of an edge from the supply is
-//! that of its own drop. Relief and anti-cavitation valves of the ports are two more losses, the resistance of the lines another one. With a pump, the energy of the mains is stored too:
+//! energy density at the chamber's pressure). Compensators add their losses; the loss of an edge from the supply is
+//! then that of its own drop. Relief and anti-cavitation valves of the ports are two more losses, the resistance of the
+//! lines is another one. With a pump, the energy of the mains is stored too:
 //! ```text
 //! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
 //! ```
@@ -66,8 +67,8 @@ pub const SUPPLY_TERMS: [Term; 7] = [
     ("carried", "elastic energy carried in with the oil", 1.0),
 ];
 
-/// Terms after those of the cylinders, each with what it belongs to: of the ground, the compensators, the valves at the ports, the lines
-/// and the supply, where the machine has a ground, compensators, such valves, lines with a resistance and a pump.
+/// Terms after those of the cylinders, each with its owner: of ground, compensators, port valves, lines and supply, if
+/// the machine has them.
 pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let ground = machine.ground.iter().flat_map(|_| GROUND_TERMS.iter().map(|term| ("ground", term)));
     let supply = machine.supply.mains.iter().flat_map(|_| SUPPLY_TERMS.iter().map(|term| ("mains", term)));
@@ -115,7 +116,7 @@ pub fn supply_powers<T: Real>(
     ]
 }
 
-/// Powers (W) in the order of [`PORT_VALVE_TERMS`]: what flows from a port is lost in its relief valve, what flows into it in its
+/// Powers (W) in the order of [`PORT_VALVE_TERMS`]: flow from a port is a loss of its relief valve, flow into it of its
 /// anti-cavitation valve.
 #[inline(always)]
 pub fn port_valve_powers<T: Real>(r: &LocalRates<T>) -> [T; PORT_VALVE_TERMS.len()] {

@@ -1,16 +1,16 @@
-//! The highest pressure that a load gives a chamber, and whether what holds the chamber stands well above it.
+//! The highest load pressure of a chamber, and whether the setting of its counterbalance valve is well above it.
 
 use crate::crane::Crane;
 use crate::limits::in_words;
 use hydrocrane_machine::model::{HoldingKind, Unusual};
 
-/// How far above the highest load pressure makers want the setting of a counterbalance valve.
+/// Least ratio of the setting of a counterbalance valve to the highest load pressure, as manufacturers recommend.
 const MARGIN: f64 = 1.3;
-/// Most poses that are looked at, and most of them along one joint.
+/// Most poses that are checked, and most of them along one joint.
 const POSES: usize = 2500;
 const MOST: usize = 13;
 
-/// A pressure (Pa) and the pose of rest that has it.
+/// A pressure (Pa) with its pose of rest.
 #[derive(Clone, Copy)]
 struct Loaded<const N: usize> {
     pressure: f64,
@@ -18,8 +18,8 @@ struct Loaded<const N: usize> {
 }
 
 impl<const N: usize> Crane<N> {
-    /// Settings of counterbalance valves below [`MARGIN`] times the highest pressure of a load at rest. Poses in which the supply
-    /// does not lift the load are left out.
+    /// Settings of counterbalance valves below [`MARGIN`] times the highest pressure of a load at rest. Poses in which
+    /// the supply cannot lift the load are left out.
     pub(crate) fn low_settings(&self) -> Vec<Unusual> {
         let cylinders = self.machine.cylinders.iter().enumerate();
         let held = cylinders.flat_map(|(c, cylinder)| {
@@ -55,7 +55,7 @@ impl<const N: usize> Crane<N> {
     }
 
     /// Highest pressure of a load at rest at the piston side and the rod side of each cylinder, with its pose, while the other side is
-    /// at the pressure of the tank; `None` where no pose loads the side.
+    /// at the pressure of the tank; `None` if no pose loads the side.
     fn highest_pressures(&self) -> [[Option<Loaded<N>>; 2]; N] {
         let limits = self.limit_pairs();
         let along = (2..=MOST).rev().find(|along| along.pow(N as u32) <= POSES).unwrap_or(2);

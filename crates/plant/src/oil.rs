@@ -1,12 +1,12 @@
-//! Tables of oils, shared by all machines that have the same oil: to make them takes longer than a run of a few seconds.
+//! Tables of oils, shared by all machines with the same oil, because they take longer than a run of a few seconds.
 
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Oils that are remembered, the last ones asked for: a third of a megabyte each.
+/// Number of oils in the cache, the last used ones; a third of a megabyte each.
 pub const MOST: usize = 16;
 
-/// What two oils with the same tables have in common, bit for bit.
+/// Key of the cache: the parameters of an oil, bit for bit.
 type Key = ([u64; 5], bool);
 
 static KNOWN: Mutex<Vec<(Key, Arc<OilTables>)>> = Mutex::new(Vec::new());
@@ -22,7 +22,7 @@ pub fn tables(fluid: &Fluid<f64>) -> Arc<OilTables> {
     if let Some(tables) = known(&key) {
         return tables;
     }
-    // Without the lock: other threads make theirs meanwhile.
+    // Without the lock, so that other threads can make theirs.
     let tables = Arc::new(OilTables::new(*fluid));
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     if known.len() >= MOST {
@@ -32,7 +32,7 @@ pub fn tables(fluid: &Fluid<f64>) -> Arc<OilTables> {
     tables
 }
 
-/// What is remembered; it becomes the last one asked for.
+/// The cached table, which becomes the last used one.
 fn known(key: &Key) -> Option<Arc<OilTables>> {
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let index = known.iter().position(|(other, _)| other == key)?;

@@ -1,4 +1,4 @@
-//! What a run records besides its states.
+//! Outputs of a run besides its states.
 
 use crate::hydraulic_axis::{FrictionLaw, LocalState};
 use crate::ledger::has_line_resistance;
@@ -75,7 +75,7 @@ fn compensated(machine: &Machine) -> impl Iterator<Item = &str> {
     machine.cylinders.iter().filter(|c| !c.valve.compensator.is_none()).map(|c| c.name.as_str())
 }
 
-/// Further outputs of each cylinder if one has valves at its ports.
+/// Further outputs of each cylinder if any has port valves.
 const AT_PORTS: [(&str, &str, &str); 2] = [
     (
         "relieved1",

@@ -18,9 +18,9 @@ pub struct Plant<T, const N: usize> {
     pub actuations: [Actuation<T>; N],
     pub cylinders: [HydraulicAxis<T>; N],
     pub fluid: Fluid<T>,
-    /// Constant, or what the pump is set to.
+    /// Constant pressure, or set pressure of the pump.
     pub supply_pressures: SupplyPressures<T>,
-    /// `None`: the pressure of the supply is constant.
+    /// `None`: the supply pressure is constant.
     pub supply: Option<Supply<T>>,
     /// `None`: no ground.
     pub ground: Option<Ground<T>>,
@@ -87,7 +87,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         }
     }
 
-    /// Net cylinder forces that hold the crane at rest, N, with what the ground carries.
+    /// Net cylinder forces that hold the crane at rest, N, less the load carried by the ground.
     pub fn static_force(&self, q: &[T; N], payload: T) -> [T; N] {
         let (pose, still) = (self.mechanics.pose(q), [T::c(0.0); N]);
         let mut bias = self.mechanics.equations(&pose, &still, payload).bias;
@@ -101,7 +101,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
     }
 }
 
-// In dual numbers, functions of their own for all lengths of chains.
+// For dual numbers separate functions, common to all lengths of chains.
 
 /// Piston position (m) and lever arm of a cylinder.
 #[inline(always)]

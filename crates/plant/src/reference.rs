@@ -43,7 +43,7 @@ fn push_of_ground(ground: &Ground, load: &Payload, at: V, v: V, payload: f64) ->
     }
     let hang = match payload {
         m if m <= 0.0 => 0.0,
-        // Below 1 kg a parabola stands for the root.
+        // Below 1 kg a parabola replaces the root.
         m if m < 1.0 => load.hang + load.hang_growth * m * (3.0 - m) / 2.0,
         m => load.hang + load.hang_growth * m.sqrt(),
     };
@@ -94,7 +94,7 @@ fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64) 
         .map_or(pump.speed, |engine| (pump.speed * (1.0 - engine.droop * torque / engine.rated_torque)).max(0.0));
     let leaked = (1.0 - pump.volumetric_efficiency) * per_angle * pump.speed * (p - tank) / (m.supply.pressure - tank);
     let relieved = mains.relief_gradient * rounded(p - opens, 0.5e5);
-    // Gas that the oil presses together, from its precharge on.
+    // Gas that the oil compresses above its precharge.
     let (held, growth) = mains.accumulator.as_ref().map_or((0.0, 0.0), |a| {
         let (atmosphere, within) = (1.013_25e5, 1e5);
         let slope = ((p - a.precharge + within) / (2.0 * within)).clamp(0.0, 1.0);
@@ -137,7 +137,7 @@ fn flank(t: f64) -> (f64, f64) {
     }
 }
 
-/// Monotone cubics through the `points`, in Hermite's form; beyond them straight on.
+/// Monotone cubics through the `points`, in Hermite's form; linear beyond them.
 fn curve(points: &[[f64; 2]], x: f64) -> f64 {
     let n = points.len();
     let h: Vec<f64> = points.windows(2).map(|p| p[1][0] - p[0][0]).collect();
@@ -236,7 +236,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                 let opening = ((r1 * r1 + dot(d, d) - r2 * r2) / (2.0 * r1 * dot(d, d).sqrt())).acos();
                 let rocker = d[1].atan2(d[0]) + l.side * opening;
                 let pin = add(t1, scale([rocker.cos(), rocker.sin()], r1));
-                // The coupler keeps its length: both its ends move alike along it.
+                // The coupler has constant length: both ends have the same velocity along it.
                 let coupler = sub(pin, t3);
                 let swing = quarter(sub(pin, t1));
                 (pin, scale(swing, dot(coupler, velocity(i, t3)) / dot(coupler, swing)))
@@ -306,8 +306,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let closed = closed[0].min(closed[1]);
         let (connected, _) = flank((xs.abs() - (closed - travel).max(0.0)) / travel);
         let fed_pressure = pt + connected * (if xs < 0.0 { pb } else { pa } - pt);
-        // Flow per root of the drop over the valve that holds the load of a port and the `opening` of the edge to the tank behind it, and
-        // the opening of that valve; the port that is fed opens the other's.
+        // Flow per root of the pressure drop over a port's load-holding valve in series with the edge to the tank of
+        // this `opening`, and the opening of that valve; the pressure of the fed port opens it.
         let held = |port: usize, opening: f64| {
             let valve = c.holding[port].as_ref()?;
             let (pc, pilot) = ([pa, pb][port], if (port == 0) == (xs < 0.0) { fed_pressure } else { pt });
@@ -339,7 +339,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             }
         };
         let sealed = |port: usize| held(port, 0.0).map_or(1.0, |(_, open)| open);
-        // A check valve before the edges, or the one of what holds the load of a port.
+        // A check valve before the edges, or that of a port's load-holding valve.
         let holds = |port: usize| {
             let held = c.holding[port].as_ref();
             held.is_some_and(|held| !matches!(held.kind, HoldingKind::HoseBurst(_)))
@@ -354,7 +354,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             ValveKind::FourThree => [checked(0, fed(0, pa, opened(0, xs))), checked(1, fed(1, pb, opened(2, -xs)))],
             ValveKind::Regenerative => [checked(0, fed(0, pa, opened(0, xs))), fed(1, pb, opened(2, xs.abs()))],
         };
-        // An edge to the tank with a spool of its own, free as the section moves that way, keeps its pressure.
+        // A separate edge to the tank, active while the section moves in this direction, holds the port's pressure.
         let drained = |port: usize, by_spool: f64, travel_that_way: f64| match &valve.meter_out[port] {
             Some(of) => {
                 let share = ([pa, pb][port] - of.pressure) / of.range;
@@ -405,7 +405,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
 
         let bulk = |p: f64| bulk_modulus(&m.fluid, p);
         let half = c.stroke / 2.0;
-        // What a chamber with its line takes up per pressure.
+        // Capacity of a chamber with its line: volume per pressure.
         let capacity = |side: usize, p: f64, volume: f64| match &c.lines[side] {
             Some(line) => (volume + line.volume + line.compliance * p) / bulk(p) + line.compliance,
             None => volume / bulk(p),
@@ -429,7 +429,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             FrictionModel::LuGre => {
                 let z = x[s + 4];
                 if f.breakaway == [0.0; 2] {
-                    // No bristles: what is left of a deflection fades.
+                    // Without bristles a remaining deflection decays.
                     dx[s + 4] = -100.0 * z;
                     viscous
                 } else {
@@ -464,8 +464,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         }
     }
 
-    // Newton-Euler: joint forces needed for given accelerations; its value at zero is the bias force, its
-    // answer to unit accelerations the mass matrix.
+    // Newton-Euler: joint forces needed for given accelerations; its value at zero acceleration is the bias force, its
+    // response to unit accelerations the mass matrix.
     let needed = |qdd: &[f64], qd: &[f64], gravity: f64| {
         let (mut rate, mut spin_up, mut a) = (0.0, 0.0, [0.0, gravity]);
         let mut parts: Vec<(usize, f64, f64, V, V)> = Vec::new();

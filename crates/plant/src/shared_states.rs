@@ -1,4 +1,4 @@
-//! The states that all cylinders share, those of the supply: what the valves see of them, their rates and derivatives.
+//! The states of the supply, common to all cylinders: pressures at the valves, rates and derivatives.
 
 use crate::hydraulic_axis::SupplyPressures;
 use crate::layout::Layout;
@@ -25,7 +25,7 @@ impl<T: Real> Default for AskedByPressures<T> {
 }
 
 impl<T: Real, const N: usize> Plant<T, N> {
-    /// The pressures that the valves see in the state `x`.
+    /// The supply pressures at the valves in the state `x`.
     #[inline(always)]
     pub fn pressures_at(&self, layout: &Layout, x: &[T]) -> SupplyPressures<T> {
         let Some(p) = self.mains(layout) else { return self.supply_pressures };
@@ -33,7 +33,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         SupplyPressures { supply: x[p], load, ..self.supply_pressures }
     }
 
-    /// Index of the pressure of the mains. Programs for the smallest chains alone have no pumps.
+    /// Index of the pressure of the mains. Builds for the smallest chains only have no pumps.
     #[inline(always)]
     pub fn mains(&self, layout: &Layout) -> Option<usize> {
         if cfg!(feature = "chains") {
@@ -43,7 +43,8 @@ impl<T: Real, const N: usize> Plant<T, N> {
         }
     }
 
-    /// The supply with its pressures and the share of its displacement in the state `x`; `None` where its pressure is constant.
+    /// The supply with its pressures and the share of its displacement in the state `x`; `None` if its pressure is
+    /// constant.
     #[inline(always)]
     pub fn supply_at(&self, layout: &Layout, x: &[T]) -> Option<(&Supply<T>, SupplyPressures<T>, T)> {
         self.mains(layout)?;
@@ -51,7 +52,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.supply.as_ref().map(|supply| (supply, self.pressures_at(layout, x), e))
     }
 
-    /// What the valves ask for while they ask for nothing.
+    /// Zero demand of the valves.
     #[inline(always)]
     pub fn no_demand(&self) -> Demand<T> {
         Demand { drawn: T::c(0.0), signal: self.supply_pressures.tank }
@@ -61,7 +62,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
     #[inline(always)]
     pub fn write_supply(&self, layout: &Layout, x: &[T], demand: Demand<T>, dx: &mut [T]) {
         let Some((supply, pressures, e)) = self.supply_at(layout, x) else {
-            // A measured pressure changes as the run prescribes, by nothing here.
+            // The run prescribes a measured pressure, so its rate is zero here.
             self.mains(layout).into_iter().for_each(|p| dx[p] = T::c(0.0));
             return;
         };

@@ -44,13 +44,13 @@ pub trait StateSpace: Send + Sync {
         self.linearise(x, u, payload, &mut vec![0.0; x.len()], &mut blocks);
         blocks.write_dense(x.len(), jacobian);
     }
-    /// The same derivative by the readable one-function model; `None` where a law is switched to as-printed.
+    /// The same derivative by the readable one-function model; `None` if a law is switched to as-printed.
     #[cfg(feature = "reference")]
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
-    /// Derivative of the state derivative by time where the commands change at `rate` (m/s).
+    /// Time derivative of the state derivative for commands that change at `rate` (m/s).
     fn command_derivative(&self, rate: &[f64], dfdt: &mut [f64]);
-    /// Size of the estimated `error` of a step that led to the state `reached`: one where each state errs by its scale, or
-    /// the density of the oil by a thousandth.
+    /// Size of the estimated `error` of a step that led to the state `reached`: one if the error of each state is its
+    /// scale, or that of the oil's density a thousandth.
     fn error_size(&self, reached: &[f64], error: &[f64]) -> f64;
     /// Whether every piston is inside its cylinder.
     fn admissible(&self, x: &[f64]) -> bool;
@@ -58,7 +58,7 @@ pub trait StateSpace: Send + Sync {
     fn outputs(&self, x: &[f64], payload: f64, out: &mut [f64]);
     /// The same with NaN for `energy.oil`, whose tables take longer to build than a run of a few seconds.
     fn outputs_without_oil(&self, x: &[f64], payload: f64, out: &mut [f64]);
-    /// Writes how the outputs change where the state changes `along` a direction, exact; NaN for `energy.oil`.
+    /// Writes the exact directional derivatives of the outputs `along` a direction of the state; NaN for `energy.oil`.
     #[cfg(feature = "output-derivatives")]
     fn output_derivatives(&self, x: &[f64], along: &[f64], payload: f64, out: &mut [f64]);
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError>;

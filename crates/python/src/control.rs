@@ -1,4 +1,4 @@
-//! What tip control is made of, for studies from Python.
+//! Parts of tip control, for studies from Python.
 
 use crate::arrays::{row, rows, vector, Row, Rows};
 use hydrocrane_sim::controllers::{tip_gain_unit, TIP_GAINS};
@@ -7,7 +7,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// Joint rates for a velocity of the tip, and the share of it that they give.
+/// Joint rates for a velocity of the tip, and the share of it that they reach.
 #[pyfunction]
 pub fn resolve_rates<'py>(
     py: Python<'py>,

@@ -15,7 +15,7 @@ pub fn file_error(e: &MachineError) -> PyErr {
     MachineFileError::new_err((e.to_string(), e.slug(), owned(e.file()), e.line(), e.column(), owned(e.key())))
 }
 
-/// A machine that is described well but cannot be simulated.
+/// A valid description of a machine that cannot be simulated.
 pub fn cannot_build(source: &str, e: &BuildError) -> PyErr {
     let message = format!("{source}: [cannot-build] {e}");
     MachineFileError::new_err((

@@ -1,4 +1,4 @@
-//! What an FMU of a machine has, for whoever describes it.
+//! Variables of the FMU of a machine, for its description.
 
 use hydrocrane_fmu::{open, Fault, Kind, Resources, Use};
 use hydrocrane_machine::unit_exponents;
@@ -21,7 +21,7 @@ pub fn fmu_variables(
     let resources = Resources { machine, scenario, settings };
     let part = py.detach(|| {
         let mut part = open(&resources)?;
-        // What is wrong with its start is said now, not in the tool.
+        // Errors of its start are reported now and not in the tool.
         part.begin(0.0).map_err(|fault| match fault {
             Fault::Wrong(text) | Fault::Impossible(text) => text,
         })?;
@@ -36,7 +36,7 @@ pub fn fmu_variables(
     Ok((entries.collect(), part.exchanges(), part.period()))
 }
 
-/// Exponents of m, kg, s, K, A, rad in a unit of machine files; `None` where it is none.
+/// Exponents of m, kg, s, K, A, rad in a unit of machine files; `None` if it is no unit.
 #[pyfunction]
 pub fn exponents_of_unit(unit: &str) -> Option<[f64; 6]> {
     unit_exponents(unit)

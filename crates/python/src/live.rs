@@ -1,4 +1,4 @@
-//! A scenario driven live: its controller, with sticks and goals given while time goes on.
+//! A scenario driven live: its controller, with sticks and goals given during the run.
 
 use crate::answers::{warnings_of, WarningEntry};
 use crate::arrays::{matrix, vector};
@@ -26,7 +26,7 @@ pub struct LiveSimulator {
 
 struct Going {
     live: Live,
-    /// What makes the start doubtful, until it is told.
+    /// Warnings on the start that were not yet returned.
     doubts: Vec<Warning>,
     samples: u64,
 }
@@ -60,12 +60,12 @@ impl LiveSimulator {
         Ok(LiveSimulator { model: stage.model, period, axes, going: Mutex::new(going) })
     }
 
-    /// Goes on by so many samples of the controller: kind and message of the outcome, and what is seen then.
+    /// Advances by a number of samples of the controller: kind and message of the outcome, and the observation.
     fn step<'py>(&self, py: Python<'py>, samples: u64) -> PyResult<(&'static str, String, Bound<'py, PyArray1<f64>>)> {
         let (kind, message) = py.detach(|| {
             let mut going = self.going();
             going.samples += samples;
-            // Counted from the start, so that no rounding piles up.
+            // Counted from the start, so that rounding errors do not accumulate.
             let until = going.samples as f64 * self.period;
             let ended = going.live.advance(until).err();
             ended.map_or(("completed", String::new()), |outcome| (outcome.kind.name(), outcome.message))
@@ -110,12 +110,12 @@ impl LiveSimulator {
         live.carry(mass);
     }
 
-    /// What has happened since the last call: times and texts.
+    /// Events since the last call: times and texts.
     fn events(&self) -> Vec<(f64, String)> {
         self.going().live.events().into_iter().map(|event| (event.time, event.text)).collect()
     }
 
-    /// Loads taken up and let go so far.
+    /// Loads picked up and released so far.
     fn payload_changes(&self) -> Vec<PayloadEntry> {
         self.going().live.loads().1.iter().map(payload_entry).collect()
     }
@@ -126,7 +126,8 @@ impl LiveSimulator {
         warnings_of([doubts, going.live.warnings()].concat())
     }
 
-    /// What was done until the last sample: end, mode, times, deflections, precision, goals, payload at the start.
+    /// Record of the drive until the last sample: end, mode, times, deflections, precision, goals, payload at the
+    /// start.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let going = self.going();
         let (live, sticks, out) = (&going.live, going.live.sticks(), PyDict::new(py));

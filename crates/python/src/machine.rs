@@ -1,4 +1,4 @@
-//! The machine as Python asks it: batches of rows in, arrays out.
+//! The machine for Python: batches of rows in, arrays out.
 
 use crate::answers::{warnings_of, WarningEntry};
 use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use std::sync::Arc;
 
-/// A machine with its file, of which it can be made again with other values.
+/// A machine with its file, from which it can be made with other values.
 #[pyclass(frozen, module = "hydrocrane._core")]
 #[derive(Clone)]
 pub struct Machine {
@@ -37,7 +37,7 @@ impl Machine {
         Ok(Machine { model, source: source.to_string(), file: file.clone(), overrides: overrides.to_vec() })
     }
 
-    /// The same with further overrides; itself where they change nothing.
+    /// The same with further overrides; itself if they change nothing.
     pub fn with(&self, changes: &[(String, OverrideValue)]) -> Result<Self, AssemblyError> {
         if changes.iter().all(|change| self.overrides.contains(change)) {
             return Ok(self.clone());

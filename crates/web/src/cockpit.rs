@@ -1,4 +1,4 @@
-//! A crane with a controller and somebody at the sticks.
+//! A crane with a controller and an operator at the sticks.
 
 use crate::description;
 use crate::drive::{begin, repeat, Drive, TICK};
@@ -19,8 +19,8 @@ pub struct Cockpit {
 }
 
 impl Cockpit {
-    /// Begins the drive that `request` (JSON) describes, or goes on under it; answers with what there is to see and steer.
-    /// After an error the drive at hand goes on.
+    /// Begins the drive that `request` (JSON) describes, or continues with it; returns the description of signals and
+    /// controls. After an error the present drive continues.
     pub fn open(&mut self, request: &str) -> Result<Value, Problem> {
         let request = Request::read(request)?;
         let replay = request.scenario.as_deref().map(|text| replay::of(text, &request)).transpose()?;
@@ -47,7 +47,7 @@ impl Cockpit {
         }
     }
 
-    /// The tip goes to a place (x, z), m, by itself, until somebody moves a stick.
+    /// Moves the tip to a point (x, z), m, until a stick is moved.
     pub fn go_to(&mut self, place: [f64; 2]) -> Result<(), Problem> {
         let drive = self.drive.as_mut().ok_or_else(|| Problem::plain("there is no drive"))?;
         if drive.live.follows_commands() {
@@ -58,7 +58,7 @@ impl Cockpit {
         Ok(())
     }
 
-    /// The tip goes to no goal any more.
+    /// Cancels the goal.
     pub fn drop_goal(&mut self) {
         if let Some(drive) = self.drive.as_mut().filter(|drive| drive.live.goal().is_some()) {
             drive.take_over();
@@ -66,14 +66,14 @@ impl Cockpit {
         }
     }
 
-    /// From the next sample on this share of the full speed counts.
+    /// Sets the share of the full speed from the next sample on.
     pub fn set_precision(&mut self, share: f64) {
         if let Some(drive) = &mut self.drive {
             drive.live.set_precision(share);
         }
     }
 
-    /// Takes up a load or lets one go: the payload from the next sample on, kg.
+    /// Sets the payload from the next sample on, kg: picks up or releases a load.
     pub fn carry(&mut self, mass: f64) {
         if let Some(drive) = &mut self.drive {
             drive.take_over();
@@ -81,7 +81,7 @@ impl Cockpit {
         }
     }
 
-    /// Goes on by `ticks` of 1 ms; whether the drive goes on after that.
+    /// Advances by `ticks` of 1 ms; returns whether the drive continues.
     pub fn advance(&mut self, ticks: u32) -> bool {
         let Some(drive) = &mut self.drive else { return false };
         drive.ticks += u64::from(ticks);
@@ -92,7 +92,7 @@ impl Cockpit {
         goes_on
     }
 
-    /// The numbers of the instant; the description says which is which.
+    /// The numbers of the present instant, in the order of the description.
     pub fn frame(&mut self) -> &[f64] {
         match &self.drive {
             Some(drive) => self.frame.fill(drive),
@@ -100,13 +100,14 @@ impl Cockpit {
         }
     }
 
-    /// The numbers of a recorded instant of the same machine: time, payload, states in order. Nothing where they are none.
+    /// The numbers of a recorded instant of the same machine: time, payload, states in order. `None` if they are
+    /// invalid.
     pub fn show(&mut self, recorded: &[f64]) -> &[f64] {
         self.drive.as_ref().and_then(|drive| self.frame.show(drive, recorded)).unwrap_or_default()
     }
 
-    /// What has happened since the last call, and how the drive ended if it has; what there is to see and steer where a
-    /// replay has come to another phase.
+    /// Events since the last call, and the outcome if the drive has ended; a new description if a replay has reached
+    /// another phase.
     pub fn events(&mut self) -> Value {
         let Some(drive) = &mut self.drive else { return json!({ "events": [], "ended": null, "replaying": false }) };
         let mut events: Vec<Value> = Vec::new();

@@ -1,4 +1,4 @@
-//! What there is to see and to steer, told once per drive.
+//! Description of signals and controls, sent once per drive.
 
 use crate::drive::{Drive, TICK};
 use crate::frame::{corners, signals};

@@ -1,4 +1,4 @@
-//! A drive under way: what is in force, its replay, and how it goes on under other settings.
+//! A running drive: its settings, its replay, and changes of settings.
 
 use crate::offered;
 use crate::problem::Problem;
@@ -17,31 +17,31 @@ pub use crate::scenario::TICK;
 /// Rounding allowed between the time of a drive and the end of its commands, s.
 const ROUNDING: f64 = 1e-9;
 
-/// A drive under way.
+/// A running drive.
 pub struct Drive {
     pub now: Setting,
-    /// What was in force before on this drive, and what was done with the sticks under it.
+    /// Earlier settings of this drive, with the record of the sticks.
     pub earlier: Vec<(Setting, Sticks)>,
     pub live: Live,
     /// Start pose, rad or m.
     pub pose: Vec<f64>,
-    /// What was begun: its start, commands, faults of sensors and seed hold throughout.
+    /// The scenario of the start: its start, commands, sensor faults and seed apply throughout.
     pub scenario: Scenario,
-    /// Whether it was a scenario that is repeated.
+    /// Whether it is the replay of a scenario.
     pub replayed: bool,
-    /// Stages of the replay that are to come.
+    /// Remaining stages of the replay.
     pub coming: VecDeque<(AssembledStage, Request)>,
     pub ticks: u64,
     pub loads_told: usize,
     /// Whether a phase of a replay has begun since the last call of [`crate::Cockpit::events`].
     pub changed: bool,
-    /// Why the next phase of a replay cannot begin.
+    /// The reason if the next phase of a replay cannot begin.
     pub stuck: Option<Problem>,
-    /// What makes the start doubtful, until it is told.
+    /// Warnings on the start that were not yet sent.
     pub doubts: Vec<Warning>,
 }
 
-/// What is in force from a time on.
+/// Settings from a time on.
 pub struct Setting {
     /// s
     pub from: f64,
@@ -69,7 +69,8 @@ impl Drive {
         !self.earlier.is_empty()
     }
 
-    /// Whoever moves a stick, a load or a knob drives. Where spool commands are repeated, the levers take over.
+    /// Ends a replay when the operator moves a stick, a load or a knob. After repeated spool commands the levers are
+    /// active.
     pub fn take_over(&mut self) {
         self.live.take_over();
         self.live.end_phase_at(f64::INFINITY);
@@ -81,7 +82,7 @@ impl Drive {
         }
     }
 
-    /// When the next phase of a replay begins, or spool commands end, s.
+    /// Time at which the next phase of a replay begins, or spool commands end, s.
     pub fn next_phase(&self) -> f64 {
         let end = self.scenario.duration;
         match self.coming.front() {
@@ -91,7 +92,7 @@ impl Drive {
         }
     }
 
-    /// Goes on to time `until` (s), from phase to phase of a replay; whether it goes on after that.
+    /// Advances to time `until` (s) through the phases of a replay; returns whether it continues.
     pub fn advance(&mut self, until: f64) -> bool {
         while self.next_phase() <= until && self.stuck.is_none() && self.live.advance(self.next_phase()).is_ok() {
             self.stuck = self.next_stage().err();
@@ -109,7 +110,7 @@ impl Drive {
         Ok(())
     }
 
-    /// How the drive ended, if it has: kind, time (s), message.
+    /// Outcome of the drive, if it has ended: kind, time (s), message.
     pub fn ended(&self) -> Option<(&'static str, f64, String)> {
         let stuck = self.stuck.as_ref().map(|problem| {
             let reason = problem.message();
@@ -130,7 +131,7 @@ impl Drive {
         Ok(())
     }
 
-    /// Goes on under other settings by hand, at the next sample; whether that could be.
+    /// Applies other settings at the next sample; returns whether that was possible.
     pub fn change(&mut self, request: &Request) -> Result<bool, Problem> {
         let (own, other) = (&self.now.request, request);
         if (&own.machine, &own.text) != (&other.machine, &other.text) || self.live.outcome().is_some() {
@@ -144,7 +145,7 @@ impl Drive {
         offered::check(&machine, &request.controller)?;
         let faults = self.scenario.sensor_faults.clone();
         let mut wanted = Scenario { sensor_faults: faults, ..request.scenario(&machine, &overrides, &self.pose) };
-        // What no knob shows stays as the replay stated it.
+        // Settings without a knob remain those of the replay.
         if let (Some(own), Some(choice)) = (&self.now.controller, &mut wanted.controller) {
             choice.model.clone_from(&own.model);
             choice.monitor = own.monitor.filter(|_| own.name == choice.name);
@@ -225,7 +226,7 @@ fn stated_pose(scenario: &Scenario, now: &Setting, found: Vec<f64>) -> Vec<f64> 
     joints.map(|(joint, found)| stated(&joint.name).unwrap_or(found)).collect()
 }
 
-/// A start that the request leaves open is raised by the first joint until the load hangs clear of the ground.
+/// If the request has no start pose, the first joint raises the default one until the load is clear of the ground.
 fn clear_of_the_ground(request: &Request, model: &dyn Model, pose: Vec<f64>, payload: f64) -> Vec<f64> {
     const PARTS: u32 = 50;
     let stated = request.joints.contains_key(&model.machine().joints[0].name);

@@ -5,7 +5,7 @@ use hydrocrane_machine::scenario::StickMode;
 use hydrocrane_sim::{ledger_terms, ledger_totals, total_terms};
 use serde_json::{json, Value};
 
-/// What stands before the lists.
+/// Numbers before the lists.
 pub const HEAD: [(&str, &str, &str); 8] = [
     ("time", "s", "time since the start"),
     ("payload", "kg", "payload at the tip"),
@@ -17,7 +17,7 @@ pub const HEAD: [(&str, &str, &str); 8] = [
     ("wanted.vz", "m/s", "velocity of the tip that the stick asks for, up"),
 ];
 
-/// Corners of one line of the drawing at most: of a finer outline some are left out.
+/// Most corners of a line of the drawing; a finer outline is thinned out.
 const MOST_CORNERS: usize = 200;
 
 /// The corners of a line that a row holds.
@@ -76,7 +76,7 @@ impl Frame {
         self.write(drive, instant)
     }
 
-    /// The row of a recorded instant: `recorded` holds time, payload and the states. What a record need not have is NaN.
+    /// The row of a recorded instant: `recorded` holds time, payload and the states. Missing values are NaN.
     pub fn show(&mut self, drive: &Drive, recorded: &[f64]) -> Option<&[f64]> {
         let (layout, cylinders) = (drive.now.model.layout(), drive.now.model.machine().cylinders.len());
         let [time, payload, state @ ..] = recorded else { return None };
@@ -115,7 +115,7 @@ impl Frame {
     }
 }
 
-/// What a row is made of.
+/// Data of a row.
 struct Instant<'a> {
     time: f64,
     payload: f64,
@@ -126,7 +126,7 @@ struct Instant<'a> {
     energies: &'a [f64],
 }
 
-/// The velocity of the tip that the stick asks for; none where levers move the cylinders.
+/// The tip velocity that the stick commands; zero if levers move the cylinders.
 fn wanted_velocity(drive: &Drive) -> [f64; 2] {
     let speed = drive.now.model.machine().control.gain(drive.now.request.law(), "full-speed");
     match (speed, drive.live.sticks_at()) {

@@ -16,7 +16,7 @@ pub fn is_its(key: &str) -> bool {
     key.starts_with("ground.")
 }
 
-/// What a machine needs so that the ground that is drawn carries: nothing where it states a ground, or knows none.
+/// Overrides that make the drawn ground solid: none if the machine states a ground, or has no such region.
 pub fn drawn(machine: &Machine) -> Vec<(String, OverrideValue)> {
     let region = machine.keep_out.iter().find(|(name, _)| name == REGION);
     let surface = region.map(|(_, corners)| corners.iter().fold(f64::NEG_INFINITY, |top, [_, z]| top.max(*z)));
@@ -35,7 +35,7 @@ pub fn drawn(machine: &Machine) -> Vec<(String, OverrideValue)> {
     changes
 }
 
-/// How far the underside of a load hangs below the tip: m, and m/kg^(1/2).
+/// Distance of the underside of a load below the tip: m, and m/kg^(1/2).
 pub fn hang(machine: &Machine) -> [f64; 2] {
     let load = &machine.payload;
     let known = ["payload.hang", "payload.hang-growth"].iter().any(|key| stated(machine, key).is_some());
@@ -46,7 +46,7 @@ pub fn hang(machine: &Machine) -> [f64; 2] {
     }
 }
 
-/// What is to be seen of it; nothing where nothing carries.
+/// The ground for the drawing; empty without ground.
 pub fn description(machine: &Machine) -> Value {
     let Some(ground) = &machine.ground else { return Value::Null };
     let supports = ground.supports.iter();

@@ -1,6 +1,6 @@
-//! The cockpit's core: a crane that somebody drives, with texts and numbers in and out. No physics of its own.
+//! The cockpit's core: a crane with an operator, with texts and numbers in and out, and without physics.
 //!
-//! [`Cockpit`] is an ordinary type, tested natively; [`face`] hands it to a page as WebAssembly.
+//! [`Cockpit`] is an ordinary type, tested natively; [`face`] is its WebAssembly interface for a page.
 
 mod cockpit;
 mod description;

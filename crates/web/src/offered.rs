@@ -1,4 +1,4 @@
-//! Which modes a machine can have, and how a fresh drive begins where nobody says otherwise.
+//! Possible modes of a machine, and defaults of a new drive.
 
 use crate::problem::Problem;
 use crate::request::{Request, HEIGHT};
@@ -7,11 +7,12 @@ use hydrocrane_machine::Machine;
 use hydrocrane_sim::controllers::{CONTROLLERS, LEVER};
 use serde_json::Value;
 
-/// Speed of the tip at full stick where the machine states none, m/s. From its start, the laboratory crane follows it
-/// within 3 % in every direction; at 0.3 m/s it loses half in the worst one.
+/// Default speed of the tip at full stick, m/s. From its start, the laboratory crane follows it within 3 % in every
+/// direction; at 0.3 m/s it loses half of it in the worst direction.
 const COMFORTABLE: f64 = 0.15;
 
-/// Names of the modes. One stick moves the tip in a plane, which takes two joints; `heinze-pid` needs two that turn.
+/// Names of the modes. One stick moves the tip in a plane, which needs two joints; `heinze-pid` needs two revolute
+/// ones.
 pub fn modes(machine: &Machine) -> Vec<&'static str> {
     let turning = machine.joints.iter().filter(|joint| matches!(joint.kind, JointKind::Revolute(_))).count();
     let has = |name: &&str| machine.joints.len() >= 2 && (*name != "heinze-pid" || turning >= 2);
@@ -19,7 +20,7 @@ pub fn modes(machine: &Machine) -> Vec<&'static str> {
     CONTROLLERS.into_iter().filter(has).chain(holding).chain([LEVER]).collect()
 }
 
-/// An error where the machine cannot have the mode that is asked for.
+/// An error if the requested mode is not possible for the machine.
 pub fn check(machine: &Machine, mode: &str) -> Result<(), Problem> {
     let modes = modes(machine);
     if modes.contains(&mode) || !CONTROLLERS.contains(&mode) && mode != HEIGHT {
@@ -29,8 +30,7 @@ pub fn check(machine: &Machine, mode: &str) -> Result<(), Problem> {
     Err(Problem::plain(format!("{} cannot be driven in mode `{mode}`; it has {there}", machine.name)))
 }
 
-/// A fresh drive: levers where the machine cannot have the mode, a comfortable speed where neither request nor machine states
-/// one.
+/// A new drive: levers if the mode is not possible, the default speed if neither request nor machine states one.
 pub fn comfortable(mut request: Request) -> Result<Request, Problem> {
     let (machine, _) = request.machine(&[])?;
     if check(&machine, &request.controller).is_err() {

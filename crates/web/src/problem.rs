@@ -1,4 +1,4 @@
-//! What went wrong, for people: one message, with the place in a file where there is one.
+//! Errors for users: one message, with the place in a file if there is one.
 
 use hydrocrane_machine::{shortened, MachineError};
 use serde_json::{json, Value};
@@ -11,12 +11,12 @@ impl Problem {
         Problem(json!({ "message": shortened(&message.into()) }))
     }
 
-    /// Of a kind that the page knows by its name.
+    /// Kind of an error, by the name that the page uses.
     pub fn named(slug: &str, message: impl Into<String>) -> Self {
         Problem(json!({ "message": shortened(&message.into()), "slug": slug }))
     }
 
-    /// As the command line shows it, with its parts.
+    /// The error in the form of the command line, with its parts.
     pub fn file(error: &MachineError) -> Self {
         Problem(json!({
             "message": error.to_string(),

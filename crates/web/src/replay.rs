@@ -1,4 +1,4 @@
-//! A saved drive, or any other scenario, driven again.
+//! Replay of a saved drive or of any other scenario.
 
 use crate::friction_level;
 use crate::problem::Problem;
@@ -10,7 +10,7 @@ use hydrocrane_sim::assembly::{assemble, Assembly, Machines};
 use hydrocrane_sim::controllers::LEVER;
 use serde_json::Value;
 
-/// A scenario with the request that each of its stages amounts to.
+/// A scenario with the equivalent request of each of its stages.
 pub struct Replay {
     pub scenario: Scenario,
     pub assembly: Assembly,
@@ -37,13 +37,13 @@ pub fn of(text: &str, asked: &Request) -> Result<Replay, Problem> {
     Ok(Replay { assembly, requests, scenario })
 }
 
-/// A log that nobody has read.
+/// A missing log.
 fn unread(scenario: &Scenario) -> Option<&str> {
     let later = scenario.phases.iter().filter_map(|phase| phase.joystick.as_ref());
     scenario.joystick.iter().chain(later).find_map(|stick| stick.log.as_deref())
 }
 
-/// What the page would ask for to have what holds in a stage.
+/// The request that is equivalent to a stage.
 fn request(scenario: &Scenario, stage: &Stage, machine: &str, text: Option<&str>) -> Request {
     let (choice, stick) = (stage.controller.as_ref(), stage.joystick.as_ref());
     let joints = &scenario.initial.joints;
@@ -53,7 +53,7 @@ fn request(scenario: &Scenario, stage: &Stage, machine: &str, text: Option<&str>
         overrides: stage.machine_overrides().iter().map(|(key, value)| (key.clone(), json_of(value))).collect(),
         joints: joints.iter().map(|(joint, q)| (joint.clone(), Value::from(*q))).collect(),
         payload: scenario.payload,
-        // Levers stand ready while spool commands are repeated.
+        // Levers are available while spool commands are repeated.
         controller: match (choice, stage.stick_mode()) {
             (_, StickMode::Height) => HEIGHT.to_string(),
             (None, _) => LEVER.to_string(),

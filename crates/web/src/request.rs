@@ -1,4 +1,4 @@
-//! What a page asks for: machine, start, controller, sensors, as JSON.
+//! The request of a page: machine, start, controller, sensors, as JSON.
 
 use crate::friction;
 use crate::ground;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
-/// Everything that makes a drive; SI units.
+/// All settings of a drive; SI units.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Request {
@@ -27,7 +27,7 @@ pub struct Request {
     /// Coulomb, breakaway and viscous friction of all cylinders, as a share of the machine's.
     #[serde(default = "one")]
     pub friction: f64,
-    /// Start pose, rad or m; joints left out stand where a bundled scenario has them, or in their middle.
+    /// Start pose, rad or m; missing joints have the value of a bundled scenario, or their middle.
     #[serde(default)]
     pub joints: Map<String, Value>,
     /// kg; the machine's own where it is not given.
@@ -47,15 +47,15 @@ pub struct Request {
     pub dead_zone: f64,
     #[serde(default)]
     pub ramp: f64,
-    /// A scenario that is repeated; it stands for everything above but the `text` of its machine.
+    /// A scenario to replay; it replaces everything above except the `text` of its machine.
     pub scenario: Option<String>,
     /// Texts of the logs that the scenario names.
     #[serde(default)]
     pub logs: BTreeMap<String, String>,
-    /// Whether the ground that is drawn carries, where the machine states no ground of its own.
+    /// Whether the drawn ground is solid, if the machine states no ground.
     #[serde(default)]
     pub ground: bool,
-    /// Go on from the state at hand where the machine still has the same states.
+    /// Continue from the present state if the machine has the same states.
     #[serde(default)]
     pub keep_state: bool,
 }
@@ -82,7 +82,7 @@ const MOST_DELAY: f64 = 60.0;
 const MOST_PAYLOAD: f64 = 1e6;
 
 impl Request {
-    /// One that asks for nothing.
+    /// An empty request.
     pub fn plain() -> Self {
         Request {
             machine: String::new(),
@@ -153,7 +153,7 @@ impl Request {
         Ok(())
     }
 
-    /// What the sticks do in the mode that is asked for.
+    /// Stick mode of the requested mode.
     pub fn stick_mode(&self) -> StickMode {
         match self.controller.as_str() {
             LEVER => StickMode::Lever,
@@ -170,8 +170,8 @@ impl Request {
         }
     }
 
-    /// The machine with everything that is changed on it, and all the changes. What was changed `before` and is changed no
-    /// longer is among them, as the machine states it, so that a list of changes tells what it goes back to.
+    /// The machine with all changes, and the list of changes. Keys that were changed `before` and no longer are have
+    /// the machine's value in it, so that the list also states their return.
     pub fn machine(
         &self,
         before: &[(String, OverrideValue)],
@@ -233,14 +233,14 @@ impl Request {
     }
 }
 
-/// Where the first bundled scenario of a machine starts.
+/// Start of the first bundled scenario of a machine.
 fn usual_pose(machine: &str) -> Vec<(String, f64)> {
     let scenarios = bundled_scenarios().iter().filter_map(|(name, text)| parse_scenario(text, name, &[]).ok());
     let first = scenarios.into_iter().find(|scenario| scenario.machine == machine);
     first.map(|scenario| scenario.initial.joints).unwrap_or_default()
 }
 
-/// `changes` with `others`, which count before those of the same keys.
+/// `changes` with `others`, which have priority.
 fn replace(changes: &mut Vec<(String, OverrideValue)>, others: Vec<(String, OverrideValue)>) {
     changes.retain(|(key, _)| !others.iter().any(|(other, _)| other == key));
     changes.extend(others);

@@ -6,7 +6,7 @@ use hydrocrane_machine::scenario::{Goal, Interpolation, Joystick, Phase, Scenari
 use hydrocrane_machine::{Machine, OverrideValue};
 use hydrocrane_sim::Sticks;
 
-/// The text of the drive so far, which repeats it.
+/// The drive so far as text, for a replay.
 pub fn scenario(drive: &Drive) -> Result<String, Problem> {
     let live = &drive.live;
     let end = if live.follows_commands() { live.time() } else { live.sampled_until() };
@@ -37,7 +37,7 @@ pub fn scenario(drive: &Drive) -> Result<String, Problem> {
     let scenario = Scenario {
         name: "drive".into(),
         title: format!("{} driven by hand", first.model.machine().name),
-        // A file of one's own is expected beside the scenario.
+        // The user's machine file is expected beside the scenario.
         machine: if request.text.is_some() { format!("./{}", request.machine) } else { request.machine.clone() },
         overrides: first.overrides.clone(),
         payload: Some(payload),
@@ -56,7 +56,7 @@ pub fn scenario(drive: &Drive) -> Result<String, Problem> {
     Ok(format!("# A drive in the cockpit, which `hydrocrane simulate` repeats.\n\n{text}"))
 }
 
-/// What is changed that was not so `before`.
+/// Changes relative to `before`.
 fn changed(setting: &Setting, before: &Setting) -> Vec<(String, OverrideValue)> {
     setting.overrides.iter().filter(|change| !before.overrides.contains(change)).cloned().collect()
 }
@@ -68,7 +68,7 @@ fn goals(sticks: &Sticks, end: f64) -> Vec<Goal> {
     due.map(|goal| Goal { time: goal.given, place: goal.place, speed: goal.speed, until: until(goal.until) }).collect()
 }
 
-/// What was done with the sticks. Their speed is among the overrides.
+/// Record of the sticks. Their speed is among the overrides.
 fn joystick(sticks: &Sticks) -> Joystick {
     let column = |axis: usize| sticks.deflections.iter().skip(axis).step_by(sticks.axes).copied().collect();
     Joystick {

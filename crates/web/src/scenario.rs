@@ -1,4 +1,4 @@
-//! What a page asks for as a scenario.
+//! A page's request as a scenario.
 
 use crate::problem::Problem;
 use crate::request::Request;
@@ -12,7 +12,7 @@ use hydrocrane_sim::BuildError;
 /// The step of a drive, s.
 pub const TICK: f64 = 1e-3;
 
-/// How every drive is run: as long as somebody drives.
+/// Options of every drive, without an end time.
 pub const SETTINGS: RunSettings = RunSettings { ledger: true, max_steps: u64::MAX };
 
 /// The one method of the page's core.
@@ -20,7 +20,7 @@ pub fn solver() -> Solver {
     Solver { method: "hc-rosenbrock-3".into(), rtol: 1e-4, atol: None, max_step: TICK, step: Some(TICK) }
 }
 
-/// What an assembly complains of, as the page tells it.
+/// An assembly error in the form for the page.
 pub fn problem(error: AssemblyError) -> Problem {
     match error {
         AssemblyError::Machine(error) => Problem::file(&error),
@@ -52,7 +52,7 @@ impl Request {
         Scenario {
             name: "drive".into(),
             title: format!("{} driven by hand", machine.name),
-            // A file of one's own is expected beside the scenario.
+            // The user's machine file is expected beside the scenario.
             machine: if self.text.is_some() { format!("./{}", self.machine) } else { self.machine.clone() },
             overrides: overrides.to_vec(),
             payload: self.payload,

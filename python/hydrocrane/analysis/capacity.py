@@ -139,8 +139,8 @@ class LoadChart:
 class Places:
     """The payload at places of the tip, over poses in which all joints but two take `coarse` values.
 
-    The first joint turns everything about a fixed point, or moves everything along a line: what is left is to find
-    where a curve, along which one of the other joints moves, has the right distance from that point or line.
+    The first joint rotates the rest about a fixed point, or moves it along a line. It remains to find the point of a
+    curve, along which one of the other joints moves, with the right distance from that point or line.
     """
 
     def __init__(self, machine: Machine, ceiling: float, fine: int, coarse: int) -> None:

@@ -1,1 +1,1 @@
-"""What drives a crane: sticks, and controllers by name or of one's own."""
+"""Inputs of a crane: sticks, and controllers by name or your own."""

@@ -116,7 +116,7 @@ def identify_friction(
     reading = Reading(machine, mapping, payload, zero, load_cell, window)
     records = [*reading.records(logs, ""), *reading.records(ramps, RAMP), *reading.records(steps, STEP)]
     if not records:
-        raise InputError("no log was handed over; identification starts from logs of constant velocity")
+        raise InputError("no log was given; identification starts from logs of constant velocity")
     campaign = _Campaign(Identification(machine, records), tell, load_cell, rod_mass, exponents)
     campaign.run()
     return campaign.found
@@ -170,7 +170,7 @@ class _Campaign:
 
     def _lack(self, what: str, *roles: str) -> str:
         given = any(record.role in roles for record in self.found.records)
-        return f"no {what} can be used" if given else f"no {what} was handed over"
+        return f"no {what} can be used" if given else f"no {what} was given"
 
     def _stage(self, name: str, make: Callable[[], T]) -> T | None:
         """The result of `make`; if it fails, its message becomes that of the stage."""
@@ -340,7 +340,7 @@ def _left_of_zeros(records: list[Record]) -> bool | tuple[float, float]:
 def _one_alone(what: str, unit: str, values: set[float]) -> None:
     if len(values) > 1:
         shown = ", ".join(f"{value:g}" for value in sorted(values))
-        raise InputError(f"ramps and steps of different {what}, {shown} {unit}; hand over those of one alone")
+        raise InputError(f"ramps and steps of different {what}, {shown} {unit}; give those of one only")
 
 
 def _why(windows: SteadyWindows) -> str:

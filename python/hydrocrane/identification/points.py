@@ -168,7 +168,7 @@ class FrictionPoints:
         `chambers`, `position`, `time` and `load` are kept if every log has them.
         """
         if not logs:
-            raise InputError("no friction points: no log was handed over")
+            raise InputError("no friction points: no log was given")
 
         def column(name: str) -> Array | None:
             parts = [getattr(points, name) for points in logs]

@@ -80,7 +80,7 @@ class Reading:
     window: tuple[float, float] | None = None
 
     def records(self, given: LogLike | Iterable[LogLike], role: str) -> list[Record]:
-        """Records of one log or of several: paths, logs, or whatever :meth:`hydrocrane.Log.of` takes."""
+        """Records of one log or of several: paths, logs, or other arguments of :meth:`hydrocrane.Log.of`."""
         if isinstance(given, str | PathLike | Log) or not isinstance(given, Iterable):
             return [self._record(given, role)]
         return [self._record(each, role) for each in given]

@@ -363,7 +363,7 @@ class StaticFit:
                 f"add logs of the piston {missing[0]}"
             )
         added = list(bristles)
-        logs = ", ".join(source) or ", ".join(self.points.source) or "points handed over in Python"
+        logs = ", ".join(source) or ", ".join(self.points.source) or "points given in Python"
         origin = f"{logs}; {self.method} fit of {int(self.accepted.sum())} points, {signature(date)}"
         lines = head(name or cylinder, cylinder, origin, "lugre" if added else "static")
         # Exponents are rounded first, because the unit of the viscous coefficient contains them.

@@ -96,7 +96,7 @@ class StaticIdentification:
 
     def _windows(self) -> Section:
         if not self.rejected_windows:
-            return Section("Windows left out", "None was handed over.")
+            return Section("Windows left out", "None was given.")
         rows = tuple((f"{w.start:.2f}", f"{w.end:.2f}", w.reason) for w in self.rejected_windows)
         return Section("Windows left out", table=Table(("from [s]", "to [s]", "reason"), rows))
 

@@ -33,7 +33,7 @@ class Stage:
 
     @classmethod
     def of(cls, told: StageTable, own: Mapping[int, AnyController]) -> Stage:
-        """From what the core tells of it; `own` controllers by their numbers."""
+        """From the core's data; `own` are your controllers by their numbers."""
         number = told["own"]
         driver = told["controller"] if number is None else own[number]
         return cls(driver, told["sensors"], told["mode"], told["stick_times"], dict(told["overrides"]))

@@ -201,7 +201,7 @@ def test_zeros_of_rounded_readings_are_as_far_off_as_stated():
     ("call", "words"),
     [
         (lambda: zero_calibrated(resting(), 0.05), ["too few", "20"]),
-        (lambda: zero_calibrated(resting(), 9.0), ["nothing is left"]),
+        (lambda: zero_calibrated(resting(), 9.0), ["no sample is left"]),
         (lambda: zero_calibrated(resting(), 3.0), ["p1 changes", "not at rest"]),
         (lambda: zero_calibrated(resting(drift=2e4), 2.0), ["p1 changes"]),
         (lambda: zero_calibrated(resting(), 2.0, signals=["p3"]), ["p3", "p2"]),

@@ -310,7 +310,7 @@ def test_a_window_can_be_said_on_the_command_line(steady, tmp_path, monkeypatch,
 
 
 WRONG_OPTIONS = {
-    "no log": ([], "no log was handed over"),
+    "no log": ([], "no log was given"),
     "folder": (["."], "is a folder"),
     "crane for a rig": (["a.csv", "--rig", "rottne-f9-lab"], "one cylinder"),
     "no such rig": (["a.csv", "--rig", "rig-rotne"], "rig-rottne"),
@@ -321,7 +321,7 @@ WRONG_OPTIONS = {
     "zero under pressure": (["a.csv", "--zero", "3:4"], "data sheet allows 1.2 bar"),
     "window backwards": (["a.csv", "--window", "9:2"], "FROM before TO"),
     "window outside": (["a.csv", "--window", "900:901"], "no sample between 900 and 901 s"),
-    "role": (["--ramp", "a.csv"], "handed over as a ramp, but states that it is a `constant-velocity`"),
+    "role": (["--ramp", "a.csv"], "given as a ramp, but states that it is a `constant-velocity`"),
     "report": (["a.csv", "--report", "page.pdf"], ".html"),
     "block": (["a.csv", "--write", "friction.txt"], ".toml"),
     "mapping": (["a.csv", "--mapping", "map.toml"], "map.toml"),

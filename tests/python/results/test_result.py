@@ -407,7 +407,7 @@ def test_cite_names_what_the_run_used(run):
         "heinze2007",
         "canudas1995",
         "luan2017",
-        "by hc-exponential-4, a method of hydrocrane's own",
+        "by hc-exponential-4, a method of hydrocrane that is based on",
         "rottne-f9-lab",
     ):
         assert key in text
