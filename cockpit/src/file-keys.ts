@@ -130,6 +130,9 @@ export type MachineKey =
   | `line.${string}.inner-diameter`
   | `line.${string}.volume`
   | `line.${string}.compliance`
+  | `line.${string}.nominal-flow`
+  | `line.${string}.nominal-pressure-drop`
+  | `line.${string}.laminar-share`
   | `port-relief.${string}.cylinder`
   | `port-relief.${string}.side`
   | `port-relief.${string}.setting`

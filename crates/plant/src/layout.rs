@@ -126,10 +126,6 @@ impl Layout {
     pub fn vs(&self, cylinder: usize) -> usize {
         self.blocks.axes[cylinder].vs
     }
-    /// Whether a state is the position or the velocity of a spool.
-    pub fn is_of_spool(&self, state: usize) -> bool {
-        self.blocks.axes.iter().any(|axis| axis.xs == state || axis.vs == state)
-    }
     /// `None` with the static friction map.
     pub fn z(&self, cylinder: usize) -> Option<usize> {
         self.blocks.axes[cylinder].z

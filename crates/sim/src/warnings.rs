@@ -84,7 +84,7 @@ pub(crate) struct Watch {
     vacuum: f64,
     limits: Vec<[f64; 2]>,
     audit: Option<Audit>,
-    /// Mean estimated errors of fixed steps, by state.
+    /// Mean estimated errors of fixed steps, by state of the supply.
     estimates: Vec<f64>,
     found: Vec<Found>,
     told: usize,
@@ -166,17 +166,18 @@ impl Watch {
         }
     }
 
-    /// Fixed steps have no tolerance to keep: what their estimated errors are in the mean of some time, spools apart, which the steps need
-    /// not follow.
+    /// Fixed steps have no tolerance to keep: what their estimated errors are in the mean of some time. Those of the supply count, whose
+    /// little oil is faster than that of any cylinder; with static friction, which steps take by its secant, the others say little.
     fn estimate(&mut self, error: &[f64], stepper: &Stepper, model: &dyn Model) {
         let layout = model.layout();
         let weight = ((stepper.t - stepper.previous_time()) / ESTIMATE_TIME).min(1.0);
-        self.estimates.resize(layout.len(), 0.0);
+        let supply = layout.blocks().shared;
+        self.estimates.resize(supply.count, 0.0);
         let mut worst = (0.0, 0);
-        for (i, mean) in self.estimates.iter_mut().enumerate() {
+        for (mean, i) in self.estimates.iter_mut().zip(supply.first..) {
             *mean += weight * (error[i].abs() - *mean);
             let share = *mean / (layout.scales[i] + stepper.x[i].abs());
-            if share > worst.0 && !layout.is_of_spool(i) {
+            if share > worst.0 {
                 worst = (share, i);
             }
         }
@@ -311,9 +312,9 @@ impl Found {
             Finding::StepInexact(state) => (
                 "step-inexact",
                 format!(
-                    "fixed steps are too long here: their estimated error, averaged over {ESTIMATE_TIME} s, reaches {:.1} % of {}",
-                    100.0 * value,
-                    model.layout().long_names[state]
+                    "fixed steps are too long for the supply: the estimated error of `{}`, averaged over {ESTIMATE_TIME} s, reaches {:.1} %",
+                    model.layout().names[state],
+                    100.0 * value
                 ),
                 "shorten `step`, or leave it out: steps by tolerance keep theirs".to_string(),
             ),
