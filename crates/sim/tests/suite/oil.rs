@@ -6,14 +6,8 @@ use std::sync::Arc;
 
 #[test]
 fn every_oil_has_its_own_tables_and_few_are_kept() {
-    let oil = |c2: f64| Fluid {
-        density: 1000.0,
-        bulk_max: 1e9,
-        rise: 4.5e-6,
-        c2,
-        vacuum: -1e5,
-        ignore_cavitation: false,
-    };
+    let oil =
+        |c2: f64| Fluid { density: 1000.0, bulk_max: 1e9, rise: 4.5e-6, c2, vacuum: -1e5, ignore_cavitation: false };
     let first = tables(&oil(3.0));
     assert!(Arc::ptr_eq(&first, &tables(&oil(3.0))));
     let mut others = Vec::new();
