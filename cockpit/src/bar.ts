@@ -97,7 +97,7 @@ export class Bar {
     if (this.badge.textContent !== text) this.badge.textContent = text;
     this.badge.classList.toggle("slow", slow);
     // Nothing that a telephone has to show.
-    this.badge.classList.toggle("minor", !slow && !doing && !lost && state === "runs");
+    this.badge.classList.toggle("minor", !slow && !doing && pace.lost < 1 && state === "runs");
     this.badge.title = `The simulation takes ${(100 * pace.load).toFixed(0)} % of the time. Time is lost when the computer is too slow or the page is hidden.`;
   }
 }

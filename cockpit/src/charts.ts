@@ -227,6 +227,8 @@ export class Charts {
 
   private drawOne(chart: Chart): void {
     if (!chart.plot) return;
+    // Without values under the cursor the legend needs less room.
+    if (!chart.time.textContent) this.resizeOne(chart);
     const names = ["time", ...chart.signals.map((signal) => signal.name)];
     const now = this.history.last;
     const numbers = this.history.columns(names, now - SPAN, STRIDE, [1, ...chart.scales]);
@@ -244,7 +246,8 @@ export class Charts {
   }
 
   private resizeOne(chart: Chart): void {
-    chart.plot?.setSize(this.size(chart));
+    const [size, plot] = [this.size(chart), chart.plot];
+    if (plot && (plot.width !== size.width || plot.height !== size.height)) plot.setSize(size);
   }
 
   private resize(): void {

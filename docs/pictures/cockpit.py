@@ -53,7 +53,6 @@ def film(tab: Any) -> list[Image.Image]:
 
 def logs(tab: Any) -> None:
     """The innermost log on its way from the ground."""
-    tab.locator("label", has_text="Speed at full stick").locator("input").fill("0.3")
     tab.locator("label", has_text="Choose a task").locator("select").select_option("logs")
     tab.wait_for_timeout(1500)
     hold(tab, 2.1, "ArrowDown")

@@ -78,7 +78,7 @@ def drive(tab: Any, seconds: float) -> dict[str, float]:
         if time.monotonic() - began > seconds:
             break
     wall = time.monotonic() - began
-    lost = re.search(r"([\d.]+) s given up", tab.locator("#pace").inner_text())
+    lost = re.search(r"([\d.]+) s lost", tab.locator("#pace").inner_text())
     return {
         "wall": wall,
         "simulated": simulated(tab) - first,

@@ -344,6 +344,7 @@ def test_a_task_is_scored_in_each_mode(cockpit):
 def test_logs_are_moved_into_the_bunk(cockpit):
     """Three logs, gripped at their rings and let go over the bunk, at twice the speed of the clock and of the stick."""
     cockpit.tab.locator("label", has_text="Full stick").locator("input").fill("0.3")
+    cockpit.wait(0.5)
     cockpit.tab.locator("label", has_text="Choose a task").locator("select").select_option("logs")
     cockpit.until(lambda: "ring" in cockpit.notices())
     cockpit.tab.keyboard.press("Space")
