@@ -1,6 +1,5 @@
 //! Control: sees geometry and measurements, never the plant.
 
-mod braking;
 mod bristles;
 pub mod chamber_estimate;
 pub mod controller;
