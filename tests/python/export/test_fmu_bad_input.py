@@ -75,7 +75,7 @@ def test_an_invalid_machine_is_told_with_its_place(tmp_path):
 
 def test_an_installation_without_libraries_says_what_builds_them(tmp_path, monkeypatch):
     monkeypatch.setattr(platforms, "LIBRARIES", tmp_path)
-    with pytest.raises(InputError, match="does not hold any FMU library.*make fmu"):
+    with pytest.raises(InputError, match="does not have any FMU library.*make fmu"):
         hc.export_fmu("single-cylinder", tmp_path / "one.fmu")
 
 
