@@ -83,7 +83,6 @@ const MACHINE_WITH_MORE: &str = r#"
     side = "piston-side"
     length = "3 m"
     inner-diameter = "10 mm"
-    nominal-flow = "30 l/min"
     [line.extension-rod]
     cylinder = "extension"
     side = "rod-side"
