@@ -83,6 +83,9 @@ given.
 LONGEST = """
 ### What makes the longest stops long
 
+This section and the next are written by hand: each table was measured once, by the call that it names, and is not made
+anew with the page.
+
 The same 24 stops with one setting changed, watched for 10 s after the start
 (`random_stop(hc.load_machine("rottne-f9-lab", {"control.period": "5 ms"}), seed, payload=80, end=10)`); settled, in
 s:
