@@ -157,6 +157,18 @@ pub struct Cylinder<T = f64> {
     pub friction: Friction<T>,
 }
 
+impl<T> Cylinder<T> {
+    /// Whether a line to it has a resistance.
+    pub fn has_line_resistance(&self) -> bool {
+        self.lines.iter().flatten().any(|line| line.resistance.is_some())
+    }
+
+    /// Whether a relief or anti-cavitation valve stands at one of its ports.
+    pub fn has_port_valves(&self) -> bool {
+        !self.port_valves.iter().all(PortValves::is_none)
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub enum RodPin<T = f64> {
     Point(Point<T>),

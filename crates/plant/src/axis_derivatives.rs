@@ -23,6 +23,11 @@ const Z: usize = 5;
 /// A number of a port with its derivatives by v, p1, p2, spool and the pressures of mains and load-sensing line.
 type CoupledPort<L> = Dual<L, 6>;
 
+/// The last three of these.
+const AT_SPOOL: usize = 3;
+const AT_MAINS: usize = 4;
+const AT_LOAD: usize = 5;
+
 /// Those by the local numbers.
 #[inline(always)]
 fn by_states<L: Real>(number: CoupledPort<L>) -> WithDerivatives<L> {
@@ -135,9 +140,9 @@ impl<L: Real> Lifted<L> {
         piston: &Piston<L>,
     ) -> SupplyDerivatives<L> {
         let [a, b] = self.coupled_ports(supply_pressures, s);
-        let by_pressures = |number: CoupledPort<L>| [number.derivative[4], number.derivative[5]];
+        let by_pressures = |number: CoupledPort<L>| [number.derivative[AT_MAINS], number.derivative[AT_LOAD]];
         let signal = self.coupled.valve.connection.signal(
-            Dual::variable(s.spool, 3),
+            Dual::variable(s.spool, AT_SPOOL),
             [a.pressure + a.line_drop, b.pressure + b.line_drop],
             Dual::constant(supply_pressures.tank),
         );
@@ -159,12 +164,12 @@ impl<L: Real> Lifted<L> {
     #[inline(always)]
     fn coupled_ports(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> [Port<CoupledPort<L>>; 2] {
         let pressures = SupplyPressures {
-            supply: Dual::variable(supply_pressures.supply, 4),
-            load: Dual::variable(supply_pressures.load, 5),
+            supply: Dual::variable(supply_pressures.supply, AT_MAINS),
+            load: Dual::variable(supply_pressures.load, AT_LOAD),
             tank: Dual::constant(supply_pressures.tank),
         };
-        let [v, p1, p2, spool] =
-            [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2), Dual::variable(s.spool, 3)];
+        let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2)];
+        let spool = Dual::variable(s.spool, AT_SPOOL);
         let ports = self.coupled.ports(&pressures, v, [p1, p2]);
         [self.coupled.port_a(&ports, spool), self.coupled.port_b(&ports, spool)]
     }

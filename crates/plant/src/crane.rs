@@ -10,7 +10,7 @@ use crate::oil;
 use crate::outputs::{self, OutputInfo};
 use crate::plant::Plant;
 use crate::precision::Precision;
-use hydrocrane_machine::model::{Cylinder, PortValves};
+use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, small};
 use hydrocrane_physics::hydraulics::fluid::OilTables;
@@ -58,8 +58,8 @@ impl<const N: usize> Crane<N> {
             c.valve.compensator.is_none()
                 && !metered
                 && c.holding.iter().all(Option::is_none)
-                && c.port_valves.iter().all(PortValves::is_none)
-                && c.lines.iter().flatten().all(|line| line.resistance.is_none())
+                && !c.has_port_valves()
+                && !c.has_line_resistance()
         };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);
         if mobile && !cfg!(feature = "chains") {

@@ -16,6 +16,7 @@
 
 use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
 use crate::supply::{Supply, SupplyRates};
+use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{smooth, Real};
 
@@ -74,15 +75,11 @@ pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let supply = machine.supply.mains.iter().flat_map(|_| SUPPLY_TERMS.iter().map(|term| ("mains", term)));
     let compensated = machine.cylinders.iter().any(|c| !c.valve.compensator.is_none());
     let valves = COMPENSATOR_TERMS.iter().filter(|_| compensated).map(|term| ("valves", term));
-    let at_ports = machine.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| !valves.is_none()));
+    let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
     let ports = PORT_VALVE_TERMS.iter().filter(|_| at_ports).map(|term| ("valves", term));
-    let lines = LINE_TERMS.iter().filter(|_| has_line_resistance(machine)).map(|term| ("lines", term));
+    let resisting = machine.cylinders.iter().any(Cylinder::has_line_resistance);
+    let lines = LINE_TERMS.iter().filter(|_| resisting).map(|term| ("lines", term));
     ground.chain(valves).chain(ports).chain(lines).chain(supply).collect()
-}
-
-/// Whether a line of a machine has a resistance.
-pub fn has_line_resistance(machine: &Machine) -> bool {
-    machine.cylinders.iter().any(|c| c.lines.iter().flatten().any(|line| line.resistance.is_some()))
 }
 
 /// Power lost in both lines, W.

@@ -1,11 +1,10 @@
 //! Outputs of a run besides its states.
 
 use crate::hydraulic_axis::{FrictionLaw, LocalState};
-use crate::ledger::has_line_resistance;
 use crate::plant::Plant;
 use crate::rhs::Evaluated;
 use crate::supply::{Demand, SupplyRates};
-use hydrocrane_machine::model::Mains;
+use hydrocrane_machine::model::{Cylinder, Mains};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
@@ -105,8 +104,8 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let of_control = if machine.supply.mains.as_ref().is_some_and(controlled) { &OF_CONTROL[..] } else { &[] };
     let global = GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
-    let at_ports = machine.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| !valves.is_none()));
-    let lines = has_line_resistance(machine);
+    let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
+    let lines = machine.cylinders.iter().any(Cylinder::has_line_resistance);
     let optional =
         [(at_ports, &AT_PORTS[..]), (lines, &IN_LINES[..])].map(|(there, rows)| if there { rows } else { &[] });
     for rows in optional.into_iter().chain([&PER_CYLINDER[..]]) {

@@ -279,17 +279,19 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         // What it leaves of a drop to an edge of this opening behind or before it, by halving.
         let left = |port: usize, opening: f64, whole: f64| {
+            if over_line(port, 1.0) == 0.0 {
+                return whole;
+            }
             let (mut least, mut most) = (0.0, whole.abs());
             for _ in 0..200 {
                 let middle = 0.5 * (least + most);
-                let taken = middle + over_line(port, edge(opening, middle, 0.0));
-                *(if taken > whole.abs() { &mut most } else { &mut least }) = middle;
+                if middle + over_line(port, edge(opening, middle, 0.0)) > whole.abs() {
+                    most = middle;
+                } else {
+                    least = middle;
+                }
             }
-            if over_line(port, 1.0) == 0.0 {
-                whole
-            } else {
-                most.copysign(whole)
-            }
+            most.copysign(whole)
         };
         let (ps, pt) = (mains_pressure, m.supply.tank_pressure);
         // Behind the compensator.

@@ -26,12 +26,12 @@ BAR, FLOW, VOLUME, LENGTH, SPEED, TIME = (
 
 
 def shown(si: float | None, unit: tuple[float, str]) -> str:
-    """A value with its unit; None if the file does not state it."""
+    """A value with its unit; empty if the file does not state it."""
     return "" if si is None else f"{si * unit[0]:.4g} {unit[1]}"
 
 
 def stated(pattern: str, *values: str) -> str:
-    """A label if the file states all its values; else None."""
+    """A label if the file states all its values; else empty."""
     return pattern.format(*values) if all(values) else ""
 
 

@@ -79,14 +79,6 @@ pub static HOSE_BURST: &[Key] = &[
         .means("Pressure drop of that flow."),
 ];
 
-/// Of a drop that is stated at one flow.
-const fn laminar_share() -> Key {
-    Key::quantity("laminar-share", &[NUMBER], Positive)
-        .defaults(&["0.5"])
-        .usual(&[("0.01", "1", 100.0)])
-        .means("Share of the nominal pressure drop that is proportional to the flow; the rest grows with its square.")
-}
-
 /// Of the two descriptions of a line.
 const BORE: &str = "this group, or `volume`, or neither on a side whose load is held";
 
@@ -114,7 +106,10 @@ pub static LINE: &[Key] = &[
         .otherwise("that of wall friction, from `length`, `inner-diameter` and the oil")
         .usual(&[("0.05 bar", "100 bar", 100.0)])
         .means("Pressure drop over the line at that flow, with its couplings and bends."),
-    laminar_share(),
+    Key::quantity("laminar-share", &[NUMBER], Positive)
+        .defaults(&["0.5"])
+        .usual(&[("0.01", "1", 100.0)])
+        .means("Share of the nominal pressure drop that is proportional to the flow; the rest grows with its square."),
 ];
 
 pub static ACCUMULATOR: &[Key] = &[

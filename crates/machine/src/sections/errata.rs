@@ -55,7 +55,7 @@ fn check_printed_values<T>(table: &Reader, errata: &Errata, cylinders: &[Cylinde
             cylinders.iter().all(|cylinder| cylinder.valve.printed_blend.is_some()),
         ),
     ];
-    if !errata.orifice_law && cylinders.iter().any(|c| c.lines.iter().flatten().any(|line| line.resistance.is_some())) {
+    if !errata.orifice_law && cylinders.iter().any(Cylinder::has_line_resistance) {
         let message = "the law of the edges as printed does not go with the resistance of a line";
         return Err(table
             .error(ErrorKind::ConflictingKeys, "orifice-law", message)
