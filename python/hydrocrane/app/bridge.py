@@ -1,4 +1,4 @@
-"""``hydrocrane live --bridge``: a crane or a controller over UDP, in real time.
+"""``hydrocrane live --bridge``: a crane or a controller over UDP or WebSocket, in real time.
 
 Packets: docs/reference/bridge-packets.md. How it is used: docs/howto/hardware-in-the-loop.md.
 """
@@ -7,50 +7,22 @@ from __future__ import annotations
 
 import json
 import math
-import select
-import socket
 import threading
 import time
-from contextlib import ExitStack
 from dataclasses import dataclass, field
-from ipaddress import ip_address
-from urllib.parse import urlsplit
 
 import hydrocrane as hc
 from hydrocrane.app.bridge_packets import MOST_VALUES, Flag, Kind, Packet, read
 from hydrocrane.app.bridge_parts import Part, checked
+from hydrocrane.app.bridge_transport import Peer, Transport
 from hydrocrane.errors import HydrocraneError, InputError
 
-Peer = tuple[str, int]
-
-# Bytes that are read of a datagram, and the longest time without a look at whether to stop, s.
-_DATAGRAM = 65_535
+# Longest time without a look at whether to stop, s.
 _LOOK = 0.1
 # Silence after which another program may take the bridge over, s.
 _SILENCE = 1.0
 # A controller's samples may be so many periods apart before it is told.
 _UNEVEN = 1.5
-
-
-def address_of(url: str) -> Peer:
-    """Host and port of ``udp://HOST:PORT``; a port 0 takes any free one."""
-    wrong = InputError(f"--bridge takes udp://HOST:PORT, for example udp://127.0.0.1:5005; got `{url}`")
-    parts = urlsplit(url)
-    try:
-        port = parts.port
-    except ValueError:
-        raise wrong from None
-    if parts.scheme != "udp" or not parts.hostname or port is None or parts.path or parts.query:
-        raise wrong
-    return parts.hostname, port
-
-
-def is_local(host: str) -> bool:
-    """Whether only programs on this computer reach `host`."""
-    try:
-        return host == "localhost" or ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 @dataclass
@@ -84,54 +56,38 @@ class _Client:
     told: set[str] = field(default_factory=set)
 
 
-def _bound(address: Peer) -> socket.socket:
-    """A socket of this address that never waits."""
-    host, port = address
-    with ExitStack() as undo:
-        try:
-            family, _, _, _, where = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
-            bound = undo.enter_context(socket.socket(family, socket.SOCK_DGRAM))
-            bound.bind(where)
-        except OSError as error:
-            raise InputError(f"the bridge cannot use udp://{host}:{port}: {error.strerror or error}") from None
-        bound.setblocking(False)
-        undo.pop_all()
-        return bound
-
-
 class Bridge:
     """Serves a part to one program at a time.
 
     Parameters
     ----------
     part : Part
-    address : tuple
-        Host and port; port 0 takes any free one.
+    transport : Transport
+        Open; the bridge closes it.
     watchdog : float
         Time without values after which the inputs go to zero, s.
 
     Raises
     ------
     InputError
-        An address that cannot be had, or a watchdog that is no time.
+        A watchdog that is no time.
     """
 
-    def __init__(self, part: Part, address: Peer, *, watchdog: float = 0.1) -> None:
+    def __init__(self, part: Part, transport: Transport, *, watchdog: float = 0.1) -> None:
         if not (math.isfinite(watchdog) and watchdog > 0):
             raise InputError(f"the watchdog is a time greater than zero, in seconds; got {watchdog!r}")
         assert max(len(part.inputs), len(part.outputs)) <= MOST_VALUES
         self.part, self.watchdog, self.record = part, watchdog, Record()
         self._client, self._ended = _Client(), ""
-        self._socket = _bound(address)
+        self._transport = transport
 
     @property
     def address(self) -> str:
-        """Where programs reach it, as ``udp://HOST:PORT``."""
-        host, port = self._socket.getsockname()[:2]
-        return f"udp://{host}:{port}"
+        """Where programs reach it."""
+        return str(self._transport.address)
 
     def close(self) -> None:
-        self._socket.close()
+        self._transport.close()
 
     def serve(self, stop: threading.Event | None = None) -> None:
         """Serve until `stop` is set, or for ever."""
@@ -156,17 +112,10 @@ class Bridge:
         """Take in what comes until a time of the clock, and what is there then."""
         while True:
             wait = until - time.monotonic()
-            if not select.select([self._socket], [], [], min(max(wait, 0.0), _LOOK))[0]:
-                if wait <= _LOOK:
-                    return
-                continue
-            try:
-                data, peer = self._socket.recvfrom(_DATAGRAM)
-            except OSError:
-                # A program that has gone answers what was sent to it with an error.
-                continue
-            self._take(data, (peer[0], peer[1]))
-            if wait <= 0:
+            came = self._transport.receive(min(max(wait, 0.0), _LOOK))
+            if came is not None:
+                self._take(*came)
+            if wait <= (0.0 if came is not None else _LOOK):
                 return
 
     def _take(self, data: bytes, peer: Peer) -> None:
@@ -255,13 +204,8 @@ class Bridge:
 
     def _send(self, packet: Packet, peer: Peer | None = None) -> None:
         peer = peer or self._client.peer
-        if peer is None:
-            return
-        try:
-            self._socket.sendto(packet.packed(), peer)
-        except OSError:
-            # Nobody listens any more, or the network is full: the next sample is as good.
-            return
+        if peer is not None:
+            self._transport.send(packet.packed(), peer)
 
     def _description(self) -> str:
         part = self.part

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import hydrocrane as hc
-from hydrocrane.app.bridge import Bridge, address_of, is_local
+from hydrocrane.app.bridge import Bridge
 from hydrocrane.app.bridge_parts import Control, Driven, Part, Plant
+from hydrocrane.app.bridge_transport import address_of, is_local, transport_of
 from hydrocrane.app.console import say, warn
 from hydrocrane.app.options import is_scenario, pose
 from hydrocrane.errors import InputError
@@ -56,11 +57,12 @@ def part_of(
 
 def serve_bridge(part: Part, url: str, watchdog: str) -> None:
     """Serve until Ctrl-C."""
-    host, port = address_of(url)
-    bridge = Bridge(part, (host, port), watchdog=converted("--watchdog", watchdog, "s"))
-    if not is_local(host):
+    wanted, silence = address_of(url), converted("--watchdog", watchdog, "s")
+    bridge = Bridge(part, transport_of(url), watchdog=silence)
+    if not is_local(wanted.host):
         warn(
-            f"{bridge.address} answers everyone who reaches this computer; udp://127.0.0.1 is for programs on it alone"
+            f"{bridge.address} answers everyone who reaches this computer; {wanted.scheme}://127.0.0.1 is for programs "
+            "on it alone"
         )
     say(
         f"{part.role} {part.machine.name}: {len(part.inputs)} inputs, {len(part.outputs)} outputs, "

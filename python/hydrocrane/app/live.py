@@ -99,7 +99,8 @@ def live(
     port: Annotated[int, typer.Option(help="Port on this computer; 0 takes any free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
     bridge: Annotated[
-        str | None, typer.Option(help="In place of the page, serve programs: udp://127.0.0.1:5005.", metavar="URL")
+        str | None,
+        typer.Option(help="In place of the page, serve programs: udp://127.0.0.1:5005 or ws://.", metavar="URL"),
     ] = None,
     controller: Annotated[
         str | None, typer.Option(help="With --bridge: serve this controller of the machine in place of the crane.")
