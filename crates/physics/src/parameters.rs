@@ -17,7 +17,7 @@ macro_rules! parameters {
 
         impl<T: Copy> $name<T> {
             /// The same parameters with `f` of every number.
-            pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> $name<U> {
+            pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> $name<U> {
                 $name { $($field: f(self.$field),)* $($($config: self.$config,)*)? }
             }
         }

@@ -4,7 +4,6 @@ use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
-use crate::plant::Plant;
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
@@ -39,39 +38,43 @@ pub struct Member {
 
 impl<L: Real> AxisGroup<L> {
     /// All cylinders of a plant, in as few groups as possible.
-    pub fn all<T: Real, const N: usize>(plant: &Plant<T, N>, layout: &Layout) -> Vec<Self>
+    pub fn all<T: Real>(cylinders: &[HydraulicAxis<T>], fluid: &Fluid<T>, layout: &Layout) -> Vec<Self>
     where
         L: Pack<T>,
     {
         let mut kinds: Vec<Vec<usize>> = Vec::new();
-        for c in 0..N {
-            match kinds.iter_mut().find(|kind| plant.cylinders[kind[0]].same_laws(&plant.cylinders[c])) {
+        for c in 0..cylinders.len() {
+            match kinds.iter_mut().find(|kind| cylinders[kind[0]].same_laws(&cylinders[c])) {
                 Some(kind) => kind.push(c),
                 None => kinds.push(vec![c]),
             }
         }
-        kinds.iter().flat_map(|kind| kind.chunks(L::WIDTH)).map(|chunk| Self::new(plant, layout, chunk)).collect()
+        kinds
+            .iter()
+            .flat_map(|kind| kind.chunks(L::WIDTH))
+            .map(|chunk| Self::new(cylinders, fluid, layout, chunk))
+            .collect()
     }
 
-    fn new<T: Real, const N: usize>(plant: &Plant<T, N>, layout: &Layout, cylinders: &[usize]) -> Self
+    fn new<T: Real>(cylinders: &[HydraulicAxis<T>], fluid: &Fluid<T>, layout: &Layout, chosen: &[usize]) -> Self
     where
         L: Pack<T>,
     {
-        let count = cylinders.len();
-        let in_lane = |lane: usize| cylinders[lane.min(count - 1)];
+        let count = chosen.len();
+        let in_lane = |lane: usize| chosen[lane.min(count - 1)];
         let numbers = |c: usize| {
             let mut all = Vec::new();
-            plant.cylinders[c].map(&mut |number| all.push(number));
+            cylinders[c].map(&mut |number| all.push(number));
             all
         };
         let numbers: Vec<Vec<T>> = (0..L::WIDTH).map(|lane| numbers(in_lane(lane))).collect();
         let mut next = 0;
-        let unit = plant.cylinders[cylinders[0]].map(&mut |_| {
+        let unit = cylinders[chosen[0]].map(&mut |_| {
             next += 1;
             L::gather(|lane| numbers[lane][next - 1])
         });
         let everywhere = &mut |number| L::gather(|_| number);
-        let fluid = plant.fluid.map(everywhere);
+        let fluid = fluid.map(everywhere);
         AxisGroup {
             members: std::array::from_fn(|lane| Member { cylinder: in_lane(lane), at: layout.own(in_lane(lane)) }),
             count,
@@ -178,81 +181,5 @@ impl<L: Real> AxisGroup<L> {
                 }
             },
         )
-    }
-}
-
-#[cfg(all(test, target_arch = "x86_64"))]
-mod tests {
-    use super::*;
-    use crate::Crane;
-    use hydrocrane_machine::{load, OverrideValue};
-    use hydrocrane_num::{register_x86::Sse2, Field, Lanes};
-
-    type Side = Lanes<Sse2>;
-
-    /// The laboratory crane, with a static map on one cylinder if `mixed`.
-    fn groups(mixed: bool) -> (Plant<f64, 3>, Vec<AxisGroup<Side>>) {
-        let other = [("friction.jib.model".to_string(), OverrideValue::Text("static".to_string()))];
-        let machine = load("rottne-f9-lab", if mixed { &other } else { &[] }).expect("a bundled machine");
-        let crane = Crane::<3>::new(&machine).expect("three joints");
-        let layout = crane.layout.clone();
-        let plant = *crane.plant();
-        (plant, AxisGroup::all(&plant, &layout))
-    }
-
-    fn moving() -> LocalState<Side> {
-        LocalState {
-            x: Lanes::load(&[0.02, -0.1]),
-            v: Lanes::load(&[0.1, -0.03]),
-            p1: Lanes::load(&[60e5, -0.4e5]),
-            p2: Lanes::load(&[20e5, 90e5]),
-            spool: Lanes::load(&[0.004, -0.01]),
-            z: Lanes::load(&[1e-4, -2e-4]),
-        }
-    }
-
-    fn one(lanes: Side, i: usize) -> f64 {
-        lanes.lane(i)
-    }
-
-    fn lane(s: &LocalState<Side>, i: usize) -> LocalState<f64> {
-        let LocalState { x, v, p1, p2, spool, z } = s;
-        LocalState { x: x.lane(i), v: v.lane(i), p1: p1.lane(i), p2: p2.lane(i), spool: spool.lane(i), z: z.lane(i) }
-    }
-
-    #[test]
-    fn side_by_side_the_laws_say_bit_for_bit_what_they_say_alone() {
-        for mixed in [false, true] {
-            let (plant, groups) = groups(mixed);
-            assert_eq!(groups.len(), 2);
-            let s = moving();
-            let pressures = plant.supply_pressures.map(&mut Side::c);
-            for group in &groups {
-                let (rates, plain) = (group.rates(&pressures, &s), group.unit.rates(&group.fluid, &pressures, &s));
-                for i in 0..2 {
-                    let Some(Member { cylinder, .. }) = group.member(i) else { break };
-                    let alone = plant.cylinders[*cylinder].rates(&plant.fluid, &plant.supply_pressures, &lane(&s, i));
-                    let here = rates.map(|number| one(number, i));
-                    assert_eq!(format!("{here:?}"), format!("{alone:?}"));
-                    assert_eq!(format!("{here:?}"), format!("{:?}", plain.map(|number| one(number, i))));
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn rates_with_slopes_are_the_rates_and_every_instruction_set_gives_the_same_slopes() {
-        let (plant, groups) = groups(false);
-        let (s, pressures) = (moving(), plant.supply_pressures.map(&mut Side::c));
-        let piston = Piston { lever_arm: Side::c(0.3), lever_arm_derivative: Side::c(0.1), rate: Side::c(0.2) };
-        let (linearised, plain) =
-            (groups[0].linearised(&pressures, &s, &piston), groups[0].lifted.derivatives(&pressures, &s, &piston));
-        assert_eq!(format!("{linearised:?}"), format!("{plain:?}"));
-        let (with, without) = (linearised.rates, groups[0].rates(&pressures, &s));
-        for (a, b) in [(with.force, without.force), (with.p1_rate, without.p1_rate), (with.z_rate, without.z_rate)] {
-            for i in 0..2 {
-                assert!((one(a, i) - one(b, i)).abs() <= 1e-14 * one(b, i).abs());
-            }
-        }
     }
 }

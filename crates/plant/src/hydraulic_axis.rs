@@ -358,14 +358,14 @@ impl<T: Real> HydraulicAxis<T> {
 }
 
 impl<T: Copy> SupplyPressures<T> {
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> SupplyPressures<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> SupplyPressures<U> {
         SupplyPressures { supply: f(self.supply), load: f(self.load), tank: f(self.tank) }
     }
 }
 
 impl<T: Copy> HydraulicAxis<T> {
     /// The same cylinder with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> HydraulicAxis<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> HydraulicAxis<U> {
         HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
@@ -380,7 +380,7 @@ impl<T: Copy> HydraulicAxis<T> {
 }
 
 impl<T: Copy> FrictionLaw<T> {
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> FrictionLaw<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> FrictionLaw<U> {
         match self {
             FrictionLaw::Static { map, width } => FrictionLaw::Static { map: map.map(f), width: f(*width) },
             FrictionLaw::Printed { map, width } => FrictionLaw::Printed { map: map.map(f), width: width.map(f) },

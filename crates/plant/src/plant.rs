@@ -28,7 +28,7 @@ pub struct Plant<T, const N: usize> {
 
 impl<T: Copy, const N: usize> Plant<T, N> {
     /// The same plant with `f` of every number, always in the same order.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Plant<U, N> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Plant<U, N> {
         Plant {
             mechanics: self.mechanics.map(f),
             actuations: self.actuations.map(|a| a.map(f)),

@@ -107,7 +107,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     pub fn new(plant: &Plant<T, N>, layout: &Layout) -> Self {
         Evaluator {
             plant: *plant,
-            groups: AxisGroup::all(plant, layout),
+            groups: AxisGroup::all(&plant.cylinders, &plant.fluid, layout),
             pistons: plant.actuations.map(|actuation| actuation.map(&mut Dual::constant)),
             ground: plant.ground.map(|ground| ground.map(&mut Dual::constant)),
         }

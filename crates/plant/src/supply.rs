@@ -39,7 +39,7 @@ pub struct SupplyRates<T> {
 
 impl<T: Copy> Supply<T> {
     /// The same with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Supply<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Supply<U> {
         Supply {
             pump: self.pump.map(f),
             highest: f(self.highest),

@@ -79,7 +79,7 @@ pub struct Contact<T> {
 
 impl<T: Copy> Ground<T> {
     /// The same ground with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Ground<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Ground<U> {
         Ground { soil: self.soil.map(f), supports: self.supports.map(|s| s.map(f)), count: self.count }
     }
 }

@@ -43,7 +43,7 @@ pub struct Mechanics<T, const N: usize> {
 
 impl<T: Copy, const N: usize> Mechanics<T, N> {
     /// The same chain with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Mechanics<U, N> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Mechanics<U, N> {
         Mechanics {
             joints: self.joints.map(|j| j.map(f)),
             bodies: self.bodies.map(|b| b.map(f)),

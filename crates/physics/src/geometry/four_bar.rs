@@ -26,7 +26,7 @@ pub struct FourBar<T> {
 
 impl<T: Copy> FourBar<T> {
     /// The same linkage with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> FourBar<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> FourBar<U> {
         FourBar {
             rocker_pivot: self.rocker_pivot.map(f),
             coupler_pivot: self.coupler_pivot.map(f),

@@ -39,7 +39,7 @@ pub struct JointPose<T> {
 
 impl<T: Copy> Joint<T> {
     /// The same joint with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Joint<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Joint<U> {
         Joint {
             at: self.at.map(f),
             direction: self.direction.map(f),

@@ -44,7 +44,7 @@ impl Actuation<f64> {
 
 impl<T: Copy> Actuation<T> {
     /// The same cylinder with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Actuation<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Actuation<U> {
         let mounting = match self.mounting {
             Mounting::Pins { on_parent, on_child, barrel_on_child } => {
                 Mounting::Pins { on_parent: on_parent.map(f), on_child: on_child.map(f), barrel_on_child }

@@ -31,7 +31,7 @@ const ROUNDING: f64 = 0.2e5;
 
 impl<T: Copy> Compensator<T> {
     /// The same with `f` of its number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Compensator<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Compensator<U> {
         match self {
             Compensator::None => Compensator::None,
             Compensator::Before(setting) => Compensator::Before(f(*setting)),

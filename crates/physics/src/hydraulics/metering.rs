@@ -36,7 +36,7 @@ pub struct Metering<T> {
 
 impl<T: Copy> Metering<T> {
     /// The same with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> Metering<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Metering<U> {
         Metering { stroke: f(self.stroke), full: self.full.map(&mut *f), curves: self.curves }
     }
 }

@@ -48,7 +48,7 @@ pub struct PortValves<T> {
 
 impl<T: Copy> PortValves<T> {
     /// The same valves with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> PortValves<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> PortValves<U> {
         PortValves {
             relief: self.relief.map(|valve| valve.map(f)),
             anti_cavitation: self.anti_cavitation.map(|valve| valve.map(f)),

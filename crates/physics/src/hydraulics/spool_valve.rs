@@ -66,7 +66,7 @@ pub struct SpoolValve<T> {
 
 impl<T: Copy> SpoolValve<T> {
     /// The same valve with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> SpoolValve<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> SpoolValve<U> {
         SpoolValve {
             edge_a: self.edge_a.map(f),
             edge_b: self.edge_b.map(f),

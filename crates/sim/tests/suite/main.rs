@@ -1,5 +1,7 @@
 //! Runs, steps, batches and control on whole cranes. One binary: linking takes longer than compiling.
 
+#[cfg(target_arch = "x86_64")]
+mod axis_group;
 mod batch;
 mod batch_command_path;
 mod block_arrow;
