@@ -5,7 +5,7 @@ use crate::errors::{ErrorKind, MachineError};
 use crate::keys::{Key, Sign};
 use crate::log::Log;
 use crate::model::{Form, Recorded, Unusual};
-use crate::nearest::{choose, suggestion};
+use crate::nearest::{choose, suggestion_among};
 use crate::number::Number;
 use crate::plausible::{self, Plausibility};
 use crate::quantities;
@@ -212,7 +212,7 @@ impl<'a> Field<'a> {
         };
         let (numbers, unit) = match (value, place) {
             (Scalar::Text(text), _) => {
-                units::parse_point(text).map_err(|error| self.unit_error(error, place, POINT_EXAMPLE))?
+                units::parse_point(text).map_err(|error| self.unit_error(error, place, &length, POINT_EXAMPLE))?
             }
             // A caller may give the point as two numbers in SI.
             (Scalar::List(items), Place::Override(_)) => match items.as_slice() {
@@ -245,9 +245,8 @@ impl<'a> Field<'a> {
                 (*number, si(quantity))
             }
             Scalar::Number(number) => return Err(self.missing_unit(place, quantity, *number)),
-            Scalar::Text(text) => {
-                units::parse_scalar(text).map_err(|error| self.unit_error(error, place, &quantity.example()))?
-            }
+            Scalar::Text(text) => units::parse_scalar(text)
+                .map_err(|error| self.unit_error(error, place, quantity, &quantity.example()))?,
             _ => {
                 let found = format!("expected a {}, found {}", quantity.name, value.kind_name());
                 let help = format!("give {}", quantity.example());
@@ -316,13 +315,13 @@ impl<'a> Field<'a> {
         place.error(ErrorKind::MissingUnit, &self.path, "the unit is missing").help(help)
     }
 
-    fn unit_error(&self, error: UnitError, place: &Place, example: &str) -> MachineError {
+    fn unit_error(&self, error: UnitError, place: &Place, quantity: &Quantity, example: &str) -> MachineError {
         match error {
             UnitError::Malformed(message) => {
                 place.error(ErrorKind::BadQuantity, &self.path, message).help(format!("give {example}"))
             }
             UnitError::Unknown(symbol) => {
-                let help = suggestion(&symbol, units::symbols());
+                let help = suggestion_among(&symbol, units::symbols_of(quantity.dimension), units::symbols());
                 place.error(ErrorKind::UnknownUnit, &self.path, format!("unknown unit `{symbol}`")).help(help)
             }
         }

@@ -10,13 +10,27 @@ pub fn suggestion<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>)
     }
 }
 
+/// As [`suggestion`], with a near one of the `likely` candidates before any other.
+pub fn suggestion_among<'a>(
+    name: &str,
+    likely: impl IntoIterator<Item = &'a str>,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> String {
+    let likely: Vec<&str> = likely.into_iter().collect();
+    match nearest(name, &likely) {
+        Some(candidate) => suggestion(name, [candidate]),
+        None => suggestion(name, candidates),
+    }
+}
+
 /// The choice named `text`, or the help that names the nearest one.
 pub fn choose<T: Copy>(text: &str, choices: &[(&str, T)]) -> Result<T, String> {
     let found = choices.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
     found.ok_or_else(|| suggestion(text, choices.iter().map(|(name, _)| *name)))
 }
 
-/// The candidate that `name` begins, or the one at the smallest edit distance, when it is close enough to be meant.
+/// The candidate that `name` begins, or the one at the smallest edit distance, when it is close enough to be meant. Of equally near ones,
+/// the one of the same length: a wrong letter is more common than a missing one.
 fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
     // For long generated names the quadratic distance would be slow.
     if name.chars().count() > 64 {
@@ -30,7 +44,7 @@ fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
         .iter()
         .map(|candidate| (distance(name, candidate), *candidate))
         .filter(|(distance, candidate)| *distance <= 1 + candidate.chars().count() / 3)
-        .min_by_key(|(distance, _)| *distance)
+        .min_by_key(|(distance, candidate)| (*distance, candidate.len().abs_diff(name.len())))
         .map(|(_, candidate)| candidate)
 }
 
@@ -70,6 +84,13 @@ mod tests {
             suggestion("vertical-lift", ["tip-vertical-line", "vertical-lift-open-loop"]),
             "did you mean `vertical-lift-open-loop`?"
         );
+    }
+
+    #[test]
+    fn a_likely_choice_comes_first() {
+        assert_eq!(suggestion("mn", ["m", "mm", "MN"]), "did you mean `MN`?");
+        assert_eq!(suggestion_among("mn", ["m", "mm"], ["m", "mm", "MN"]), "did you mean `mm`?");
+        assert_eq!(suggestion_among("kgg", ["m", "mm"], ["m", "mm", "kg"]), "did you mean `kg`?");
     }
 
     #[test]

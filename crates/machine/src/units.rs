@@ -362,7 +362,6 @@ pub fn symbols() -> impl Iterator<Item = &'static str> {
 }
 
 /// The symbols of units of this dimension.
-#[cfg(feature = "schema")]
 pub fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static str> {
     symbols().filter(move |symbol| lookup(symbol).is_some_and(|unit| unit.dimension == dimension))
 }

@@ -80,7 +80,11 @@ WRONG_CALLS = {
         lambda: hc.load_machine("rottne-f9-lab", {"link.jib.mass": "5 bar"}),
         ["link.jib.mass", "mass (kg)", "pressure"],
     ),
-    "unknown unit": (lambda: hc.load_machine("rottne-f9-lab", {"link.jib.mass": "5 kgg"}), ["kgg"]),
+    "unknown unit": (lambda: hc.load_machine("rottne-f9-lab", {"link.jib.mass": "5 kgg"}), ["`kg`"]),
+    "unit nearest to one of another dimension": (
+        lambda: hc.load_machine("rottne-f9-lab", {"cylinder.lift.bore": "50 mn"}),
+        ["`mn`", "did you mean `mm`"],
+    ),
     "rod thicker than bore": (
         lambda: hc.load_machine("rottne-f9-lab", {"cylinder.lift.rod-diameter": "120 mm"}),
         ["cylinder.lift", "bore"],
