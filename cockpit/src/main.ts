@@ -51,6 +51,8 @@ class CockpitPage {
   private readonly panel: Panel;
   private description: Description | null = null;
   private request: Request = USUAL;
+  /** What the crane at hand was opened by: `request` without what has been changed since and is not answered yet. */
+  private granted: Request = USUAL;
   /** What was asked for last. */
   private asked: Request = USUAL;
   private row: Float64Array | null = null;
@@ -191,6 +193,8 @@ class CockpitPage {
   /** A fresh start, with the clock running. */
   private open(request: Request): void {
     this.asked = request;
+    // What is changed before the answer comes adds to this. A scenario's machine is known by the answer alone.
+    if (!request.scenario) this.request = request;
     if (this.paused) this.keepTime(this.speed, false);
     this.send({ do: "open", request: { ...request, "keep-state": false } });
   }
@@ -203,7 +207,8 @@ class CockpitPage {
 
   /** Other settings for the crane as it moves. */
   private change(changes: Partial<Request>): void {
-    this.asked = { ...this.request, ...changes };
+    const overrides = { ...this.request.overrides, ...changes.overrides };
+    this.request = this.asked = { ...this.request, ...changes, overrides };
     this.send({ do: "open", request: { ...this.asked, "keep-state": true } });
   }
 
@@ -250,6 +255,7 @@ class CockpitPage {
         return this.take(message.latest, message.history, message.width, message.pace);
       case "refused":
         this.setGoal(null);
+        this.request = this.granted;
         this.refuse(message.problem.message);
         // Where the very first wish fails, the usual crane takes its place.
         if (this.description) this.showPanel(this.description);
@@ -285,7 +291,7 @@ class CockpitPage {
     if (this.description && this.asked !== USUAL) this.notices.clear(fresh);
     this.description = description;
     const { scenario: _, logs: __, ...request } = description.request;
-    this.request = request;
+    this.request = this.granted = request;
     this.warnOfDifferences(description);
     this.history.begin(description.signals, !fresh);
     this.picture.show(description, !fresh);

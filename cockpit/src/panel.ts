@@ -107,7 +107,7 @@ export class Panel {
   }
 
   private override(key: MachineKey, value: number): void {
-    this.act.change({ overrides: { ...this.request.overrides, [key]: value } });
+    this.act.change({ overrides: { [key]: value } });
   }
 
   private machine(): HTMLElement {

@@ -341,10 +341,37 @@ def test_a_task_is_scored_in_each_mode(cockpit):
     assert cockpit.tab.locator("#scores tr").count() == 2, "the lift alone leads past the end of the line"
 
 
+def test_knobs_set_just_before_a_task_are_kept(cockpit, tmp_path):
+    """Three choices in one turn of the page, before any is answered."""
+    chosen = {
+        "Full stick": ("input", "0.3"),
+        "Supply pressure": ("input", "15000000"),
+        "Choose a task": ("select", "square"),
+    }
+    found = [
+        [cockpit.tab.locator("label", has_text=label).locator(kind).element_handle(), value]
+        for label, (kind, value) in chosen.items()
+    ]
+    cockpit.tab.evaluate(
+        """(found) => {
+            for (const [element, value] of found) {
+                element.value = value;
+                element.dispatchEvent(new Event("change", { bubbles: true }));
+            }
+        }""",
+        found,
+    )
+    cockpit.wait(1.0)
+    for label, value in {"Full stick": "0.30 m/s", "Supply pressure": "150 bar"}.items():
+        assert value in cockpit.tab.locator("label", has_text=label).inner_text()
+    path = tmp_path / "drive.toml"
+    path.write_text(cockpit.download("Save"), encoding="utf-8")
+    assert hc.load_scenario(path).load_machine().value("supply.pressure").si == 15e6
+
+
 def test_logs_are_moved_into_the_bunk(cockpit):
     """Three logs, gripped at their rings and let go over the bunk, at twice the speed of the clock and of the stick."""
     cockpit.tab.locator("label", has_text="Full stick").locator("input").fill("0.3")
-    cockpit.wait(0.5)
     cockpit.tab.locator("label", has_text="Choose a task").locator("select").select_option("logs")
     cockpit.until(lambda: "ring" in cockpit.notices())
     cockpit.tab.keyboard.press("Space")
