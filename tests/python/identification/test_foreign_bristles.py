@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import functools
+
 import foreign_rig
 import numpy as np
 import pytest
 
+# One identification takes a quarter of a minute.
+identified = functools.cache(foreign_rig.bristles_identified)
 BRISTLES = ("bristle-stiffness", "bristle-damping")
 
 
 @pytest.mark.evidence
 def test_bristles_of_a_foreign_cylinder_come_back():
     """One seed: level to level, ramp and pulses in one call, with a clean bill."""
-    found, truth = foreign_rig.bristles_identified(0)
+    found, truth = identified(0)
     assert not found.dynamic.warnings
     held = foreign_rig.bristles_held(found, truth)
     assert len(held) == 14 and all(held[f"friction.test.{name}"] for name in BRISTLES)
@@ -29,7 +33,7 @@ def test_intervals_hold_with_a_map_from_the_same_logs():
 
     Right intervals of 16 hold 13 or more in 99 of 100 such studies, and more than 0.89 of 112 as often.
     """
-    held = [foreign_rig.bristles_held(*foreign_rig.bristles_identified(seed)) for seed in range(8)]
+    held = [foreign_rig.bristles_held(*identified(seed)) for seed in range(8)]
     of_bristles = [cylinder[f"friction.test.{name}"] for cylinder in held for name in BRISTLES]
     assert sum(of_bristles) >= 13, of_bristles
     assert np.mean([hit for cylinder in held for hit in cylinder.values()]) > 0.89
