@@ -1,6 +1,6 @@
 //! The tank line: oil, hoses, resistance and return filter.     theory: docs/theory/hydraulics/tank_line.md
 //!
-//! p_R' = (q_in - q) / (V/E(p_R) + C)        as the mains, see [`super::mains`]
+//! p_R' = (q_in - q) / (V/E(p_R) + C)        as the mains, see [`super::mains`]  Watton (2009), chapter 3
 //! p_R - p_T = R q + K q |q| + f              line and filter in series, see [`super::line`]
 //! q = f/R_f + g max(f - p_o, 0)              Darcy's law for the filter; the bypass as [`super::relief_valve`], not rounded
 //!
