@@ -79,7 +79,7 @@ def test_what_the_tank_line_takes_is_named_once():
     for term, name in names.items():
         assert taken[name] == pytest.approx(float(run.data[f"ledger.tank_line.{term}"][-1])) and taken[name] > 1.0
     assert energy_balance(run).lost["return filter"] == pytest.approx(taken["return filter"] + taken[names["bypass"]])
-    assert run.plot("supply").axes[1].get_title() == "Return pressure"
+    assert run.plot("supply").axes[1].get_title(loc="left") == "Return pressure"
 
 
 def test_a_run_without_a_ledger_says_so():
