@@ -187,6 +187,15 @@ export type MachineKey =
   | `accumulator.${string}.volume`
   | `accumulator.${string}.precharge`
   | `accumulator.${string}.polytropic-exponent`
+  | "tank-line.volume"
+  | "tank-line.hose-compliance"
+  | "tank-line.nominal-flow"
+  | "tank-line.nominal-pressure-drop"
+  | "tank-line.laminar-share"
+  | "tank-line.filter.nominal-flow"
+  | "tank-line.filter.nominal-pressure-drop"
+  | "tank-line.filter.bypass-pressure"
+  | "tank-line.filter.bypass-overpressure"
   | "payload.mass"
   | "payload.hang"
   | "payload.hang-growth"

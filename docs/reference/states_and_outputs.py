@@ -36,7 +36,12 @@ a port through its relief valve to the tank, negative through its anti-cavitatio
 
 A machine with a line that has a resistance has `cylinder.<name>.line_drop1` and `line_drop2` (Pa, drop over the line to
 the piston side and to the rod side, positive while oil flows to the cylinder), and in the ledger
-`ledger.lines.resistance` (sign -1)."""
+`ledger.lines.resistance` (sign -1).
+
+A machine with a tank line has the state `tank_line.p` (Pa, its pressure), `tank_line.returned` and `tank_line.flow`
+(m^3/s, flows into the line and from it into the tank), `tank_line.filter_drop` (Pa) and `tank_line.bypass_flow`
+(m^3/s), and in the ledger `ledger.tank_line.returned`, `relieved` and `carried` (sign +1), `resistance`, `filter`,
+`bypass` and `into_tank` (sign -1)."""
 
 LEDGER = """Energies since the start, J. The sum of all terms, each times its sign, equals the increase of the
 `energy.*` outputs; a term with sign 0 is an exchange inside the sum. `run.data[name].attrs["sign"]` holds the sign.

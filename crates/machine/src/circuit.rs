@@ -98,6 +98,34 @@ pub struct AntiCavitation<T = f64> {
     pub opening_pressure: T,
 }
 
+/// The line through which oil returns to the tank.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TankLine<T = f64> {
+    /// Without pressure, m^3, and its growth with pressure, m^3/Pa.
+    pub volume: T,
+    pub compliance: T,
+    /// `None`: only the filter resists.
+    pub resistance: Option<Resistance<T>>,
+    pub filter: Option<ReturnFilter<T>>,
+}
+
+/// Filter between the tank line and the tank.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReturnFilter<T = f64> {
+    /// Flow, m^3/s, at a pressure drop, Pa.
+    pub nominal_flow: T,
+    pub nominal_pressure_drop: T,
+    pub bypass: Option<FilterBypass<T>>,
+}
+
+/// Bypass valve of a filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilterBypass<T = f64> {
+    /// Drop over the filter that opens it, Pa, and the rise beyond it at which the nominal flow of the filter passes.
+    pub pressure: T,
+    pub overpressure: T,
+}
+
 /// Gas behind a bladder or a piston, joined to the mains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accumulator<T = f64> {

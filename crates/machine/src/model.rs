@@ -404,6 +404,8 @@ pub struct Mains<T = f64> {
     /// `None`: the pump does not follow the load.
     pub load_sensing: Option<LoadSensing<T>>,
     pub accumulator: Option<Accumulator<T>>,
+    /// `None`: what returns is at the pressure of the tank.
+    pub tank_line: Option<TankLine<T>>,
 }
 
 /// The load-sensing line, which transmits the highest load pressure to the pump.

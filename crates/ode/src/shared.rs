@@ -14,9 +14,9 @@ use crate::axis::{AxisDerivatives, Row, ScalarOver, MAX_BORDER};
 use hydrocrane_num::{small, Field, Real};
 
 /// Largest number of shared states.
-pub const MAX_SHARED: usize = 3;
+pub const MAX_SHARED: usize = 4;
 /// Largest number of those that act on axes.
-pub const MAX_ACTING: usize = 2;
+pub const MAX_ACTING: usize = 3;
 
 /// Which states are shared: the last `count` from `first` on, of which the first `acting` act on axes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use crate::hydraulic_axis::{
     FrictionLaw, FrictionOutput, HydraulicAxis, LawOutputs, LocalRates, LocalState, Port, SupplyPressures,
 };
 use hydrocrane_num::{Dual, Real};
-use hydrocrane_ode::{Row, MAX_ACTING};
+use hydrocrane_ode::Row;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -23,10 +23,15 @@ const Z: usize = 5;
 /// A number of a port with its derivatives by v, p1, p2, spool and the pressures of mains and load-sensing line.
 type CoupledPort<L> = Dual<L, 6>;
 
-/// The last three of these.
+/// All but the first of these.
+const AT_P1: usize = 1;
+const AT_P2: usize = 2;
 const AT_SPOOL: usize = 3;
 const AT_MAINS: usize = 4;
 const AT_LOAD: usize = 5;
+
+/// Number of pressures that feed a valve: of mains and load-sensing line.
+pub const FEEDING: usize = 2;
 
 /// Those by the local numbers.
 #[inline(always)]
@@ -48,6 +53,7 @@ pub struct Lifted<L> {
     spool: Spool<Dual<L, 2>>,
     ports: HydraulicAxis<Dual<L, 3>>,
     coupled: HydraulicAxis<CoupledPort<L>>,
+    single: HydraulicAxis<Dual<L, 1>>,
     whole: HydraulicAxis<WithDerivatives<L>>,
 }
 
@@ -94,10 +100,24 @@ pub struct SupplyDerivatives<L> {
     pub drawn: Row<L>,
     pub by_signal: Row<L>,
     /// By the pressures of the mains and of the load-sensing line: of p1', p2', of the flow and of the signal.
-    pub p1: [L; MAX_ACTING],
-    pub p2: [L; MAX_ACTING],
-    pub flow: [L; MAX_ACTING],
-    pub signal_by: [L; MAX_ACTING],
+    pub p1: [L; FEEDING],
+    pub p2: [L; FEEDING],
+    pub flow: [L; FEEDING],
+    pub signal_by: [L; FEEDING],
+}
+
+/// Derivatives of a cylinder with a tank line.
+#[derive(Debug, Clone, Copy)]
+pub struct TankDerivatives<L> {
+    /// By the pressure of the tank line: of p1', p2', of the flow from the supply, of the signal and of the flow that returns.
+    pub p1: L,
+    pub p2: L,
+    pub flow: L,
+    pub signal: L,
+    pub returned: L,
+    /// Of the flow that returns by the states, and by the pressures of mains and load-sensing line.
+    pub by_states: Row<L>,
+    pub by_feeding: [L; FEEDING],
 }
 
 impl<L: Real> Lifted<L> {
@@ -110,6 +130,7 @@ impl<L: Real> Lifted<L> {
             spool: unit.spool.map(&mut Dual::constant),
             ports: unit.map(&mut Dual::constant),
             coupled: unit.map(&mut Dual::constant),
+            single: unit.map(&mut Dual::constant),
             whole: unit.map(&mut Dual::constant),
         }
     }
@@ -160,6 +181,38 @@ impl<L: Real> Lifted<L> {
         }
     }
 
+    /// Derivatives by the pressure of the tank line, and of what returns to it.
+    #[inline(always)]
+    pub fn by_tank(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> TankDerivatives<L> {
+        let [a, b] = self.coupled_ports(supply_pressures, s);
+        let (_, leaked) = self.coupled.leakage.flows(
+            Dual::variable(s.p1, AT_P1),
+            Dual::variable(s.p2, AT_P2),
+            Dual::constant(supply_pressures.tank),
+        );
+        let returned = a.drained + b.drained + a.relieved + b.relieved + leaked;
+        let SupplyPressures { supply, load, tank } = supply_pressures.map(&mut Dual::constant);
+        let pressures = SupplyPressures { supply, load, tank: Dual::variable(tank.value, 0) };
+        let local = s.map(Dual::constant);
+        let rates = self.single.rates(&self.bulk, &pressures, &local);
+        let at_valve = rates.at_valve();
+        let signal = self.single.valve.connection.signal(local.spool, [at_valve.a, at_valve.b], pressures.tank);
+        TankDerivatives {
+            p1: rates.p1_rate.derivative[0],
+            p2: rates.p2_rate.derivative[0],
+            flow: rates.edges.supply().derivative[0],
+            signal: signal.derivative[0],
+            returned: rates.returned().derivative[0],
+            by_states: piston.row(&by_states(returned)),
+            by_feeding: [returned.derivative[AT_MAINS], returned.derivative[AT_LOAD]],
+        }
+    }
+
     /// Both ports with the derivatives by all their arguments.
     #[inline(always)]
     fn coupled_ports(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> [Port<CoupledPort<L>>; 2] {
@@ -168,7 +221,7 @@ impl<L: Real> Lifted<L> {
             load: Dual::variable(supply_pressures.load, AT_LOAD),
             tank: Dual::constant(supply_pressures.tank),
         };
-        let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2)];
+        let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, AT_P1), Dual::variable(s.p2, AT_P2)];
         let spool = Dual::variable(s.spool, AT_SPOOL);
         let ports = self.coupled.ports(&pressures, v, [p1, p2]);
         [self.coupled.port_a(&ports, spool), self.coupled.port_b(&ports, spool)]

@@ -1,6 +1,6 @@
 //! Cylinders with the same laws, side by side: one cylinder per lane.
 
-use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives};
+use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives, TankDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
@@ -19,7 +19,7 @@ pub struct AxisGroup<L> {
     pub lifted: Lifted<L>,
 }
 
-/// Powers of the ledger, W, and the flow drawn from the supply, m^3/s.
+/// Powers of the ledger, W, and the flows drawn from the supply and returned to the tank, m^3/s.
 #[derive(Debug, Clone, Copy)]
 pub struct AxisPowers<L> {
     pub own: [L; LEDGER_PER_CYLINDER],
@@ -27,6 +27,7 @@ pub struct AxisPowers<L> {
     pub port_valves: [L; PORT_VALVE_TERMS.len()],
     pub lines: L,
     pub drawn: L,
+    pub returned: L,
 }
 
 /// A cylinder and the indices of its states.
@@ -156,6 +157,20 @@ impl<L: Real> AxisGroup<L> {
         )
     }
 
+    /// Evaluates the derivatives by the pressure of the tank line, and those of what returns to it.
+    #[inline(always)]
+    pub fn by_tank(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> TankDerivatives<L> {
+        L::outlined(
+            #[inline(always)]
+            || self.lifted.by_tank(supply_pressures, s, piston),
+        )
+    }
+
     /// Signals of the valves to the load-sensing line, Pa.
     #[inline(always)]
     pub fn signals(&self, spool: L, ports: &PortPressures<L>) -> L {
@@ -178,6 +193,7 @@ impl<L: Real> AxisGroup<L> {
                     port_valves: port_valve_powers(&rates),
                     lines: line_power(&rates),
                     drawn: rates.edges.supply(),
+                    returned: rates.returned(),
                 }
             },
         )

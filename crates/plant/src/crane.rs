@@ -50,6 +50,7 @@ impl<const N: usize> Crane<N> {
             name: mains.pump.name.clone(),
             senses: mains.load_sensing.is_some(),
             swivels: mains.pump.control.is_some(),
+            returns: mains.tank_line.is_some(),
         });
         let measured = machine.supply.measured;
         let plain = |c: &Cylinder| {

@@ -84,17 +84,22 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Writes the steady state of the supply for the flow that the valves draw at its present state: an iteration that
     /// begins with closed valves and ends when nothing changes.
     fn settle_supply(&self, layout: &Layout, x: &mut [T]) {
-        let Some(p) = layout.mains() else { return };
+        let Some(p) = self.mains(layout) else { return };
         let Some(supply) = &self.supply else {
             x[p] = self.supply_pressures.supply;
             return;
         };
         let SupplyPressures { supply: mains, load, tank } = self.pressures_at(layout, x);
-        let mut drawn = T::c(0.0);
+        let (mut drawn, mut returned) = (T::c(0.0), T::c(0.0));
         for (c, unit) in self.cylinders.iter().enumerate() {
             let (a, b) = (x[layout.p1(c)], x[layout.p2(c)]);
             let ports = PortPressures { supply: mains, load, tank, a, b };
-            drawn += unit.valve.flows(x[layout.xs(c)], &ports).supply();
+            let edges = unit.valve.flows(x[layout.xs(c)], &ports);
+            drawn += edges.supply();
+            if layout.tank().is_some() {
+                let relieved = unit.port_valves[0].flow(a, tank) + unit.port_valves[1].flow(b, tank);
+                returned += edges.tank() + relieved + unit.leakage.flows(a, b, tank).1;
+            }
         }
         let (pressure, share) = supply.at_rest(tank, drawn);
         x[p] = pressure;
@@ -103,6 +108,10 @@ impl<T: Real, const N: usize> Plant<T, N> {
         }
         if let Some(swivel) = layout.swivel() {
             x[swivel] = share;
+        }
+        let settled = SupplyPressures { supply: pressure, load: tank, tank };
+        if let (Some(at), Some(p)) = (layout.tank(), supply.tank_line_at_rest(&settled, returned)) {
+            x[at] = p;
         }
     }
 

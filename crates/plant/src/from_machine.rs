@@ -35,6 +35,7 @@ use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
 use hydrocrane_physics::hydraulics::spool::Spool;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
+use hydrocrane_physics::hydraulics::tank_line::{Bypass, TankLine};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// Share of a spool's stroke over which it connects its port with the load-sensing line.
@@ -66,7 +67,8 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
             load: m.supply.tank_pressure,
             tank: m.supply.tank_pressure,
         },
-        supply: m.supply.mains.as_ref().map(|mains| supply(&m.supply, mains)),
+        // Builds for the smallest chains only have no pumps.
+        supply: m.supply.mains.as_ref().filter(|_| cfg!(feature = "chains")).map(|mains| supply(&m.supply, mains)),
         ground: m.ground.as_ref().map(|g| ground(g, &m.payload)),
     })
 }
@@ -101,6 +103,26 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
             precharge: a.precharge,
             exponent: a.polytropic_exponent,
         }),
+        tank_line: mains.tank_line.as_ref().map(|line| tank_line(line, of.tank_pressure)),
+    }
+}
+
+/// A filter passes its nominal flow at its nominal drop, and its bypass valve as much at the overpressure.
+fn tank_line<T: Number>(of: &file::TankLine<T>, tank: T) -> TankLine<T> {
+    let none = T::c(0.0);
+    let bypass = |filter: &file::ReturnFilter<T>| {
+        let own = filter.bypass.as_ref()?;
+        Some(Bypass { pressure: own.pressure, gradient: filter.nominal_flow / own.overpressure })
+    };
+    TankLine {
+        volume: Mains { volume: of.volume, compliance: of.compliance },
+        tank,
+        resistance: of.resistance.as_ref().map_or(Resistance { laminar: none, turbulent: none }, |of| Resistance {
+            laminar: of.laminar,
+            turbulent: of.turbulent,
+        }),
+        filter: of.filter.as_ref().map_or(none, |filter| filter.nominal_pressure_drop / filter.nominal_flow),
+        bypass: of.filter.as_ref().and_then(bypass),
     }
 }
 

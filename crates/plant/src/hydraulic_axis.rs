@@ -67,6 +67,15 @@ pub struct LocalState<T> {
     pub z: T,
 }
 
+impl<T: Copy> LocalState<T> {
+    /// The same with `f` of every number.
+    #[inline(always)]
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> LocalState<U> {
+        let LocalState { x, v, p1, p2, spool, z } = *self;
+        LocalState { x: f(x), v: f(v), p1: f(p1), p2: f(p2), spool: f(spool), z: f(z) }
+    }
+}
+
 /// All results of the laws of a cylinder at one state.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LocalRates<T> {
@@ -127,6 +136,12 @@ impl<T: Real> LocalRates<T> {
     #[inline(always)]
     pub fn through_ports(&self) -> (T, T) {
         (self.edges.port_a() - self.relieved[0], self.edges.port_b() + self.relieved[1])
+    }
+
+    /// Flow to the tank, m^3/s: through the spool valve, the ports' own valves, and past the rod.
+    #[inline(always)]
+    pub fn returned(&self) -> T {
+        self.edges.tank() + self.relieved[0] + self.relieved[1] + self.external_leakage
     }
 
     /// Pressures around the valve, those of its ports before the lines to the cylinder.

@@ -4,12 +4,12 @@
 //! gives its derivatives by joint coordinates and rates. The chain rule through x(q), v = g(q) q' and
 //! q'' = M^-1 (g f + J^T F - b) assembles the blocks.
 
-use crate::axis_derivatives::{Piston, RateDerivatives, SupplyDerivatives};
+use crate::axis_derivatives::{Piston, RateDerivatives, SupplyDerivatives, TankDerivatives, FEEDING};
 use crate::axis_group::{AxisGroup, Member};
 use crate::layout::Layout;
 use crate::plant::moving_stroke;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
-use crate::shared_states::{AskedByPressures, DRAWN, SIGNAL};
+use crate::shared_states::{AskedByPressures, DRAWN, RETURNED, SIGNAL, TANK};
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Pack, Real};
 use hydrocrane_ode::{BlockArrow, Row, SharedDerivatives, MAX_ACTING};
@@ -24,7 +24,8 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         );
         let pressures = self.pressures(layout, x);
         let mut shared = self.plant.mains(layout).and(jacobian.shared.take());
-        let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand());
+        let tank = self.plant.pressures_at(layout, x).tank;
+        let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand(tank));
         let (mut signals, mut by_pressures) = ([Signal::of(demand.signal); N], AskedByPressures::default());
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
@@ -48,6 +49,16 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 demand.drawn += group.sum(linearised.rates.edges.supply());
                 for (sum, flow) in by_pressures.drawn.iter_mut().zip(by_supply.flow) {
                     *sum += group.sum(flow);
+                }
+                if let Some(at) = self.plant.tank_line(layout) {
+                    let by_tank = group.by_tank(&pressures, &local, &piston);
+                    group.write_tank_derivatives(&by_tank, at - shared.at.first, &mut signals, shared);
+                    demand.returned += group.sum(linearised.rates.returned());
+                    by_pressures.drawn[TANK] += group.sum(by_tank.flow);
+                    by_pressures.returned[TANK] += group.sum(by_tank.returned);
+                    for (sum, flow) in by_pressures.returned.iter_mut().zip(by_tank.by_feeding) {
+                        *sum += group.sum(flow);
+                    }
                 }
             }
         }
@@ -139,7 +150,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     }
 }
 
-/// What a valve gives to the load-sensing line, Pa, and its derivatives by the pressures of mains and line.
+/// What a valve gives to the load-sensing line, Pa, and its derivatives by the pressures of mains, load-sensing line and tank line.
 #[derive(Clone, Copy)]
 struct Signal<T> {
     pressure: T,
@@ -167,6 +178,7 @@ fn keep_highest<T: Real>(signals: &[Signal<T>], tank: T, derivatives: &mut [Row<
             *sum += kept(by);
         }
     }
+    highest.by[TANK] += T::select(highest.pressure.le(tank), T::c(1.0), T::c(0.0));
     (highest.pressure, highest.by)
 }
 
@@ -207,13 +219,35 @@ impl<L: Real> AxisGroup<L> {
     {
         for lane in 0..L::WIDTH {
             let Some(Member { cylinder, .. }) = self.member(lane) else { break };
-            for j in 0..MAX_ACTING {
+            for j in 0..FEEDING {
                 out.on_axes[j][*cylinder] = [by_supply.p1[j].lane(lane), by_supply.p2[j].lane(lane)];
             }
             out.by_axes[DRAWN][*cylinder] = by_supply.drawn.lane(lane);
             out.by_axes[SIGNAL][*cylinder] = by_supply.by_signal.lane(lane);
-            let by = by_supply.signal_by.map(|by| by.lane(lane));
-            signals[*cylinder] = Signal { pressure: by_supply.signal.lane(lane), by };
+            let signal = &mut signals[*cylinder];
+            signal.pressure = by_supply.signal.lane(lane);
+            for (by, number) in signal.by.iter_mut().zip(by_supply.signal_by) {
+                *by = number.lane(lane);
+            }
+        }
+    }
+
+    /// Derivatives by the pressure of the tank line, shared state `at`, and those of what returns to it.
+    #[inline(always)]
+    fn write_tank_derivatives<T: Real, const N: usize>(
+        &self,
+        by_tank: &TankDerivatives<L>,
+        at: usize,
+        signals: &mut [Signal<T>; N],
+        out: &mut SharedDerivatives<T>,
+    ) where
+        L: Pack<T>,
+    {
+        for lane in 0..L::WIDTH {
+            let Some(Member { cylinder, .. }) = self.member(lane) else { break };
+            out.on_axes[at][*cylinder] = [by_tank.p1.lane(lane), by_tank.p2.lane(lane)];
+            out.by_axes[RETURNED][*cylinder] = by_tank.by_states.lane(lane);
+            signals[*cylinder].by[TANK] = by_tank.signal.lane(lane);
         }
     }
 

@@ -1,8 +1,8 @@
 //! State layout: the only place that defines indices.
 //!
 //! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump or a
-//! measured supply, the pressure of the mains, where the pump senses the load that of the load-sensing line, and where it swivels
-//! the share of its displacement.
+//! measured supply, the pressure of the mains, where the pump senses the load that of the load-sensing line, with a tank line its
+//! pressure, and where the pump swivels the share of its displacement.
 
 use hydrocrane_ode::{AxisStates, SharedStates, StateBlocks};
 
@@ -14,6 +14,8 @@ pub const MAX_JOINTS: usize = hydrocrane_ode::MAX_BORDER;
 pub struct Layout {
     joints: usize,
     blocks: StateBlocks,
+    load: Option<usize>,
+    tank: Option<usize>,
     pub names: Vec<String>,
     pub units: Vec<&'static str>,
     pub long_names: Vec<String>,
@@ -40,6 +42,8 @@ pub struct PumpUnit {
     pub senses: bool,
     /// Whether its displacement changes.
     pub swivels: bool,
+    /// Whether the oil returns through a tank line.
+    pub returns: bool,
 }
 
 impl Layout {
@@ -48,6 +52,8 @@ impl Layout {
         let mut layout = Layout {
             joints: units.len(),
             blocks: StateBlocks::default(),
+            load: None,
+            tank: None,
             names: Vec::new(),
             units: Vec::new(),
             long_names: Vec::new(),
@@ -75,17 +81,22 @@ impl Layout {
             }
         }
         let first = layout.names.len();
-        let acting = usize::from(measured || pump.is_some()) + usize::from(pump.is_some_and(|pump| pump.senses));
         if measured || pump.is_some() {
             layout.push("mains.p".into(), "Pa", "pressure of the mains".into(), 1e6);
         }
-        if let Some(PumpUnit { name, senses, swivels }) = pump {
+        if let Some(PumpUnit { senses, returns, .. }) = pump {
             if *senses {
+                layout.load = Some(layout.names.len());
                 layout.push("mains.load".into(), "Pa", "pressure of the load-sensing line".into(), 1e6);
             }
-            if *swivels {
-                layout.push(format!("pump.{name}.displacement"), "1", format!("{name} share of the displacement"), 0.1);
+            if *returns {
+                layout.tank = Some(layout.names.len());
+                layout.push("tank_line.p".into(), "Pa", "pressure of the tank line".into(), 1e5);
             }
+        }
+        let acting = layout.names.len() - first;
+        if let Some(PumpUnit { name, swivels: true, .. }) = pump {
+            layout.push(format!("pump.{name}.displacement"), "1", format!("{name} share of the displacement"), 0.1);
         }
         layout.blocks.shared = SharedStates { first, count: layout.names.len() - first, acting };
         layout
@@ -140,7 +151,11 @@ impl Layout {
     }
     /// The pressure of the load-sensing line; `None` without one.
     pub fn load(&self) -> Option<usize> {
-        (self.blocks.shared.acting > 1).then_some(self.blocks.shared.first + 1)
+        self.load
+    }
+    /// The pressure of the tank line; `None` without one.
+    pub fn tank(&self) -> Option<usize> {
+        self.tank
     }
     /// The share of the pump's displacement; `None` where it is fixed.
     pub fn swivel(&self) -> Option<usize> {

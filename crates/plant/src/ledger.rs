@@ -12,13 +12,18 @@
 //! ```text
 //! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
 //! ```
-//! where `delivered` is the `supply` of all cylinders. `work` (net force times velocity) is a transfer within the sum.
+//! where `delivered` is the `supply` of all cylinders. A tank line stores energy as well:
+//! ```text
+//! d(tank line)/dt = returned + relieved + elastic - resistance - filter - bypass - into the tank
+//! ```
+//! where `returned` is the `tank` of all cylinders. `work` (net force times velocity) is a transfer within the sum.
 
 use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
 use crate::supply::{Supply, SupplyRates};
 use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{smooth, Real};
+use hydrocrane_physics::hydraulics::tank_line::TankLine;
 
 /// Name, meaning and sign in the balance.
 pub type Term = (&'static str, &'static str, f64);
@@ -68,7 +73,18 @@ pub const SUPPLY_TERMS: [Term; 7] = [
     ("carried", "elastic energy carried in with the oil", 1.0),
 ];
 
-/// Terms after those of the cylinders, each with its owner: of ground, compensators, port valves, lines and supply, if
+/// The same for a tank line: it takes up the work into the tank of all cylinders, and that of what the relief valve returns.
+pub const TANK_LINE_TERMS: [Term; 7] = [
+    ("returned", "work of what the sections return on the tank line", 1.0),
+    ("relieved", "work of what the main relief valve returns on the tank line", 1.0),
+    ("resistance", "loss of the resistance of the tank line", -1.0),
+    ("filter", "loss of the return filter", -1.0),
+    ("bypass", "loss of the bypass valve of the return filter", -1.0),
+    ("into_tank", "work into the tank", -1.0),
+    ("carried", "elastic energy carried in with the oil", 1.0),
+];
+
+/// Terms after those of the cylinders, each with its owner: of ground, compensators, port valves, lines, supply and tank line, if
 /// the machine has them.
 pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let ground = machine.ground.iter().flat_map(|_| GROUND_TERMS.iter().map(|term| ("ground", term)));
@@ -79,7 +95,9 @@ pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let ports = PORT_VALVE_TERMS.iter().filter(|_| at_ports).map(|term| ("valves", term));
     let resisting = machine.cylinders.iter().any(Cylinder::has_line_resistance);
     let lines = LINE_TERMS.iter().filter(|_| resisting).map(|term| ("lines", term));
-    ground.chain(valves).chain(ports).chain(lines).chain(supply).collect()
+    let returns = machine.supply.mains.iter().filter(|mains| mains.tank_line.is_some());
+    let tank_line = returns.flat_map(|_| TANK_LINE_TERMS.iter().map(|term| ("tank_line", term)));
+    ground.chain(valves).chain(ports).chain(lines).chain(supply).chain(tank_line).collect()
 }
 
 /// Power lost in both lines, W.
@@ -100,16 +118,42 @@ pub fn supply_powers<T: Real>(
     rates: &SupplyRates<T>,
 ) -> [T; SUPPLY_TERMS.len()] {
     let SupplyPressures { supply: p, tank, .. } = *pressures;
-    let rise = p - tank;
+    let reservoir = supply.reservoir(tank);
+    let rise = p - reservoir;
     let (leaked, rubbed) = supply.pump.losses(e, rise);
+    let suction = match supply.tank_line {
+        Some(_) => reservoir * rates.pump_flow - tank * rates.relief_flow,
+        None => tank * (rates.pump_flow - rates.relief_flow),
+    };
     [
         supply.pump.shaft_power(e, rise),
-        tank * (rates.pump_flow - rates.relief_flow),
+        suction,
         rubbed,
         leaked,
-        rise * rates.relief_flow,
+        (p - tank) * rates.relief_flow,
         p * drawn,
         stored * (rates.pump_flow - rates.relief_flow - drawn),
+    ]
+}
+
+/// Powers (W) in the order of [`TANK_LINE_TERMS`]; `stored` is the oil's energy density in the line, J/m^3, `p` its pressure, Pa,
+/// `returned` and `relieved` the flows of the sections and of the main relief valve into it, m^3/s.
+#[inline(always)]
+pub fn tank_line_powers<T: Real>(
+    stored: T,
+    p: T,
+    [returned, relieved]: [T; 2],
+    line: &TankLine<T>,
+) -> [T; TANK_LINE_TERMS.len()] {
+    let out = line.flow(p);
+    [
+        p * returned,
+        p * relieved,
+        line.resistance.drop(out.whole) * out.whole,
+        out.filter_drop * (out.whole - out.bypassed),
+        out.filter_drop * out.bypassed,
+        line.tank * out.whole,
+        stored * (returned + relieved - out.whole),
     ]
 }
 

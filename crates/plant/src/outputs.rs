@@ -8,6 +8,7 @@ use hydrocrane_machine::model::{Cylinder, Mains};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Real;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
+use hydrocrane_physics::hydraulics::tank_line::Return;
 
 /// Name, unit and meaning of one output.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,7 +40,7 @@ const GLOBAL: [(&str, &str, &str); 9] = [
     (
         OIL_ENERGY,
         "J",
-        "elastic energy of the oil in chambers and mains, of the hoses, and of the gas in an accumulator",
+        "elastic energy of the oil in chambers, mains and tank line, of the hoses, and of the gas in an accumulator",
     ),
     ("energy.end_stops", "J", "energy in the springs of the end stops"),
     ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
@@ -64,6 +65,14 @@ const OF_MAINS: [(&str, &str, &str); 4] = [
 const OF_CONTROL: [(&str, &str, &str); 2] = [
     ("mains.setting", "Pa", "pressure that the pump keeps without flow, or at which it is unloaded"),
     ("mains.shortfall", "Pa", "pressure that the mains lack; above zero while the pump cannot give what is asked for"),
+];
+
+/// Further outputs if there is a tank line.
+const OF_TANK_LINE: [(&str, &str, &str); 4] = [
+    ("tank_line.returned", "m^3/s", "flow of valves, leakage and main relief valve into the tank line"),
+    ("tank_line.flow", "m^3/s", "flow of the tank line into the tank"),
+    ("tank_line.filter_drop", "Pa", "pressure drop over the return filter"),
+    ("tank_line.bypass_flow", "m^3/s", "flow through the bypass valve of the return filter"),
 ];
 
 /// Further output of each cylinder whose valve has a pressure compensator.
@@ -102,7 +111,9 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let of_mains = if machine.supply.mains.is_some() { &OF_MAINS[..] } else { &[] };
     let controlled = |mains: &Mains| mains.pump.control.is_some() || mains.load_sensing.is_some();
     let of_control = if machine.supply.mains.as_ref().is_some_and(controlled) { &OF_CONTROL[..] } else { &[] };
-    let global = GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control);
+    let returns = machine.supply.mains.as_ref().is_some_and(|mains| mains.tank_line.is_some());
+    let of_tank_line = if returns { &OF_TANK_LINE[..] } else { &[] };
+    let global = GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control).chain(of_tank_line);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
     let lines = machine.cylinders.iter().any(Cylinder::has_line_resistance);
@@ -148,7 +159,7 @@ pub fn write<T: Real, const N: usize>(
     }
     let supply = plant.supply_at(at.layout, at.x);
     if let (Some((unit, pressures, _)), Some(energy_density)) = (&supply, &energy_density) {
-        oil_energy += unit.stored(energy_density(pressures.supply), pressures.supply);
+        oil_energy += unit.stored(energy_density, pressures);
     }
     let global = [
         tip.x,
@@ -171,9 +182,9 @@ pub fn write<T: Real, const N: usize>(
     }
     if let Some((unit, pressures, e)) = supply {
         let SupplyRates { pump_flow, relief_flow, .. } =
-            unit.rates(&plant.fluid, &pressures, e, Demand { drawn, ..plant.no_demand() });
+            unit.rates(&plant.fluid, &pressures, e, Demand { drawn, ..plant.no_demand(pressures.tank) });
         let (of_mains, others) = rest.split_at_mut(OF_MAINS.len());
-        let rise = pressures.supply - pressures.tank;
+        let rise = pressures.supply - unit.reservoir(pressures.tank);
         let pump = &unit.pump;
         of_mains.copy_from_slice(&[pump_flow, relief_flow, pump.shaft_power(e, rise), pump.shaft_speed(e, rise)]);
         rest = others;
@@ -181,6 +192,13 @@ pub fn write<T: Real, const N: usize>(
             let (setting, shortfall) = unit.setting_and_shortfall(&pressures, e);
             let (of_control, others) = rest.split_at_mut(OF_CONTROL.len());
             of_control.copy_from_slice(&[setting, shortfall]);
+            rest = others;
+        }
+        if let Some(Return { whole, bypassed, filter_drop }) = unit.into_tank(pressures.tank) {
+            let mut returned = relief_flow;
+            rates.iter().for_each(|r| returned += r.returned());
+            let (of_tank_line, others) = rest.split_at_mut(OF_TANK_LINE.len());
+            of_tank_line.copy_from_slice(&[returned, whole, filter_drop, bypassed]);
             rest = others;
         }
     }

@@ -75,9 +75,38 @@ fn bulk_modulus(f: &Fluid, p: f64) -> f64 {
     }
 }
 
-/// Rates of the states of the supply, `x`: pressure of the mains, with load sensing that of its line, and where the pump swivels the
-/// share of its displacement. The valves draw `drawn` and give `signal` to the line.
-fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64) -> Vec<f64> {
+/// Flow through the tank line at the drop `whole` from the line to the tank, by halving.
+fn through_tank_line(line: &TankLine, whole: f64) -> f64 {
+    let drop = |q: f64| {
+        let own = line.resistance.as_ref().map_or(0.0, |of| of.laminar * q + of.turbulent * q * q.abs());
+        let filter = line.filter.as_ref().map_or(0.0, |of| {
+            let alone = q * of.nominal_pressure_drop / of.nominal_flow;
+            match &of.bypass {
+                Some(by) if alone > by.pressure => {
+                    let (a, b) = (of.nominal_flow / of.nominal_pressure_drop, of.nominal_flow / by.overpressure);
+                    (q + b * by.pressure) / (a + b)
+                }
+                _ => alone,
+            }
+        });
+        own + filter
+    };
+    let (mut least, mut most) = (-1.0, 1.0);
+    for _ in 0..200 {
+        let middle = 0.5 * (least + most);
+        if drop(middle) > whole {
+            most = middle;
+        } else {
+            least = middle;
+        }
+    }
+    0.5 * (least + most)
+}
+
+/// Rates of the states of the supply, `x`: pressure of the mains, with load sensing that of its line, with a tank line its pressure, and
+/// where the pump swivels the share of its displacement. The valves draw `drawn`, give `signal` to the load-sensing line and give back
+/// `returned`.
+fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64, returned: f64) -> Vec<f64> {
     let (pump, tank, p) = (&mains.pump, m.supply.tank_pressure, x[0]);
     let e = if pump.control.is_some() { x[x.len() - 1] } else { 1.0 };
     let follows = |highest: f64| match &mains.load_sensing {
@@ -108,6 +137,11 @@ fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64) 
     let inflow = e * per_angle * speed - leaked - relieved - drawn;
     let mut rates = vec![inflow / (volume / bulk_modulus(&m.fluid, p) + mains.compliance + growth)];
     rates.extend(mains.load_sensing.iter().map(|sensing| (signal - x[1]) / sensing.time_constant));
+    rates.extend(mains.tank_line.iter().map(|line| {
+        let p = x[1 + usize::from(mains.load_sensing.is_some())];
+        let capacity = (line.volume + line.compliance * p) / bulk_modulus(&m.fluid, p) + line.compliance;
+        (returned + relieved - through_tank_line(line, p - tank)) / capacity
+    }));
     rates.extend(pump.control.iter().map(|control| {
         let mut wanted = (follows(m.supply.pressure) - p) / control.range;
         if let Some(limit) = control.torque_limit {
@@ -218,7 +252,12 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     } else {
         m.supply.tank_pressure
     };
-    let (mut drawn, mut signal) = (0.0, m.supply.tank_pressure);
+    // What returns is at the pressure of the tank line.
+    let tank_pressure = match &m.supply.mains {
+        Some(Mains { tank_line: Some(_), load_sensing, .. }) => x[mains_at + 1 + usize::from(load_sensing.is_some())],
+        _ => m.supply.tank_pressure,
+    };
+    let (mut drawn, mut signal, mut given_back) = (0.0, tank_pressure, 0.0);
     let mut torque = vec![0.0; n];
     let mut s = 2 * n;
     for (i, c) in m.cylinders.iter().enumerate() {
@@ -293,7 +332,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             }
             most.copysign(whole)
         };
-        let (ps, pt) = (mains_pressure, m.supply.tank_pressure);
+        let (ps, pt) = (mains_pressure, tank_pressure);
         // Behind the compensator.
         let drop_to = |port: f64| match valve.compensator {
             Compensator::None => ps - port,
@@ -404,6 +443,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             }
         };
         let (q_int, q_ext) = (k_int * (p1 - p2), k_ext * (p2 - pt));
+        given_back += to_tank[0] + to_tank[1] + through(0) + through(1) + q_ext;
 
         let bulk = |p: f64| bulk_modulus(&m.fluid, p);
         let half = c.stroke / 2.0;
@@ -516,7 +556,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     inverse.solve(&mut qdd);
 
     if let Some(mains) = &m.supply.mains {
-        dx[mains_at..].copy_from_slice(&supply_rates(m, mains, &x[mains_at..], drawn, signal));
+        dx[mains_at..].copy_from_slice(&supply_rates(m, mains, &x[mains_at..], drawn, signal, given_back));
     }
     dx[..n].copy_from_slice(qd);
     dx[n..2 * n].copy_from_slice(&qdd);

@@ -3,7 +3,9 @@
 use crate::axis_group::{AxisGroup, Member};
 use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
-use crate::ledger::{supply_powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS, SUPPLY_TERMS};
+use crate::ledger::{
+    supply_powers, tank_line_powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS, SUPPLY_TERMS, TANK_LINE_TERMS,
+};
 use crate::plant::{stroke, Plant};
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
@@ -163,7 +165,9 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     pub fn derivative(&self, layout: &Layout, x: &[T], u: &[T], payload: T, dx: &mut [T]) {
         let placed = self.place(layout, x);
         let (pressures, mains) = (self.pressures(layout, x), self.plant.mains(layout).is_some());
-        let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand());
+        let returns = self.plant.tank_line(layout).is_some();
+        let tank = self.plant.pressures_at(layout, x).tank;
+        let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand(tank));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let rates = group.rates(&pressures, &local);
@@ -173,6 +177,9 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 let signals = group.signals(local.spool, &rates.at_valve());
                 demand.drawn += group.sum(rates.edges.supply());
                 demand.signal = group.fold(signals, demand.signal, T::max);
+            }
+            if returns {
+                demand.returned += group.sum(rates.returned());
             }
         }
         self.plant.write_supply(layout, x, demand, dx);
@@ -206,7 +213,9 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             let contact = self.plant.mechanics.contact(ground, &placed.pose, &placed.rates, payload);
             out[N * LEDGER_PER_CYLINDER] = contact.heat;
         }
-        let (pressures, mut demand, mut compensated) = (self.pressures(layout, x), self.plant.no_demand(), T::c(0.0));
+        let tank = self.plant.pressures_at(layout, x).tank;
+        let (pressures, mut demand, mut compensated) =
+            (self.pressures(layout, x), self.plant.no_demand(tank), T::c(0.0));
         let (mut at_ports, mut in_lines) = ([T::c(0.0); PORT_VALVE_TERMS.len()], T::c(0.0));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
@@ -215,6 +224,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             compensated += group.sum(powers.compensators);
             in_lines += group.sum(powers.lines);
             demand.drawn += group.sum(powers.drawn);
+            demand.returned += group.sum(powers.returned);
             for (sum, power) in at_ports.iter_mut().zip(powers.port_valves) {
                 *sum += group.sum(power);
             }
@@ -237,6 +247,15 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let (stored, drawn) = (oil.energy_density(pressures.supply), demand.drawn);
         out[first..][..SUPPLY_TERMS.len()]
             .copy_from_slice(&supply_powers(stored, &pressures, e, drawn, supply, &rates));
+        if let Some(line) = &supply.tank_line {
+            let (stored, inflows) = (oil.energy_density(pressures.tank), [demand.returned, rates.relief_flow]);
+            out[first + SUPPLY_TERMS.len()..][..TANK_LINE_TERMS.len()].copy_from_slice(&tank_line_powers(
+                stored,
+                pressures.tank,
+                inflows,
+                line,
+            ));
+        }
     }
 }
 

@@ -7,20 +7,25 @@ use crate::supply::{Demand, Supply};
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::{SharedDerivatives, MAX_ACTING};
 
-/// Rows of the derivatives by the cylinders until they become those of rates: of the drawn flow and of the signal.
+/// Rows of the derivatives by the cylinders until they become those of rates: of the drawn flow, of the signal and of what returns.
 pub const DRAWN: usize = 0;
 pub const SIGNAL: usize = 1;
+pub const RETURNED: usize = 2;
+/// Place of the tank line after mains and load-sensing line.
+pub const TANK: usize = 2;
 
-/// Derivatives of what the valves ask for by the pressures of mains and load-sensing line.
+/// Derivatives of what the valves ask for by the pressures of mains, load-sensing line and tank line.
 #[derive(Debug, Clone, Copy)]
 pub struct AskedByPressures<T> {
     pub drawn: [T; MAX_ACTING],
     pub signal: [T; MAX_ACTING],
+    pub returned: [T; MAX_ACTING],
 }
 
 impl<T: Real> Default for AskedByPressures<T> {
     fn default() -> Self {
-        AskedByPressures { drawn: [T::c(0.0); MAX_ACTING], signal: [T::c(0.0); MAX_ACTING] }
+        let none = [T::c(0.0); MAX_ACTING];
+        AskedByPressures { drawn: none, signal: none, returned: none }
     }
 }
 
@@ -30,7 +35,18 @@ impl<T: Real, const N: usize> Plant<T, N> {
     pub fn pressures_at(&self, layout: &Layout, x: &[T]) -> SupplyPressures<T> {
         let Some(p) = self.mains(layout) else { return self.supply_pressures };
         let load = layout.load().map_or(self.supply_pressures.load, |load| x[load]);
-        SupplyPressures { supply: x[p], load, ..self.supply_pressures }
+        let tank = layout.tank().map_or(self.supply_pressures.tank, |tank| x[tank]);
+        SupplyPressures { supply: x[p], load, tank }
+    }
+
+    /// Index of the pressure of the tank line, likewise.
+    #[inline(always)]
+    pub fn tank_line(&self, layout: &Layout) -> Option<usize> {
+        if cfg!(feature = "chains") {
+            layout.tank()
+        } else {
+            None
+        }
     }
 
     /// Index of the pressure of the mains. Builds for the smallest chains only have no pumps.
@@ -52,10 +68,10 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.supply.as_ref().map(|supply| (supply, self.pressures_at(layout, x), e))
     }
 
-    /// Zero demand of the valves.
+    /// Zero demand of the valves, where what returns is at the pressure `tank` (Pa).
     #[inline(always)]
-    pub fn no_demand(&self) -> Demand<T> {
-        Demand { drawn: T::c(0.0), signal: self.supply_pressures.tank }
+    pub fn no_demand(&self, tank: T) -> Demand<T> {
+        Demand { drawn: T::c(0.0), signal: tank, returned: T::c(0.0) }
     }
 
     /// Writes the rates of the supply.
@@ -71,13 +87,17 @@ impl<T: Real, const N: usize> Plant<T, N> {
         if let Some(load) = layout.load() {
             dx[load] = rates.load_rate;
         }
+        if let Some(tank) = layout.tank() {
+            dx[tank] = rates.tank_rate;
+        }
         if let Some(swivel) = layout.swivel() {
             dx[swivel] = rates.swivel_rate;
         }
     }
 
-    /// Writes the derivatives of the rates of the supply. `out.by_axes` holds those of the drawn flow ([`DRAWN`]) and of the
-    /// signal ([`SIGNAL`]) by the local states of the cylinders, `by_pressures` those by the pressures of mains and load-sensing line.
+    /// Writes the derivatives of the rates of the supply. `out.by_axes` holds those of the drawn flow ([`DRAWN`]), of the
+    /// signal ([`SIGNAL`]) and of what returns ([`RETURNED`]) by the local states of the cylinders, `by_pressures` those by the pressures
+    /// of mains, load-sensing line and tank line.
     #[inline(always)]
     pub fn write_supply_derivatives(
         &self,
@@ -91,6 +111,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
             *out = SharedDerivatives { on_axes: out.on_axes, ..SharedDerivatives::new(out.at) };
             return;
         };
+        let by_tank_line = self.tank_line(layout).map(|_| self.by_tank_line(supply, &pressures, e, demand));
         let lift = &mut Dual::<T, 5>::constant;
         let pressures = SupplyPressures {
             supply: Dual::variable(pressures.supply, 0),
@@ -98,17 +119,26 @@ impl<T: Real, const N: usize> Plant<T, N> {
             tank: lift(pressures.tank),
         };
         let (supply, fluid) = (supply.map(lift), self.fluid.map(lift));
-        let demand = Demand { drawn: Dual::variable(demand.drawn, 3), signal: Dual::variable(demand.signal, 4) };
+        let demand = Demand {
+            drawn: Dual::variable(demand.drawn, 3),
+            signal: Dual::variable(demand.signal, 4),
+            returned: Dual::constant(demand.returned),
+        };
         let rates = supply.rates(&fluid, &pressures, Dual::variable(e, 2), demand);
         let first = layout.blocks().shared.first;
-        let kinds = [layout.mains(), layout.load(), layout.swivel()];
-        let of = [rates.pressure_rate, rates.load_rate, rates.swivel_rate];
+        let kinds = [layout.mains(), layout.load(), layout.tank(), layout.swivel()];
+        let of = [rates.pressure_rate, rates.load_rate, rates.tank_rate, rates.swivel_rate];
         let rows = out.by_axes;
-        for (rate, at) in of.iter().zip(kinds) {
+        for (k, (rate, at)) in of.iter().zip(kinds).enumerate() {
             let Some(i) = at.map(|at| at - first) else { continue };
             let [by_supply, by_load, by_swivel, by_drawn, by_signal] = rate.derivative;
             let asked = |j: usize| by_drawn * by_pressures.drawn[j] + by_signal * by_pressures.signal[j];
-            let own = [by_supply + asked(0), by_load + asked(1), by_swivel];
+            let mut own = [by_supply + asked(0), by_load + asked(1), T::c(0.0), by_swivel];
+            if let Some(by_tank_line) = &by_tank_line {
+                let [by_tank, by_returned] = by_tank_line[k];
+                own[TANK] = by_tank + asked(TANK);
+                (0..=TANK).for_each(|j| own[j] += by_returned * by_pressures.returned[j]);
+            }
             for (derivative, at) in own.iter().zip(kinds) {
                 if let Some(j) = at.map(|at| at - first) {
                     out.own[i][j] = *derivative;
@@ -116,7 +146,25 @@ impl<T: Real, const N: usize> Plant<T, N> {
             }
             for c in 0..N {
                 out.by_axes[i][c] = rows[DRAWN][c].map(|d| d * by_drawn).plus(&rows[SIGNAL][c].map(|d| d * by_signal));
+                if let Some(by_tank_line) = &by_tank_line {
+                    let [_, by_returned] = by_tank_line[k];
+                    out.by_axes[i][c] = out.by_axes[i][c].plus(&rows[RETURNED][c].map(|d| d * by_returned));
+                }
             }
         }
+    }
+
+    /// Derivatives of the rates of mains, load-sensing line, tank line and swivel by the pressure of the tank line and by what returns.
+    #[inline(always)]
+    fn by_tank_line(&self, supply: &Supply<T>, pressures: &SupplyPressures<T>, e: T, demand: Demand<T>) -> [[T; 2]; 4] {
+        let lift = &mut Dual::<T, 2>::constant;
+        let pressures = SupplyPressures { tank: Dual::variable(pressures.tank, 0), ..pressures.map(lift) };
+        let demand = Demand {
+            drawn: lift(demand.drawn),
+            signal: lift(demand.signal),
+            returned: Dual::variable(demand.returned, 1),
+        };
+        let rates = supply.map(lift).rates(&self.fluid.map(lift), &pressures, lift(e), demand);
+        [rates.pressure_rate, rates.load_rate, rates.tank_rate, rates.swivel_rate].map(|rate| rate.derivative)
     }
 }

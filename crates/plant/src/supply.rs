@@ -8,6 +8,7 @@ use hydrocrane_physics::hydraulics::load_sensing::LoadSensing;
 use hydrocrane_physics::hydraulics::mains::Mains;
 use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
+use hydrocrane_physics::hydraulics::tank_line::{Return, TankLine};
 
 /// A supply whose pressure follows from what flows in and out.
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +23,8 @@ pub struct Supply<T> {
     pub mains: Mains<T>,
     pub relief: ReliefValve<T>,
     pub accumulator: Option<Accumulator<T>>,
+    /// `None`: what returns is at the pressure of the tank.
+    pub tank_line: Option<TankLine<T>>,
 }
 
 /// What happens in the supply at one state.
@@ -32,6 +35,8 @@ pub struct SupplyRates<T> {
     pub swivel_rate: T,
     /// Of the pressure of the load-sensing line, Pa/s.
     pub load_rate: T,
+    /// Of the pressure of the tank line, Pa/s.
+    pub tank_rate: T,
     /// Flows of the pump into the mains and of the relief valve out of them, m^3/s.
     pub pump_flow: T,
     pub relief_flow: T,
@@ -48,6 +53,7 @@ impl<T: Copy> Supply<T> {
             mains: self.mains.map(f),
             relief: self.relief.map(f),
             accumulator: self.accumulator.map(|accumulator| accumulator.map(f)),
+            tank_line: self.tank_line.map(|line| line.map(f)),
         }
     }
 }
@@ -59,6 +65,8 @@ pub struct Demand<T> {
     pub drawn: T,
     /// Highest pressure that they give to the load-sensing line, Pa.
     pub signal: T,
+    /// Flow that they and the cylinders' leakage return, m^3/s; counts with a tank line only.
+    pub returned: T,
 }
 
 /// Rounds after which the speed of an engine under its load is found: each leaves less than a hundredth of what was missing.
@@ -72,20 +80,36 @@ impl<T: Real> Supply<T> {
         fluid: &Fluid<T>,
         pressures: &SupplyPressures<T>,
         e: T,
-        Demand { drawn, signal }: Demand<T>,
+        Demand { drawn, signal, returned }: Demand<T>,
     ) -> SupplyRates<T> {
         let SupplyPressures { supply, load, tank } = *pressures;
-        let pump_flow = self.pump.flow(e, supply - tank);
+        let reservoir = self.reservoir(tank);
+        let pump_flow = self.pump.flow(e, supply - reservoir);
         let relief_flow = self.relief(load).flow(supply);
         let stiffness = self.stiffness(fluid.bulk_modulus(supply), supply);
         let (zero, set) = (T::c(0.0), self.setting(load));
         SupplyRates {
             pressure_rate: stiffness * (pump_flow - relief_flow - drawn),
-            swivel_rate: self.control.as_ref().map_or(zero, |c| c.swivel_rate(&self.pump, e, supply, set, tank)),
+            swivel_rate: self.control.as_ref().map_or(zero, |c| c.swivel_rate(&self.pump, e, supply, set, reservoir)),
             load_rate: self.sensing.as_ref().map_or(zero, |sensing| sensing.rate(signal, load)),
+            tank_rate: self.tank_line.as_ref().map_or(zero, |line| {
+                let stiffness = line.volume.stiffness(fluid.bulk_modulus(tank), tank);
+                stiffness * (returned + relief_flow - line.flow(tank).whole)
+            }),
             pump_flow,
             relief_flow,
         }
+    }
+
+    /// Pressure of the tank that the pump draws from, Pa, where what returns is at the pressure `tank` (Pa).
+    #[inline(always)]
+    pub fn reservoir(&self, tank: T) -> T {
+        self.tank_line.as_ref().map_or(tank, |line| line.tank)
+    }
+
+    /// What leaves the tank line at its pressure `tank` (Pa); `None` without one.
+    pub fn into_tank(&self, tank: T) -> Option<Return<T>> {
+        self.tank_line.as_ref().map(|line| line.flow(tank))
     }
 
     /// Rise of the pressure of the mains `p` (Pa) per volume that flows in, Pa/m^3, with the oil's bulk modulus (Pa).
@@ -97,8 +121,14 @@ impl<T: Real> Supply<T> {
         }
     }
 
-    /// Energy of the oil, the hoses and the gas, J, from the oil's energy per volume at the pressure `p` (Pa) of the mains.
-    pub fn stored(&self, energy_density: T, p: T) -> T {
+    /// Energy of the oil and the hoses of mains and tank line and of the gas, J, from the oil's `energy_density` (J/m^3) by pressure (Pa).
+    pub fn stored(&self, energy_density: impl Fn(T) -> T, pressures: &SupplyPressures<T>) -> T {
+        let SupplyPressures { supply, tank, .. } = *pressures;
+        let mains = self.stored_in_mains(energy_density(supply), supply);
+        self.tank_line.as_ref().map_or(mains, |line| mains + line.volume.energy(energy_density(tank), tank))
+    }
+
+    fn stored_in_mains(&self, energy_density: T, p: T) -> T {
         match &self.accumulator {
             Some(accumulator) => {
                 self.mains.energy(energy_density, p) + accumulator.oil(p) * energy_density + accumulator.energy(p)
@@ -145,21 +175,27 @@ impl<T: Real> Supply<T> {
         }
     }
 
-    /// Pressure of the mains and share of the displacement at rest, with the load-sensing line at the pressure of the `tank`,
-    /// where the valves draw `drawn` (m^3/s).
+    /// Pressure of the mains and share of the displacement at rest, with the load-sensing line at the pressure `tank` (Pa) of
+    /// what returns, where the valves draw `drawn` (m^3/s).
     pub fn at_rest(&self, tank: T, drawn: T) -> (T, T) {
-        let idle = T::c(0.0);
+        let (idle, reservoir) = (T::c(0.0), self.reservoir(tank));
         let mut found = self.at_rest_with(self.pump.full_flow(idle, idle), tank, drawn);
         for _ in 0..ENGINE_ROUNDS {
             let (p, e) = found;
-            found = self.at_rest_with(self.pump.full_flow(e, p - tank), tank, drawn);
+            found = self.at_rest_with(self.pump.full_flow(e, p - reservoir), tank, drawn);
         }
         found
     }
 
+    /// Pressure of the tank line at rest, Pa; `None` without one.
+    pub fn tank_line_at_rest(&self, pressures: &SupplyPressures<T>, returned: T) -> Option<T> {
+        let relieved = self.relief(pressures.load).flow(pressures.supply);
+        self.tank_line.as_ref().map(|line| line.at_rest(returned + relieved))
+    }
+
     /// The same while the pump gives `full` (m^3/s) at full displacement: all laws are linear then.
     fn at_rest_with(&self, full: T, tank: T, drawn: T) -> (T, T) {
-        let (given, taken) = (self.pump.leakage * tank - drawn, self.pump.leakage);
+        let (given, taken) = (self.pump.leakage * self.reservoir(tank) - drawn, self.pump.leakage);
         match &self.control {
             Some(control) => {
                 let (set, steepness) = (self.setting(tank), full / control.range);

@@ -24,7 +24,7 @@ from hydrocrane.scenario.entry import scenario_entry
 from hydrocrane.scenario.scenario import Scenario
 
 # Tables and keys of the machine file whose numbers become parameters of a plant.
-PARAMETERS = ("supply", "pump", "mains", "friction")
+PARAMETERS = ("supply", "pump", "mains", "tank-line", "friction")
 # Suggested size of a step of a plant, s.
 STEP = 1e-3
 # Fixed time stamp, so that the same export has the same bytes.

@@ -14,7 +14,7 @@ from hydrocrane.machine.machine import Machine
 ON_LINES = ("line", "hose-burst", "pilot-check", "counterbalance", "port-relief", "anti-cavitation")
 SIDES = ("piston-side", "rod-side")
 # Tables of the circuit, and tables without relation to it. All others are reported as left out.
-READ = {"supply", "mains", "pump", "accumulator", "cylinder", "valve", *ON_LINES}
+READ = {"supply", "mains", "pump", "accumulator", "tank-line", "cylinder", "valve", *ON_LINES}
 OTHERS = {
     "extends", "include", "machine", "environment", "link", "joint", "friction", "fluid", "sensor", "payload",
     "equilibrium", "keep-out", "ground", "control", "errata",
@@ -95,6 +95,8 @@ class Circuit:
         Of the main relief valve, Pa, also if the file does not state it; None without a pump.
     accumulator : Table or None
         Gas on the mains.
+    tank_line, return_filter : Table
+        ``[tank-line]`` and ``[tank-line.filter]``.
     sections : tuple of Section
     left_out : tuple of str
         Tables of the file that are not included.
@@ -105,6 +107,8 @@ class Circuit:
     pump: Table | None
     relief_pressure: float | None
     accumulator: Table | None
+    tank_line: Table
+    return_filter: Table
     sections: tuple[Section, ...]
     left_out: tuple[str, ...] = ()
 
@@ -131,6 +135,8 @@ def read(machine: Machine) -> Circuit:
         pumps[0] if pumps and relief is not None else None,
         relief,
         next(iter(named(machine, "accumulator")), None),
+        table(machine, "tank-line"),
+        table(machine, "tank-line", "filter"),
         tuple(sections),
         tuple(sorted({key.split(".")[0] for key in (*machine.words, *machine.keys)} - READ - OTHERS)),
     )

@@ -101,9 +101,14 @@ def main_relief(circuit: Circuit) -> Sheet | None:
         return None
     sheet = Sheet(ports={"P": (0.0, PRESSURE_LINE)})
     sheet.line((0.0, PRESSURE_LINE), (0.0, HUNG + 4.5), kind="pressure")
-    sheet.line((0.0, HUNG - 4.5), (0.0, TANKS + 4.0))
     symbols.relief_valve(sheet, 0.0, HUNG)
-    symbols.tank(sheet, 0.0, TANKS)
+    if circuit.tank_line.is_stated:
+        low, aside = HUNG - 9.0, -11.0
+        sheet.line((0.0, HUNG - 4.5), (0.0, low), (aside, low), (aside, TANK_LINE), kind="tank")
+        sheet.ports["T"] = (aside, TANK_LINE)
+    else:
+        sheet.line((0.0, HUNG - 4.5), (0.0, TANKS + 4.0))
+        symbols.tank(sheet, 0.0, TANKS)
     margin = shown(circuit.pump.number("ls-margin"), BAR)
     labels = ["relief valve", shown(circuit.relief_pressure, BAR)]
     if margin and circuit.pump.word("type") == "fixed":
@@ -115,12 +120,39 @@ def main_relief(circuit: Circuit) -> Sheet | None:
 
 
 def return_tank(circuit: Circuit) -> Sheet:
-    """The tank for the return oil of all sections."""
+    """The tank for the return oil of all sections, below the return filter."""
     sheet = Sheet(ports={"T": (0.0, TANK_LINE)})
     sheet.line((0.0, TANK_LINE), (0.0, TANKS + 4.0), kind="tank")
     symbols.tank(sheet, 0.0, TANKS)
+    if circuit.tank_line.is_stated:
+        _tank_line(sheet, circuit)
     sheet.text(6.5, TANKS + LEADING, ["tank", shown(circuit.supply.number("tank-pressure"), BAR)], head=True)
     return sheet
+
+
+def _tank_line(sheet: Sheet, circuit: Circuit) -> None:
+    """Values of the tank line, and its filter."""
+    line, part = circuit.tank_line, circuit.return_filter
+    if line.number("nominal-flow") is not None:
+        symbols.throttle(sheet, 0.0, TANK_LINE - 5.0)
+    at_ports = any(
+        table.kind in ("port-relief", "anti-cavitation") for s in circuit.sections for _, table in s.on_lines
+    )
+    about = [
+        stated("tank line, {}", shown(line.number("volume"), VOLUME)),
+        _drop(line),
+        "port valves join it" if at_ports else "",
+    ]
+    sheet.text(6.5, TANK_LINE - 5.0, about, head=True)
+    if part.is_stated:
+        opening = stated("bypass opens at {}", shown(part.number("bypass-pressure"), BAR))
+        symbols.return_filter(sheet, 0.0, HUNG - 6.0, bypassed=bool(opening))
+        sheet.text(6.5, HUNG - 2.0, ["return filter", _drop(part), opening], head=True)
+
+
+def _drop(table: Table) -> str:
+    flow, drop = shown(table.number("nominal-flow"), FLOW), shown(table.number("nominal-pressure-drop"), BAR)
+    return stated("{} at {}", flow, drop)
 
 
 def accumulator(circuit: Circuit) -> Sheet | None:

@@ -180,6 +180,20 @@ def pump_control(sheet: Sheet, x: float, y: float) -> None:
     spring(sheet, x + 0.5 * BOX, y, 1.0, adjustable=True)
 
 
+def return_filter(sheet: Sheet, x: float, y: float, bypassed: bool) -> None:
+    """In a vertical line that flows down; a bypass valve stands beside it."""
+    if bypassed:
+        aside, reach = x - 9.0, 7.5
+        sheet.line((x, y + reach), (aside, y + reach), (aside, y - reach), (x, y - reach))
+        check_valve(sheet, aside, y, up=False)
+        spring(sheet, aside - 2.6, y + 2.2, -1.0, length=4.0)
+        sheet.dot(x, y + reach)
+        sheet.dot(x, y - reach)
+    sheet.area((x, y + 5.0), (x + 5.0, y), (x, y - 5.0), (x - 5.0, y), kind="blank")
+    sheet.line((x, y + 5.0), (x + 5.0, y), (x, y - 5.0), (x - 5.0, y), (x, y + 5.0), kind="symbol")
+    sheet.line((x - 5.0, y), (x + 5.0, y), kind="pilot")
+
+
 def tank(sheet: Sheet, x: float, y: float) -> None:
     """An open tank; the line ends in it."""
     sheet.line((x - 4.0, y + 2.6), (x - 4.0, y - 2.0), (x + 4.0, y - 2.0), (x + 4.0, y + 2.6), kind="symbol")

@@ -20,13 +20,19 @@ PRESSURES = {
     "mains.p": "mains",
     "mains.load": "load-sensing line",
 }
-FLOWS = {"mains.pump_flow": "pump", "supply.flow": "valves", "mains.relief_flow": "relief valve"}
+RETURN = {"tank_line.p": "tank line", "tank_line.filter_drop": "of it over the filter"}
+FLOWS = {
+    "mains.pump_flow": "pump",
+    "supply.flow": "valves",
+    "mains.relief_flow": "relief valve",
+    "tank_line.flow": "tank line",
+}
 POWERS = {"mains.shaft_power": "shaft of the pump", "supply.power": "valves"}
 
 
 @styled
 def supply_charts(run: Record) -> Figure:
-    """Pressures, flows, power, displacement and compensators against time, if the machine has them.
+    """Pressures, return pressure, flows, power, displacement and compensators against time, if the machine has them.
 
     The chart of the pressures is shaded while the pump cannot deliver the demand.
     """
@@ -53,6 +59,7 @@ def _panels(run: Record) -> list[tuple[str, str, dict[str, str]]]:
     drops = {f"cylinder.{c}.compensator_drop": c for c in run.cylinder_names}
     return [
         ("Pressures", "pressure", PRESSURES),
+        ("Return pressure", "pressure", RETURN),
         ("Flows", "flow", FLOWS),
         ("Power", "power", POWERS),
         ("Displacement of the pump in use", "share", swivels),

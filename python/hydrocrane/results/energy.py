@@ -12,8 +12,9 @@ from hydrocrane.errors import InputError
 from hydrocrane.files.columns import Columns
 from hydrocrane.results.record import Record
 
-# Energy from the pump line to the valves: an internal transfer, which cancels.
-HANDED_ON = "delivered"
+# Energy from the pump line to the valves, and from them to the tank line, each with its counterpart: internal
+# transfers, which cancel.
+HANDED_ON = {"delivered": "supply", "returned": "tank"}
 # Terms of external energy; all other terms of positive sign are elastic energy that oil carries in.
 SOURCES = ("shaft", "supply", "load")
 # Stored energies under one name.
@@ -32,6 +33,7 @@ PLACES = {
     "supply": "supply",
     "load": "loads picked up less loads let go",
     "tank": "into the tank",
+    "into_tank": "into the tank",
 }
 
 
@@ -186,8 +188,9 @@ def _terms(columns: Columns) -> list[_Term]:
             text = str(column.attrs["long_name"]).rpartition(": ")[2]
             text = PLACES.get(name, re.sub(r"^(?:loss|heat|work) (?:of|against|into) (?:the )?", "", text))
             found.append(_Term(owner, name, text, sign, float(column.values[-1])))
-    handed = any(term.name == HANDED_ON for term in found)
-    return [term for term in found if not (handed and term.name in (HANDED_ON, "supply"))]
+    names = {term.name for term in found}
+    handed = {name for pair in HANDED_ON.items() if pair[0] in names for name in pair}
+    return [term for term in found if term.name not in handed]
 
 
 def _stored(columns: Columns) -> dict[str, np.ndarray]:
@@ -211,6 +214,9 @@ def _place(term: str) -> str:
     places = {
         "friction": "seal friction",
         "tank": "into the tank",
+        "into_tank": "into the tank",
+        "filter": "return filter",
+        "bypass": "return filter",
         "impact": "impacts of loads",
         "contact": "contact with the ground",
     }

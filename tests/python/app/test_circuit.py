@@ -45,6 +45,12 @@ def lines_with_everything():
     }  # fmt: skip
 
 
+TANK_LINE = {
+    "tank-line.volume": "3 l", "tank-line.nominal-flow": "60 l/min", "tank-line.nominal-pressure-drop": "2 bar",
+    "tank-line.filter.nominal-flow": "90 l/min", "tank-line.filter.nominal-pressure-drop": "0.6 bar",
+    "tank-line.filter.bypass-pressure": "1.7 bar", "tank-line.filter.bypass-overpressure": "0.4 bar",
+    **part("anti-cavitation", "boom", "lift", "piston-side", nominal_pressure_drop="5 bar"),
+}  # fmt: skip
 SHARING = {"pump.main.type": "load-sensing", "pump.main.ls-margin": "17 bar", "pump.main.torque-limit": "31 N m"} | {
     f"valve.{valve}.compensator": "behind-spool" for valve in ("lift", "jib")
 }
@@ -53,6 +59,7 @@ MACHINES = {
     "every line held": ("rottne-f9-mobile", HELD),
     "flow sharing": ("rottne-f9-pump", SHARING),
     "all parts": ("rottne-f9-ls", lines_with_everything()),
+    "tank line": ("rottne-f9-ls", TANK_LINE),
     "measured": ("hiab-xs031", {"supply.measured": "yes"}),
 }
 
@@ -170,6 +177,21 @@ def test_what_stands_on_lines_is_drawn_with_its_values():
     assert there["port relief boom"] < there["lift"] < there["port relief down"]
 
 
+def test_the_tank_line_is_drawn_with_its_filter_and_takes_the_oil_of_the_relief_valve():
+    crane = hc.load_machine(*MACHINES["tank line"])
+    assert circuits.read(crane).left_out == ()
+    shown = texts(crane)
+    for text in (
+        "tank line, 3000 cm³", "60 l/min at 2 bar", "port valves join it", "return filter", "90 l/min at 0.6 bar",
+        "bypass opens at 1.7 bar",
+    ):  # fmt: skip
+        assert text in shown, text
+    bare = hc.load_machine("rottne-f9-ls")
+    assert not {"return filter", "port valves join it"} & set(texts(bare))
+    with_line, without = (sum(stroke.kind == "tank" for stroke in diagram(one).strokes) for one in (crane, bare))
+    assert with_line == without + 1
+
+
 def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_path):
     run("new", tmp_path / "crane", "--machine", "rottne-f9-lab", "--pump", "fixed")
     fixed = hc.load_machine(tmp_path / "crane" / "machine.toml")
@@ -181,7 +203,7 @@ def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_
 def test_only_a_pump_that_senses_the_load_has_a_line_for_it():
     kinds = {name: {stroke.kind for stroke in diagram(hc.load_machine(*MACHINES[name])).strokes} for name in MACHINES}
     assert {name for name, found in kinds.items() if "load" in found} == {
-        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts",
+        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts", "tank line",
     }  # fmt: skip
 
 

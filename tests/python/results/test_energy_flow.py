@@ -62,6 +62,26 @@ def test_a_crane_that_sinks_gives_energy_and_one_that_rises_takes_it():
         assert entries["crane lifted and moving"] == pytest.approx(abs(change))
 
 
+def test_what_the_tank_line_takes_is_named_once():
+    line = {"volume": "1 l", "nominal-flow": "10 l/min", "nominal-pressure-drop": "3 bar"}
+    part = {"nominal-flow": "10 l/min", "nominal-pressure-drop": "2 bar", "bypass-pressure": "0.5 bar"}
+    overrides = {f"tank-line.{key}": value for key, value in line.items()}
+    overrides |= {f"tank-line.filter.{key}": value for key, value in part.items()}
+    machine = hc.load_machine("rottne-f9-mobile", overrides)
+    run = hc.simulate("vertical-lift-open-loop", machine=machine, duration=1.5, rtol=1e-6)
+    flow = energy_flow(run)
+    assert flow.total > 500.0 and abs(flow.gap) < 1e-3 and flow.residual < 1e-2
+    taken = {entry.name: entry.total for entry in flow.taken}
+    names = {
+        "resistance": "resistance of the tank line", "filter": "return filter",
+        "bypass": "bypass valve of the return filter",
+    }  # fmt: skip
+    for term, name in names.items():
+        assert taken[name] == pytest.approx(float(run.data[f"ledger.tank_line.{term}"][-1])) and taken[name] > 1.0
+    assert energy_balance(run).lost["return filter"] == pytest.approx(taken["return filter"] + taken[names["bypass"]])
+    assert run.plot("supply").axes[1].get_title(loc="left") == "Return pressure"
+
+
 def test_a_run_without_a_ledger_says_so():
     run = hc.simulate("single-cylinder-step", duration=0.1, ledger=False)
     with pytest.raises(hc.InputError, match="no energy ledger"):

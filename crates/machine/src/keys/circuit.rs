@@ -1,5 +1,5 @@
-//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[anti-cavitation]` and `[accumulator]`: what stands in a
-//! circuit beside cylinders, valves and pump.
+//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[anti-cavitation]`, `[accumulator]` and `[tank-line]`: what
+//! stands in a circuit beside cylinders, valves and pump.
 
 use super::Key;
 use super::Sign::{NonNegative, Positive};
@@ -125,6 +125,43 @@ pub static ACCUMULATOR: &[Key] = &[
         .defaults(&["1.4"])
         .usual(&[("1", "1.8", 1.2)])
         .means("1 where the gas keeps its temperature, 1.4 where nitrogen has no time to give off heat."),
+];
+
+pub static TANK_LINE: &[Key] = &[
+    Key::quantity("volume", &[VOLUME], Positive)
+        .required()
+        .usual(&[("0.05 l", "100 l", 100.0)])
+        .means("Oil in the line between valves and filter."),
+    Key::quantity("hose-compliance", &[COMPLIANCE], NonNegative)
+        .defaults(&["0 m^3/Pa"])
+        .usual(&[("0.001 ml/bar", "10 ml/bar", 100.0)])
+        .means("Increase of that volume with pressure."),
+    nominal_flow("Flow at which the pressure drop of the line is stated.").otherwise("only the filter resists"),
+    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
+        .otherwise("required with `nominal-flow`")
+        .usual(&[("0.05 bar", "100 bar", 100.0)])
+        .means("Pressure drop over the line at that flow, without the filter."),
+    Key::quantity("laminar-share", &[NUMBER], Positive)
+        .defaults(&["0.5"])
+        .usual(&[("0.01", "1", 100.0)])
+        .means("Share of that drop that is proportional to the flow; the rest grows with its square."),
+    Key::table("filter", FILTER).otherwise("none").means("The return filter at the end of the line."),
+];
+
+static FILTER: &[Key] = &[
+    nominal_flow("Flow through the filter at its nominal pressure drop.").required(),
+    Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("0.02 bar", "10 bar", 10.0)])
+        .means("Pressure drop over the filter at that flow; the drop is proportional to the flow."),
+    Key::quantity("bypass-pressure", &[PRESSURE], Positive)
+        .otherwise("no bypass valve")
+        .usual(&[("0.5 bar", "10 bar", 10.0)])
+        .means("Pressure drop over the filter that opens its bypass valve."),
+    Key::quantity("bypass-overpressure", &[PRESSURE], Positive)
+        .defaults(&["0.5 bar"])
+        .usual(&[("0.05 bar", "5 bar", 10.0)])
+        .means("Rise beyond it at which the bypass valve passes the nominal flow of the filter."),
 ];
 
 pub static PORT_RELIEF: &[Key] = &[

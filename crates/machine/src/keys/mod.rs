@@ -70,6 +70,10 @@ pub static MACHINE: &[Key] = &[
         .otherwise("none")
         .means("A gas accumulator on the mains; at most one.")
         .source("theory/hydraulics/accumulator.md"),
+    Key::table("tank-line", circuit::TANK_LINE)
+        .otherwise("what returns is at the pressure of the tank")
+        .means("The line through which oil returns to the tank, with its filter; only with [mains].")
+        .source("theory/hydraulics/tank_line.md"),
     Key::table("payload", structure::PAYLOAD).means("The load at the tip."),
     Key::table("equilibrium", hydraulics::EQUILIBRIUM).means("Pressures of a crane at rest."),
     Key::tables("sensor", sensor::SENSOR)

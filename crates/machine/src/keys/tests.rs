@@ -75,6 +75,14 @@ const MACHINE_WITH_MORE: &str = r#"
     side = "rod-side"
     nominal-flow = "40 l/min"
     nominal-pressure-drop = "2 bar"
+    [tank-line]
+    volume = "5 l"
+    nominal-flow = "60 l/min"
+    nominal-pressure-drop = "2 bar"
+    [tank-line.filter]
+    nominal-flow = "60 l/min"
+    nominal-pressure-drop = "0.5 bar"
+    bypass-pressure = "1.5 bar"
     [accumulator.main]
     volume = "1 l"
     precharge = "90 bar"

@@ -22,6 +22,7 @@ mod resistance;
 mod sensor;
 mod signal_chain;
 mod supply;
+mod tank_line;
 mod valve;
 
 pub use joint::coordinate;
@@ -48,6 +49,9 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
     let fluid = fluid::read(&root)?;
     let cylinders = cylinder::read(&root, &chain, &links, &joints, &fluid)?;
 
+    let mut supply = supply::read(&root)?;
+    tank_line::read(&root, &fluid, &mut supply)?;
+
     let mut machine = Machine {
         name: head.text("name")?.into(),
         title: head.text_or("title", "")?.into(),
@@ -55,7 +59,7 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
         gravity: gravity(&root)?,
         tip: reference::point(&head.required("tip", "a point as \"link.point\"")?, &links)?,
         fluid,
-        supply: supply::read(&root)?,
+        supply,
         payload: ground::payload(&root)?,
         equilibrium: equilibrium(&root)?,
         errata: errata::read(&root, &cylinders)?,

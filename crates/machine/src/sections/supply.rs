@@ -187,6 +187,7 @@ fn lines<T: Number>(
         pump,
         load_sensing,
         accumulator: None,
+        tank_line: None,
     };
     if mains.pump.control.is_none() || mains.relief_pressure.plain() > supply.pressure.plain() {
         return Ok(mains);

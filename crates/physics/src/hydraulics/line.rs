@@ -1,6 +1,7 @@
 //! Resistance of a line, alone and in series with a metering edge.   theory: docs/theory/hydraulics/line.md
 //!
 //! dp_l = R q + K q |q|                              laminar and turbulent                 Merritt (1967), 3-2 and 3-4
+//! q = 2 dp_l / (R + sqrt(R^2 + 4 K |dp_l|))         the same, solved for the flow
 //! dp_l(q) + dp_e = dp,   q = C_0 o g(dp_e)          in series with an edge
 //!
 //! | symbol | meaning | unit |
@@ -32,6 +33,13 @@ impl<T: Real> Resistance<T> {
     #[inline(always)]
     pub fn drop(&self, q: T) -> T {
         q * (self.laminar + self.turbulent * q.abs())
+    }
+
+    /// Flow, m^3/s, in the direction of the drop `dp` (Pa); R must be above zero.
+    #[inline(always)]
+    pub fn flow(&self, dp: T) -> T {
+        let root = (self.laminar.square() + self.turbulent * dp.abs() * 4.0).sqrt();
+        dp * 2.0 / (self.laminar + root)
     }
 
     /// What the line leaves of the drop `whole` (Pa) to an `edge` of this `opening` (m, not below 0) in series with it, Pa.
@@ -104,6 +112,11 @@ mod tests {
         assert_eq!(line.drop(-1e-3), -line.drop(1e-3));
         let slope = line.lift::<Dual<f64, 1>>().drop(Dual::variable(0.0, 0)).derivative[0];
         assert_eq!(slope, 2e8);
+        for q in [-2e-3, 0.0, 1e-6, 1e-3] {
+            assert!((line.flow(line.drop(q)) - q).abs() <= 1e-15, "{q}");
+        }
+        let slope = line.lift::<Dual<f64, 1>>().flow(Dual::variable(0.0, 0)).derivative[0];
+        assert!((slope * 2e8 - 1.0).abs() < 1e-15, "{slope}");
     }
 
     #[test]

@@ -22,3 +22,4 @@ pub mod pump;
 pub mod relief_valve;
 pub mod spool;
 pub mod spool_valve;
+pub mod tank_line;

@@ -36,6 +36,7 @@ mod sensitivity_inputs;
 mod steady_friction;
 mod stick;
 mod supply;
+mod tank_line;
 mod tip_control;
 mod tip_rates;
 

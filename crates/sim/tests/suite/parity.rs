@@ -36,7 +36,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, engines, soft hoses, unloading, flow sharing, curves, separate meter-out, load-holding and port valves, lines, accumulators and
+/// Fixed pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding and port valves, lines, accumulators and
 /// measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
@@ -112,6 +112,9 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         )
     };
     let gas = "[accumulator.main]\nvolume = \"0.7 l\"\nprecharge = \"80 bar\"\n";
+    let returning = "[tank-line]\nvolume = \"3 l\"\nhose-compliance = \"0.2 ml/bar\"\nnominal-flow = \"60 l/min\"\nnominal-pressure-drop = \"4 bar\"\n\
+        [tank-line.filter]\nnominal-flow = \"60 l/min\"\nnominal-pressure-drop = \"1 bar\"\n";
+    let bypassed = format!("{returning}bypass-pressure = \"2 bar\"\n");
     let held = unloaded.clone() + &on_both_sides;
     let lifting = sharing.clone() + &holding("lift", "piston-side") + &holding("tilt", "rod-side");
     let curve = |valve: &str, edge: &str, points: &str| format!("[valve.{valve}.metering.{edge}]\n{points}\n");
@@ -144,6 +147,11 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         ("single-cylinder", fixed.to_string() + &lines("test") + gas),
         ("hiab-xs031", sharing.clone() + &lines("lift") + gas),
         ("hiab-xs031", lifting.clone() + &at_ports.concat()),
+        ("single-cylinder", held.clone() + returning),
+        ("hiab-xs031", limited.to_string() + returning),
+        ("single-cylinder", fixed.to_string() + returning),
+        ("hiab-xs031", lifting.clone() + &at_ports.concat() + &bypassed),
+        ("single-cylinder", unloaded.clone() + &checked("test") + &alone("test", "piston-side") + &bypassed),
         ("single-cylinder", held),
         ("hiab-xs031", lifting),
         ("hiab-xs031", fixed.to_string()),
