@@ -9,7 +9,7 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-tools cockpit fmu drives fuzz soak bench docs site lint clean
+.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-tools cockpit fmu controller drives fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -160,7 +160,9 @@ bench: $(VENV)/.tested $(VENV)/.built
 lint: $(VENV)/.tested
 	@if command -v cargo-clippy rustfmt >/dev/null; then \
 		$(CARGO) fmt --check && $(CARGO) fmt --check --manifest-path benches/solvers/Cargo.toml && \
-		$(CARGO) clippy --quiet --workspace --all-targets -- -D warnings; \
+		$(CARGO) fmt --check --manifest-path crates/embedded/Cargo.toml && \
+		$(CARGO) clippy --quiet --workspace --all-targets -- -D warnings && \
+		$(CARGO) clippy --quiet --manifest-path crates/embedded/Cargo.toml -- -D warnings; \
 	else echo "this toolchain lacks rustfmt or clippy: rustup component add rustfmt clippy"; fi
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -187,11 +189,20 @@ fmu_library = $(CARGO) rustc --quiet --package hydrocrane-fmi --profile $(1) -- 
 fmu: $(BIN)/python
 	$(call fmu_library,release,release)
 
+# The controllers as a static library for C programs, which needs no operating system. Tests take one for fewer joints.
+CONTROLLER := python/hydrocrane/controller_library/$(PLATFORM)
+controller_library = $(CARGO) build --quiet --release --locked --manifest-path crates/embedded/Cargo.toml $(1) && mkdir -p $(CONTROLLER) && \
+	cp $${CARGO_TARGET_DIR:-crates/embedded/target}/release/libhydrocrane_controller.a $(CONTROLLER)
+
+controller: $(BIN)/python
+	$(call controller_library)
+
 # An editable installation: Python files are used in place, the compiled module is built anew when a source changes.
 $(VENV)/.built: $(BIN)/python $(SOURCES)
 	$(FETCH) parquet
 	$(BIN)/python -m pip install --quiet --editable '.[parquet]'
 	$(call fmu_library,release,release)
+	$(call controller_library)
 	@touch $@
 
 # The module of `make demo` serves where it is up to date. Else one is built without link-time optimisation, of the crates that the
@@ -200,8 +211,8 @@ $(VENV)/.tested: $(BIN)/python $(SOURCES)
 	$(FETCH) test
 	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then export MATURIN_PEP517_ARGS="--profile dev"; fi; \
 		$(BIN)/python -m pip install --quiet --editable '.[test]'
-	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then $(call fmu_library,dev,debug); fi
+	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then $(call fmu_library,dev,debug) && $(call controller_library,--no-default-features --features joints-1 --features joints-3); fi
 	@touch $@
 
 clean:
-	rm -rf $(VENV) target results cockpit/node_modules cockpit/src/*.wasm $(PAGE) python/hydrocrane/fmu_library
+	rm -rf $(VENV) target crates/embedded/target results cockpit/node_modules cockpit/src/*.wasm $(PAGE) python/hydrocrane/fmu_library python/hydrocrane/controller_library

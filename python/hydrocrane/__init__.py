@@ -60,6 +60,7 @@ _HOME = {
     "bundled_machines": "machine.machine",
     "bundled_scenarios": "scenario.scenario_file",
     "cite": "results.citation",
+    "export_controller": "export.controller",
     "export_fmu": "export.fmu",
     "export_mjcf": "export.mjcf",
     "export_urdf": "export.urdf",

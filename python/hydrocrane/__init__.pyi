@@ -21,6 +21,7 @@ from hydrocrane.errors import MachineFileError as MachineFileError
 from hydrocrane.errors import OutOfReachError as OutOfReachError
 from hydrocrane.errors import ResultFileError as ResultFileError
 from hydrocrane.errors import SimulationError as SimulationError
+from hydrocrane.export.controller import export_controller as export_controller
 from hydrocrane.export.fmu import export_fmu as export_fmu
 from hydrocrane.export.mjcf import export_mjcf as export_mjcf
 from hydrocrane.export.urdf import export_urdf as export_urdf

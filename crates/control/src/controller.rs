@@ -2,8 +2,11 @@
 //!
 //! A controller knows the crane's geometry and the parameters of its model, never the plant's state.
 
+use crate::inverse_kinematics::TooFewRevolute;
 use crate::signal::Signal;
+#[cfg(feature = "std")]
 use crate::valve_learning::LearntValve;
+use core::fmt;
 
 /// Measurements at one sample, as the sensors deliver them. SI units; pressures gauge.
 #[derive(Debug, Clone, Copy)]
@@ -33,14 +36,39 @@ pub struct Goal {
 
 impl Goal {
     /// In messages.
-    pub fn name(&self) -> String {
-        place_name(self.place)
+    pub fn name(&self) -> PlaceName {
+        PlaceName(self.place)
     }
 }
 
 /// A place (x, z), m, in messages.
-pub fn place_name([x, z]: [f64; 2]) -> String {
-    format!("({x:.3}, {z:.3}) m")
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaceName(pub [f64; 2]);
+
+impl fmt::Display for PlaceName {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let [x, z] = self.0;
+        write!(f, "({x:.3}, {z:.3}) m")
+    }
+}
+
+/// A part of a measurement, in messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    Time,
+    Joint(usize),
+    /// Both pressures of a cylinder.
+    Pressures(usize),
+}
+
+impl fmt::Display for Reading {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Reading::Time => write!(f, "t"),
+            Reading::Joint(i) => write!(f, "q[{i}]"),
+            Reading::Pressures(c) => write!(f, "p[{c}]"),
+        }
+    }
 }
 
 /// What the operator asks for: deflections of sticks, each axis in -1 to 1, or a goal.
@@ -60,14 +88,22 @@ pub enum Stick<'a> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
     #[error("measurement `{0}` is not a finite number")]
-    BadMeasurement(String),
+    BadMeasurement(Reading),
     #[error("the stick is not a finite number between -1 and 1")]
     BadStick,
     #[error("this controller supports the {0} stick mode only")]
     WrongStick(&'static str),
+    #[error("the goal {} or its speed is not a valid number", .0.name())]
+    BadGoal(Goal),
+    #[error("the spool command is not a finite number; tip control restarts")]
+    NoCommand,
+    #[error(transparent)]
+    TooFewRevolute(TooFewRevolute),
+    #[cfg(feature = "std")]
     #[error("{0}")]
     Failed(String),
     /// Nothing better is to be expected of the next sample: the run ends.
+    #[cfg(feature = "std")]
     #[error("{0}")]
     Fatal(String),
 }
@@ -99,6 +135,7 @@ pub trait Controller: Send {
         true
     }
     /// Why it cannot take the tip to `place` (x, z), m, as far as that is known before; `None` where it can.
+    #[cfg(feature = "std")]
     fn refuses(&self, _place: [f64; 2]) -> Option<String> {
         Some("only the controller `tip` goes to a goal".to_string())
     }
@@ -109,10 +146,12 @@ pub trait Controller: Send {
     /// The set-point of the tip (x, z) after the last step, m, where the controller has one.
     fn set_point(&self) -> Option<[f64; 2]>;
     /// What it has learnt of each valve; nothing where it does not learn.
+    #[cfg(feature = "std")]
     fn learnt(&self) -> Vec<LearntValve> {
         Vec::new()
     }
     /// What has happened since the last call that whoever runs the machine should know.
+    #[cfg(feature = "std")]
     fn notices(&mut self) -> Vec<String> {
         Vec::new()
     }

@@ -62,6 +62,30 @@ pub struct ControllerModel<const N: usize> {
     pub joint_limits: [[f64; 2]; N],
 }
 
+hydrocrane_num::stored!([] CylinderModel {
+    chambers: Chambers<f64>,
+    valve: SpoolValve<f64>,
+    leakage: Leakage<f64>,
+    friction: StaticParameters<f64>,
+    bristle_stiffness: Option<f64>,
+    stroke: f64,
+    chain: SignalChain,
+    delay: f64,
+    free: [f64; 2],
+});
+hydrocrane_num::stored!([] PumpModel { pump: Pump<f64>, torque_limit: f64, highest: f64, margin: Option<f64> });
+hydrocrane_num::stored!([const N: usize] ControllerModel<N> {
+    mechanics: Mechanics<f64, N>,
+    actuations: [Actuation<f64>; N],
+    cylinders: [CylinderModel; N],
+    fluid: Fluid<f64>,
+    supply: f64,
+    tank: f64,
+    pump: Option<PumpModel>,
+    payload: f64,
+    joint_limits: [[f64; 2]; N],
+});
+
 /// Everything geometric at one posture.
 #[derive(Debug, Clone, Copy)]
 pub struct Posture<const N: usize> {
@@ -97,20 +121,20 @@ impl<const N: usize> ControllerModel<N> {
             let column = pose.column(j, tip);
             (jacobian[0][j], jacobian[1][j]) = (column.x, column.z);
         }
-        let strokes: [(f64, f64); N] = std::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));
+        let strokes: [(f64, f64); N] = core::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));
         Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), lever_arm: strokes.map(|s| s.1) }
     }
 
     /// Piston position (m) per cylinder, and dx/dq.
     pub fn strokes(&self, q: &[f64; N]) -> [(f64, f64); N] {
-        std::array::from_fn(|c| self.actuations[c].stroke(&self.mechanics.joints[c].pose(q[c])))
+        core::array::from_fn(|c| self.actuations[c].stroke(&self.mechanics.joints[c].pose(q[c])))
     }
 
     /// Cylinder forces, friction left out, that carry the crane with `payload` (kg) at the joint rates `qd` held constant, N.
     pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N], payload: f64) -> [f64; N] {
         let pose = self.mechanics.pose(q);
         let bias = self.mechanics.inverse_dynamics(&pose, qd, None, payload);
-        std::array::from_fn(|j| bias[j] / self.lever_arm(&pose, j))
+        core::array::from_fn(|j| bias[j] / self.lever_arm(&pose, j))
     }
 
     /// dx/dq of one cylinder.

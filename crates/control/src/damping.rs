@@ -8,7 +8,7 @@
 
 use crate::controller_model::Posture;
 use crate::oil_modes::OilModes;
-use hydrocrane_num::{portable, Complex};
+use hydrocrane_num::{portable, Complex, Real};
 
 /// How the modes are damped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +22,8 @@ pub struct DampingGains {
     /// s
     pub period: f64,
 }
+
+hydrocrane_num::stored!([] DampingGains { ratio: f64, quiet: f64, delay: f64, period: f64 });
 
 /// Poles of the observer, in frequencies of the mode. Fast ones bear a frequency that the model has not quite; where they are faster
 /// than EXACT per period, they let noise pass, and the least will do.
@@ -102,9 +104,9 @@ impl<const N: usize> Damping<N> {
             let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
             let (seen, innovation) = seen.next(angle, given[m] / omega, torque.map(|torque| -torque[m] / square));
             let ahead = turn(omega * g.delay).re_of_product(seen.state);
-            let speed = reach[m] * omega * (seen.state.re.powi(2) + seen.state.im.powi(2)).sqrt();
+            let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
             let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
-            let share = (speed / quiet - 1.0).clamp(0.0, 1.0) * (1.0 - (angle / FAST).powi(2));
+            let share = (speed / quiet - 1.0).clamp(0.0, 1.0) * (1.0 - (angle / FAST).square());
             w[m] = (2.0 * g.ratio * omega).min(MOST / g.period) * share * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
         }
@@ -134,7 +136,7 @@ impl Seen {
         let (from_fast, from_slow, one) = (turned - fast, turned - slow, turned - 1.0);
         // By the residues of the characteristic polynomial.
         let gain = from_fast * from_fast * from_slow * 2.0 / (turned * Complex::new(0.0, 2.0 * turned.im) * one);
-        let of_offset = (1.0 - fast).powi(2) * (1.0 - slow) / (one.re.powi(2) + one.im.powi(2));
+        let of_offset = (1.0 - fast).square() * (1.0 - slow) / (one.re.square() + one.im.square());
         (Seen { state: predicted + gain * innovation, offset: self.offset + of_offset * innovation }, innovation)
     }
 }

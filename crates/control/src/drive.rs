@@ -43,6 +43,16 @@ pub struct DriveGains {
     pub pressures: Pressures,
 }
 
+hydrocrane_num::stored!([] DriveGains {
+    position: f64,
+    observer: f64,
+    pressure: f64,
+    reserve: f64,
+    rest_band: f64,
+    learning: f64,
+    pressures: Pressures,
+});
+
 /// What the piston shall do over the coming period.
 #[derive(Debug, Clone, Copy)]
 pub struct Demand {
@@ -236,7 +246,7 @@ impl Drive {
         }
         // What comes back after a shortage comes back slowly: other joints have taken over.
         let (now, before) = (self.range_now(), self.range);
-        self.range = std::array::from_fn(|s| {
+        self.range = core::array::from_fn(|s| {
             if now[s].abs() > before[s].abs() {
                 before[s] + self.return_share * (now[s] - before[s])
             } else {

@@ -11,6 +11,7 @@
 //! opening a valve the two pressures take some tenths of a second to reach their steady level; this law holds meanwhile.
 
 use crate::controller_model::CylinderModel;
+use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
@@ -61,7 +62,7 @@ impl Steady {
         };
         Steady {
             supply_pressures: forces,
-            per_root: ratios.map(|ratios| opening / c.resistance(ratios).sqrt()),
+            per_root: ratios.map(|ratios| opening / portable::sqrt(c.resistance(ratios))),
             compensated,
         }
     }
@@ -96,7 +97,7 @@ impl Steady {
     pub fn speed(&self, force: f64, sense: f64) -> f64 {
         let side = usize::from(sense > 0.0);
         let drive = (self.supply_pressures[side] - force) * sense;
-        sense * (self.per_root[side] * drive.max(0.0).sqrt()).min(self.compensated[side])
+        sense * (self.per_root[side] * portable::sqrt(drive.max(0.0))).min(self.compensated[side])
     }
 }
 

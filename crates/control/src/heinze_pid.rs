@@ -14,7 +14,8 @@ use crate::penalty::{self, Weights};
 use crate::pid::{Gains, Pid};
 use crate::slow_down::{checked, checked_stick};
 use crate::working_area::WorkingArea;
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+use hydrocrane_num::Real;
 
 /// How the coordinates of prismatic joints are chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,10 +42,24 @@ pub struct Settings<const N: usize> {
     pub working_area: Option<WorkingArea>,
 }
 
+hydrocrane_num::stored!([const N: usize] enum Extension<N> {
+    0: Zero {},
+    1: Penalty { weights: Weights<N>, candidates: usize },
+});
+hydrocrane_num::stored!([const N: usize] Settings<N> {
+    period: f64,
+    set_point_interval: f64,
+    full_speed: f64,
+    gains: [Gains; N],
+    extension: Extension<N>,
+    printed: Printed,
+    working_area: Option<WorkingArea>,
+});
+
 /// K_i of joint 1 and of the others, K_p, K_d: section 7.2.
 pub fn printed_gains<const N: usize>() -> [Gains; N] {
     let of = |integral| Gains { proportional: 1.0, integral, derivative: 0.01 };
-    std::array::from_fn(|i| of(if i == 0 { 1e-4 } else { 5e-3 }))
+    core::array::from_fn(|i| of(if i == 0 { 1e-4 } else { 5e-3 }))
 }
 
 pub struct HeinzePid<const N: usize> {
@@ -59,7 +74,7 @@ pub struct HeinzePid<const N: usize> {
 
 impl<const N: usize> HeinzePid<N> {
     pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
-        let pids = std::array::from_fn(|i| {
+        let pids = core::array::from_fn(|i| {
             let stroke = model.cylinders[i].stroke;
             Pid::new(settings.gains[i], [-stroke, stroke])
         });
@@ -86,11 +101,11 @@ impl<const N: usize> HeinzePid<N> {
             return Ok(());
         }
         let velocity = self.allowed(stick.map(|s| s * self.settings.full_speed));
-        let moved = std::array::from_fn(|r| self.set_point[r] + velocity[r] * self.settings.set_point_interval);
+        let moved = core::array::from_fn(|r| self.set_point[r] + velocity[r] * self.settings.set_point_interval);
         if self.settings.working_area.as_ref().is_some_and(|area| !area.accepts(self.set_point, moved)) {
             return Ok(());
         }
-        if let Some(target) = self.posture_for(moved, q).map_err(|e| Fault::Failed(e.to_string()))? {
+        if let Some(target) = self.posture_for(moved, q).map_err(Fault::TooFewRevolute)? {
             self.target = target;
             self.set_point = moved;
         }
@@ -127,7 +142,7 @@ impl<const N: usize> HeinzePid<N> {
         let printed =
             Printed { unreachable: self.settings.printed.unreachable && area.is_none(), ..self.settings.printed };
         let found = branches(&self.model.mechanics, &limits, tip, &self.at_zero(q), printed)?;
-        let distance = |c: &[f64; N]| (0..N).map(|i| (c[i] - q[i]).powi(2)).sum::<f64>();
+        let distance = |c: &[f64; N]| (0..N).map(|i| (c[i] - q[i]).square()).sum::<f64>();
         Ok(found.into_iter().flatten().min_by(|a, b| distance(a).total_cmp(&distance(b))))
     }
 
@@ -135,7 +150,7 @@ impl<const N: usize> HeinzePid<N> {
     fn at_zero(&self, q: &[f64; N]) -> [f64; N] {
         let nearest =
             |[low, high]: [f64; 2]| if self.settings.working_area.is_some() { low.max(0.0).min(high) } else { 0.0 };
-        std::array::from_fn(|i| match self.model.mechanics.joints[i].revolute {
+        core::array::from_fn(|i| match self.model.mechanics.joints[i].revolute {
             true => q[i],
             false => nearest(self.model.joint_limits[i]),
         })

@@ -11,6 +11,7 @@
 //! and a drive must correct the more gently the slower the joint swings.
 
 use crate::controller_model::ControllerModel;
+use hydrocrane_num::Real;
 use hydrocrane_physics::geometry::chain::ChainPose;
 
 /// How the oil holds a joint.
@@ -40,7 +41,7 @@ pub struct Leave {
 impl Hold {
     /// Share of a gain (1/s) that this joint bears.
     pub fn bearable(&self, gain: f64) -> f64 {
-        (self.frequency / (FREQUENCY_OVER_GAIN * gain).powi(2)).clamp(0.0, 1.0)
+        (self.frequency / (FREQUENCY_OVER_GAIN * gain).square()).clamp(0.0, 1.0)
     }
 }
 
@@ -72,7 +73,7 @@ impl<const N: usize> ControllerModel<N> {
         let pose = self.mechanics.pose(q);
         let mass = self.mechanics.mass_matrix(&pose, payload);
         let stiffness = self.stiffness(&pose, q, payload, oil);
-        std::array::from_fn(|i| Hold {
+        core::array::from_fn(|i| Hold {
             share: stiffness[i].share(),
             frequency: (stiffness[i].oil + stiffness[i].load) / mass[i][i],
         })
@@ -81,14 +82,14 @@ impl<const N: usize> ControllerModel<N> {
     fn stiffness(&self, pose: &ChainPose<f64, N>, q: &[f64; N], payload: f64, oil: &[f64; N]) -> [Stiffness; N] {
         let torque = |pose: &ChainPose<f64, N>| self.mechanics.inverse_dynamics(pose, &[0.0; N], None, payload);
         let load = torque(pose);
-        std::array::from_fn(|i| {
+        core::array::from_fn(|i| {
             // One joint moves: the others stand as they do.
             let mut joints = pose.joints;
             joints[i] = self.mechanics.joints[i].pose(q[i] + STEP);
             let beside = ChainPose::of(joints);
             let (here, there) = (self.lever_arm(pose, i), self.lever_arm(&beside, i));
             let slope = (torque(&beside)[i] / there - load[i] / here) * there / STEP;
-            Stiffness { oil: oil[i] * here.powi(2), load: slope }
+            Stiffness { oil: oil[i] * here.square(), load: slope }
         })
     }
 

@@ -6,9 +6,9 @@
 //! in both signs: elbow up and elbow down. The direction of the diagonal is atan2 over all quadrants; the thesis
 //! takes an unsigned acos, right only for a tip in front of the pillar (E23).
 
+use core::f64::consts::PI;
 use hydrocrane_num::{portable, Vec2};
 use hydrocrane_physics::dynamics::Mechanics;
-use std::f64::consts::PI;
 
 /// The thesis's choices, for reproduction; all `false`: corrected.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -21,6 +21,8 @@ pub struct Printed {
     pub extension: bool,
 }
 
+hydrocrane_num::stored!([] Printed { quadrant: bool, unreachable: bool, extension: bool });
+
 /// The chain lacks the two revolute joints that inverse kinematics solves for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("inverse kinematics needs two revolute joints; this chain has {0}")]
@@ -29,6 +31,7 @@ pub struct TooFewRevolute(pub usize);
 /// All joint vectors that put the tip on `target`, inside `limits`, the one farthest from its limits first.
 ///
 /// `held`: coordinates of the joints that are not solved for. Empty where nothing reaches.
+#[cfg(feature = "std")]
 pub fn solve<const N: usize>(
     mechanics: &Mechanics<f64, N>,
     limits: &[[f64; 2]; N],
@@ -137,12 +140,13 @@ const SLACK: f64 = 1e-9;
 
 /// The angle plus whole turns that lies inside the limits.
 fn into_limits(angle: f64, low: f64, high: f64) -> Option<f64> {
-    let turns = ((0.5 * (low + high) - angle) / (2.0 * PI)).round();
+    let turns = portable::round((0.5 * (low + high) - angle) / (2.0 * PI));
     let inside = angle + turns * 2.0 * PI;
     (inside >= low - SLACK && inside <= high + SLACK).then_some(inside)
 }
 
 /// Smallest relative distance to a joint limit.
+#[cfg(feature = "std")]
 fn clearance<const N: usize>(limits: &[[f64; 2]; N], q: &[f64; N]) -> f64 {
     (0..N).map(|i| (q[i] - limits[i][0]).min(limits[i][1] - q[i]) / (limits[i][1] - limits[i][0])).fold(1.0, f64::min)
 }

@@ -8,12 +8,21 @@
 //! another edge becomes the nearest.
 
 use crate::slow_down::allowed;
-use hydrocrane_num::{portable, Vec2};
+use hydrocrane_num::{portable, Archive, Stored, Vec2};
+
+/// Most regions, and most corners of one, without a heap.
+pub const MOST_REGIONS: usize = 4;
+pub const MOST_CORNERS: usize = 16;
+
+#[cfg(feature = "std")]
+type List<T, const MOST: usize> = Vec<T>;
+#[cfg(not(feature = "std"))]
+type List<T, const MOST: usize> = arrayvec::ArrayVec<T, MOST>;
 
 /// A polygon in the plane of the crane, convex or not, its corners in either sense, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
-    edges: Vec<Edge>,
+    edges: List<Edge, MOST_CORNERS>,
     /// Least and greatest x and z of the corners, m.
     extent: [[f64; 2]; 2],
 }
@@ -41,7 +50,7 @@ pub struct Clearance {
 /// The regions of a crane and how the tip nears them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct KeepOut {
-    pub regions: Vec<Region>,
+    pub regions: List<Region, MOST_REGIONS>,
     /// Distance that the set-point keeps, m: what the tip may differ from it.
     pub margin: f64,
     /// k, 1/s
@@ -53,8 +62,42 @@ const ALONG: f64 = 1e-9;
 /// Distance that counts as on the border, m.
 const TOUCHING: f64 = 1e-12;
 
+hydrocrane_num::stored!([] Edge { from: [f64; 2], to: [f64; 2], along: [f64; 2], outward: [f64; 2], length: f64 });
+
+impl Stored for Region {
+    const LAYOUT: u64 = Edge::LAYOUT;
+
+    fn exchange(archive: &mut Archive, own: Option<&Self>) -> Self {
+        let edges = exchange_list::<_, MOST_CORNERS>(archive, own.map(|own| &own.edges));
+        Region { edges, extent: <_>::exchange(archive, own.map(|own| &own.extent)) }
+    }
+}
+
+impl Stored for KeepOut {
+    const LAYOUT: u64 = Region::LAYOUT;
+
+    fn exchange(archive: &mut Archive, own: Option<&Self>) -> Self {
+        KeepOut {
+            regions: exchange_list::<_, MOST_REGIONS>(archive, own.map(|own| &own.regions)),
+            margin: f64::exchange(archive, own.map(|own| &own.margin)),
+            rate: f64::exchange(archive, own.map(|own| &own.rate)),
+        }
+    }
+}
+
+/// A list with its length, which a controller without a heap must have room for.
+fn exchange_list<T: Stored, const MOST: usize>(archive: &mut Archive, own: Option<&List<T, MOST>>) -> List<T, MOST> {
+    let count = usize::exchange(archive, own.map(|own| own.len()).as_ref());
+    if count > MOST {
+        archive.spoil();
+        return List::default();
+    }
+    (0..count).map(|i| T::exchange(archive, own.map(|own| &own[i]))).collect()
+}
+
 impl Region {
     /// Three corners or more, not in one line.
+    #[cfg(feature = "std")]
     pub fn new(corners: Vec<[f64; 2]>) -> Self {
         let pairs = || corners.iter().copied().zip(corners.iter().copied().cycle().skip(1));
         let twice_the_area: f64 = pairs().map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
@@ -146,6 +189,7 @@ impl KeepOut {
 }
 
 impl Edge {
+    #[cfg(feature = "std")]
     fn new(from: [f64; 2], to: [f64; 2], sense: f64) -> Self {
         let length = portable::hypot(to[0] - from[0], to[1] - from[1]).max(f64::MIN_POSITIVE);
         let along = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
@@ -163,7 +207,7 @@ impl Edge {
         }
         let corner = if along >= self.length { self.to } else { self.from };
         let off = [place[0] - corner[0], place[1] - corner[1]];
-        let distance = (off[0] * off[0] + off[1] * off[1]).sqrt();
+        let distance = portable::sqrt(off[0] * off[0] + off[1] * off[1]);
         let normal = if distance > TOUCHING { off.map(|o| o / distance) } else { self.outward };
         Clearance { distance, normal }
     }

@@ -6,19 +6,21 @@ use crate::controller::{Controller, Fault, Measurement, Stick};
 
 /// Spool command = deflection times the full spool stroke.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Lever {
+pub struct Lever<const N: usize> {
     period: f64,
     /// Spool command at full deflection per cylinder, m.
-    full: Vec<f64>,
+    full: [f64; N],
 }
 
-impl Lever {
-    pub fn new(period: f64, full: Vec<f64>) -> Self {
+hydrocrane_num::stored!([const N: usize] Lever<N> { period: f64, full: [f64; N] });
+
+impl<const N: usize> Lever<N> {
+    pub fn new(period: f64, full: [f64; N]) -> Self {
         Lever { period, full }
     }
 }
 
-impl Controller for Lever {
+impl<const N: usize> Controller for Lever<N> {
     fn period(&self) -> f64 {
         self.period
     }
@@ -27,10 +29,10 @@ impl Controller for Lever {
 
     fn step(&mut self, _measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
         let Stick::Lever(axes) = stick else { return Err(Fault::WrongStick("lever")) };
-        if axes.len() != self.full.len() || axes.iter().any(|d| d.is_nan() || d.abs() > 1.0) {
+        if axes.len() != N || axes.iter().any(|d| d.is_nan() || d.abs() > 1.0) {
             return Err(Fault::BadStick);
         }
-        for ((command, deflection), full) in spool.iter_mut().zip(axes).zip(&self.full) {
+        for ((command, deflection), full) in spool.iter_mut().zip(axes).zip(self.full) {
             *command = deflection * full;
         }
         Ok(())
@@ -49,7 +51,7 @@ mod tests {
 
     #[test]
     fn an_axis_is_a_share_of_the_stroke() {
-        let mut lever = Lever::new(0.01, vec![0.05, 0.02]);
+        let mut lever = Lever::new(0.01, [0.05, 0.02]);
         let mut spool = [0.0; 2];
         assert_eq!(lever.step(&NOTHING, Stick::Lever(&[-1.0, 0.5]), &mut spool), Ok(()));
         assert_eq!(spool, [-0.05, 0.01]);
@@ -57,7 +59,7 @@ mod tests {
 
     #[test]
     fn bad_sticks_are_faults() {
-        let mut lever = Lever::new(0.01, vec![0.05]);
+        let mut lever = Lever::new(0.01, [0.05]);
         let mut spool = [0.0];
         assert_eq!(lever.step(&NOTHING, Stick::Lever(&[1.5]), &mut spool), Err(Fault::BadStick));
         assert_eq!(lever.step(&NOTHING, Stick::Lever(&[f64::NAN]), &mut spool), Err(Fault::BadStick));

@@ -1,4 +1,7 @@
 //! Control: sees geometry and measurements, never the plant.
+//!
+//! Without the feature `std` it has neither a heap nor an operating system below it: no messages, and no monitor of the sensors.
+#![cfg_attr(not(feature = "std"), no_std)]
 
 mod bristles;
 pub mod chamber_estimate;
@@ -12,12 +15,15 @@ pub mod holding;
 pub mod inverse_kinematics;
 pub mod keep_out;
 pub mod lever;
+pub mod notice;
 pub mod observer;
 pub mod oil_displacement;
 pub mod oil_modes;
 mod opening;
+pub mod parameter_block;
 pub mod penalty;
 pub mod pid;
+#[cfg(feature = "std")]
 pub mod plausibility;
 pub mod point_to_point;
 pub mod pump_limit;
@@ -25,6 +31,7 @@ pub mod reach;
 pub mod readings;
 pub mod redundancy;
 mod rest;
+#[cfg(feature = "std")]
 pub mod safe_state;
 pub mod set_point;
 pub mod signal;

@@ -6,7 +6,7 @@
 //! load, a valve that gives more or less than the controller model says. One count of the encoder per period is more than the boom's
 //! full speed, so a difference of positions tells nothing; the model supplies the motion, the sensor its slow correction.
 
-use hydrocrane_num::portable;
+use hydrocrane_num::{portable, Real};
 
 /// State of the observer of one piston.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -33,7 +33,12 @@ impl Gains {
     /// The discrete gains of a double real pole at exp(-w T): stable for every `bandwidth` w (rad/s).
     pub fn new(bandwidth: f64, period: f64) -> Self {
         let pole = portable::exp(-bandwidth * period);
-        Gains { period, lag_share: 1.0 - pole, position: 1.0 - pole * pole, disturbance: (1.0 - pole).powi(2) / period }
+        Gains {
+            period,
+            lag_share: 1.0 - pole,
+            position: 1.0 - pole * pole,
+            disturbance: (1.0 - pole).square() / period,
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 
 use crate::controller_model::ControllerModel;
 use hydrocrane_num::symmetric::{cholesky, eigen};
+use hydrocrane_num::{portable, Real};
 
 /// Modes of a pose; the first index of a matrix is the joint, the second the mode.
 #[derive(Debug, Clone, Copy)]
@@ -25,29 +26,29 @@ impl<const N: usize> OilModes<N> {
 
     /// Modal amounts of the joint motion `q`.
     pub fn of_motion(&self, q: &[f64; N]) -> [f64; N] {
-        std::array::from_fn(|m| (0..N).map(|i| self.momenta[i][m] * q[i]).sum())
+        core::array::from_fn(|m| (0..N).map(|i| self.momenta[i][m] * q[i]).sum())
     }
 
     /// Joint motion of modal amounts `s`.
     pub fn motion(&self, s: &[f64; N]) -> [f64; N] {
-        std::array::from_fn(|i| (0..N).map(|m| self.shapes[i][m] * s[m]).sum())
+        core::array::from_fn(|i| (0..N).map(|m| self.shapes[i][m] * s[m]).sum())
     }
 
     /// Modal amounts of the torques `tau`.
     pub fn of_torque(&self, tau: &[f64; N]) -> [f64; N] {
-        std::array::from_fn(|m| (0..N).map(|i| self.shapes[i][m] * tau[i]).sum())
+        core::array::from_fn(|m| (0..N).map(|i| self.shapes[i][m] * tau[i]).sum())
     }
 
     /// Torques of modal amounts `s`.
     pub fn torque(&self, s: &[f64; N]) -> [f64; N] {
-        std::array::from_fn(|i| (0..N).map(|m| self.momenta[i][m] * s[m]).sum())
+        core::array::from_fn(|i| (0..N).map(|m| self.momenta[i][m] * s[m]).sum())
     }
 
     /// Length of the way of the tip per modal amount, by the Jacobian of the tip.
     pub fn reach(&self, jacobian: &[[f64; N]; 2]) -> [f64; N] {
-        std::array::from_fn(|m| {
+        core::array::from_fn(|m| {
             let [x, z] = [0, 1].map(|r: usize| (0..N).map(|i| jacobian[r][i] * self.shapes[i][m]).sum::<f64>());
-            (x * x + z * z).sqrt()
+            portable::sqrt(x * x + z * z)
         })
     }
 }
@@ -58,7 +59,7 @@ impl<const N: usize> ControllerModel<N> {
     /// matrix is singular.
     pub fn oil_modes(&self, q: &[f64; N], lever_arm: &[f64; N], payload: f64, stiffness: &[f64; N]) -> OilModes<N> {
         let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), payload);
-        let spring: [f64; N] = std::array::from_fn(|i| stiffness[i] * lever_arm[i].powi(2));
+        let spring: [f64; N] = core::array::from_fn(|i| stiffness[i] * lever_arm[i].square());
         let l = cholesky(&mass);
         // L^-1, by columns of the unit matrix.
         let mut inverse = [[0.0; N]; N];
@@ -68,13 +69,13 @@ impl<const N: usize> ControllerModel<N> {
                 inverse[i][j] = (f64::from(u8::from(i == j)) - sum) / l[i][i];
             }
         }
-        let scaled = std::array::from_fn(|i| {
-            std::array::from_fn(|j| (0..N).map(|k| inverse[i][k] * spring[k] * inverse[j][k]).sum())
+        let scaled = core::array::from_fn(|i| {
+            core::array::from_fn(|j| (0..N).map(|k| inverse[i][k] * spring[k] * inverse[j][k]).sum())
         });
         let (squares, v) = eigen(scaled);
-        let shapes = std::array::from_fn(|i| std::array::from_fn(|m| (i..N).map(|k| inverse[k][i] * v[k][m]).sum()));
-        let momenta = std::array::from_fn(|i| std::array::from_fn(|m| (0..=i).map(|k| l[i][k] * v[k][m]).sum()));
-        OilModes { frequency: squares.map(|square: f64| square.max(0.0).sqrt()), shapes, momenta }
+        let shapes = core::array::from_fn(|i| core::array::from_fn(|m| (i..N).map(|k| inverse[k][i] * v[k][m]).sum()));
+        let momenta = core::array::from_fn(|i| core::array::from_fn(|m| (0..=i).map(|k| l[i][k] * v[k][m]).sum()));
+        OilModes { frequency: squares.map(|square: f64| portable::sqrt(square.max(0.0))), shapes, momenta }
     }
 
     /// Mass at the tip (kg) that explains the cylinder forces (N) at these lever arms best, zero at least; `None` where no joint feels it.

@@ -5,6 +5,7 @@
 //! o = f(|x|)/f(stroke)                                          of the fed edge behind a compensator
 
 use crate::controller_model::CylinderModel;
+use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::metering::Edge;
 
@@ -62,7 +63,7 @@ impl CylinderModel {
     pub(crate) fn resistance(&self, ratios: [f64; 2]) -> f64 {
         let coefficients = [self.valve.edge_a.coefficient, self.valve.edge_b.coefficient];
         let areas = [self.chambers.area_1, self.chambers.area_2];
-        (0..2).map(|i| areas[i].powi(3) / (ratios[i] * coefficients[i]).powi(2)).sum()
+        (0..2).map(|i| areas[i] * areas[i].square() / (ratios[i] * coefficients[i]).square()).sum()
     }
 
     /// Openings of the edges at port A and at port B over the nominal one at full stroke, retracting and extending.
@@ -79,7 +80,7 @@ impl CylinderModel {
         let (valve, [r_a, r_b]) = (&self.valve, self.valve.return_ratio);
         let edges = [[Edge::AToTank, Edge::SupplyToB], [Edge::SupplyToA, Edge::BToTank]][side];
         let factors = [[r_a, 1.0], [1.0, r_b]][side];
-        std::array::from_fn(|port| {
+        core::array::from_fn(|port| {
             let drains = (port == 0) == (side == 0);
             if drains && valve.meter_out(port).is_some() {
                 return factors[port];
@@ -99,7 +100,7 @@ impl CylinderModel {
             return now[fed] / full[fed];
         }
         // A closed edge has infinite resistance.
-        (self.resistance(full) / self.resistance(now)).sqrt()
+        portable::sqrt(self.resistance(full) / self.resistance(now))
     }
 
     /// Displacement (m) towards one side that has a share of the speed at full stroke.

@@ -9,6 +9,7 @@
 
 use crate::controller_model::ControllerModel;
 use crate::inverse_kinematics::{branches, Printed, TooFewRevolute};
+use hydrocrane_num::Real;
 
 /// Weights per joint, 1/rad^2 or 1/m^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,12 +20,14 @@ pub struct Weights<const N: usize> {
     pub middle: [f64; N],
 }
 
+hydrocrane_num::stored!([const N: usize] Weights<N> { motion: [f64; N], middle: [f64; N] });
+
 impl<const N: usize> Weights<N> {
     pub fn penalty(&self, limits: &[[f64; 2]; N], now: &[f64; N], candidate: &[f64; N]) -> f64 {
         (0..N)
             .map(|i| {
                 let middle = 0.5 * (limits[i][0] + limits[i][1]);
-                self.motion[i] * (candidate[i] - now[i]).powi(2) + self.middle[i] * (candidate[i] - middle).powi(2)
+                self.motion[i] * (candidate[i] - now[i]).square() + self.middle[i] * (candidate[i] - middle).square()
             })
             .sum()
     }
@@ -79,7 +82,7 @@ const HALVINGS: usize = 10;
 
 /// All joints `share` of the way from where they are to their lower (negative) or upper limit.
 fn held_at<const N: usize>(limits: &[[f64; 2]; N], now: &[f64; N], share: f64) -> [f64; N] {
-    std::array::from_fn(|i| {
+    core::array::from_fn(|i| {
         let [low, high] = limits[i];
         let here = now[i].max(low).min(high);
         let end = if share < 0.0 { low } else { high };

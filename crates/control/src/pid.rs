@@ -15,6 +15,8 @@ pub struct Gains {
     pub derivative: f64,
 }
 
+hydrocrane_num::stored!([] Gains { proportional: f64, integral: f64, derivative: f64 });
+
 /// One loop and its memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pid {

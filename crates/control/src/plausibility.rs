@@ -173,7 +173,7 @@ impl<const N: usize> Monitor<N> {
     /// Trusts the sensors again that read plausibly, and gives them.
     pub fn trust_again(&mut self) -> Vec<Returned> {
         let (back, still): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.suspects).into_iter().partition(|s| s.plausible.is_some());
+            core::mem::take(&mut self.suspects).into_iter().partition(|s| s.plausible.is_some());
         self.suspects = still;
         for suspect in &back {
             // What its reading did meanwhile tells nothing of the others.
@@ -187,7 +187,7 @@ impl<const N: usize> Monitor<N> {
 
     /// Checks a sample; gives the sensors that become suspect.
     pub fn check(&mut self, m: &Measurement) -> Vec<(Signal, Kind)> {
-        let q: [f64; N] = std::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN));
+        let q: [f64; N] = core::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN));
         // One unreadable joint must not hide the strokes of the others.
         let strokes = self.model.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
         // Only a coarse reading is explained by the load.

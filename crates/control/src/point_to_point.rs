@@ -6,7 +6,7 @@
 //! whatever the two lags of the stick hold, so that w is chosen as for a set-point without lags.
 
 use crate::controller::Goal;
-use hydrocrane_num::Vec2;
+use hydrocrane_num::{portable, Vec2};
 
 /// The way to a goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,7 +78,7 @@ fn braking(left: f64, acceleration: f64, rate: f64) -> f64 {
     if left <= end {
         rate * left
     } else {
-        (2.0 * acceleration * (left - 0.5 * end)).sqrt()
+        portable::sqrt(2.0 * acceleration * (left - 0.5 * end))
     }
 }
 

@@ -5,6 +5,8 @@
 //! by damped Gauss-Newton steps that leave out joints held at a bound, from several poses.
 
 use crate::controller_model::ControllerModel;
+#[cfg(feature = "std")]
+use crate::{controller::PlaceName, keep_out::KeepOut};
 use hydrocrane_num::Vec2;
 
 /// Poses along each joint to begin from, as shares of its range.
@@ -22,13 +24,40 @@ const FAR: f64 = 1e6;
 /// Halvings that find where an end stop begins.
 const HALVINGS: usize = 50;
 
+/// Distance of a goal from the nearest place within reach that is none, m.
+#[cfg(feature = "std")]
+const WITHIN_REACH: f64 = 1e-4;
+
+/// Why the tip cannot go to `place` (x, z), m; `None` where it can.
+#[cfg(feature = "std")]
+pub fn refusal<const N: usize>(model: &ControllerModel<N>, keep_out: &KeepOut, place: [f64; 2]) -> Option<String> {
+    if !place.iter().all(|r| r.is_finite()) {
+        return Some("it is not a pair of finite numbers".to_string());
+    }
+    let off = |place: [f64; 2], nearest: [f64; 2]| (Vec2::<f64>::c(place) - Vec2::c(nearest)).norm();
+    let found = nearest(model, place);
+    if off(place, found) > WITHIN_REACH {
+        let near = PlaceName(found);
+        return Some(format!("it is out of reach of the tip; the nearest place within reach is {near}"));
+    }
+    (keep_out.distance(place) < keep_out.margin - WITHIN_REACH).then(|| {
+        let free = keep_out.outside(place).filter(|place| off(*place, nearest(model, *place)) <= WITHIN_REACH);
+        let outside = free.map(|place| format!("; {} is far enough", PlaceName(place)));
+        format!(
+            "it lies in a keep-out region, or nearer to it than the margin of {:.3} m{}",
+            keep_out.margin,
+            outside.unwrap_or_default()
+        )
+    })
+}
+
 /// The place within reach nearest to `place` (x, z), m.
 pub fn nearest<const N: usize>(model: &ControllerModel<N>, place: [f64; 2]) -> [f64; 2] {
     let place = place.map(|r| r.clamp(-FAR, FAR));
-    let bounds: [[f64; 2]; N] = std::array::from_fn(|i| bounds(model, i));
+    let bounds: [[f64; 2]; N] = core::array::from_fn(|i| bounds(model, i));
     let mut best = ([0.0; 2], f64::INFINITY);
     for start in 0..STARTS.len().pow(N as u32) {
-        let q = std::array::from_fn(|i| {
+        let q = core::array::from_fn(|i| {
             let share = STARTS[start / STARTS.len().pow(i as u32) % STARTS.len()];
             bounds[i][0] + share * (bounds[i][1] - bounds[i][0])
         });
@@ -81,9 +110,9 @@ fn descended<const N: usize>(
     for _ in 0..STEPS {
         let error = off(posture.tip);
         let pull: [f64; N] =
-            std::array::from_fn(|i| posture.jacobian[0][i] * error[0] + posture.jacobian[1][i] * error[1]);
+            core::array::from_fn(|i| posture.jacobian[0][i] * error[0] + posture.jacobian[1][i] * error[1]);
         let free: [bool; N] =
-            std::array::from_fn(|i| if pull[i] > 0.0 { q[i] < bounds[i][1] } else { q[i] > bounds[i][0] });
+            core::array::from_fn(|i| if pull[i] > 0.0 { q[i] < bounds[i][1] } else { q[i] > bounds[i][0] });
         let of = |a: usize, b: usize| -> f64 {
             (0..N).filter(|&i| free[i]).map(|i| posture.jacobian[a][i] * posture.jacobian[b][i]).sum()
         };
@@ -97,7 +126,7 @@ fn descended<const N: usize>(
             ((zz + added) * error[0] - xz * error[1]) / determinant,
             ((xx + added) * error[1] - xz * error[0]) / determinant,
         ];
-        let next: [f64; N] = std::array::from_fn(|i| {
+        let next: [f64; N] = core::array::from_fn(|i| {
             let step =
                 if free[i] { posture.jacobian[0][i] * force[0] + posture.jacobian[1][i] * force[1] } else { 0.0 };
             (q[i] + step).clamp(bounds[i][0], bounds[i][1])

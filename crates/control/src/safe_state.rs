@@ -124,8 +124,8 @@ impl<const N: usize> SafeState<N> {
     fn usable(&mut self, m: &Measurement, gaps: &[Signal]) -> Option<Usable<N>> {
         let read = Usable {
             t: m.t,
-            q: std::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN)),
-            p: std::array::from_fn(|c| m.p.get(c).copied().unwrap_or([f64::NAN; 2])),
+            q: core::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN)),
+            p: core::array::from_fn(|c| m.p.get(c).copied().unwrap_or([f64::NAN; 2])),
         };
         let mut usable = read;
         for &gap in gaps {
@@ -142,7 +142,7 @@ impl<const N: usize> SafeState<N> {
     /// Tells the monitor which spool positions are commanded.
     fn note(&mut self, t: f64, command: [f64; N]) {
         self.command = command;
-        self.monitor.sent(t, std::array::from_fn(|c| (self.spool_of)(c, command[c])));
+        self.monitor.sent(t, core::array::from_fn(|c| (self.spool_of)(c, command[c])));
     }
 
     /// Closes the spools, or keeps them closed.
@@ -150,7 +150,7 @@ impl<const N: usize> SafeState<N> {
         // What is left falls by the same share of the first command at each sample.
         let left = (since + CLOSING - t).max(0.0);
         let before = left + self.inner.period();
-        let command = std::array::from_fn(|c| self.neutral[c] + (self.command[c] - self.neutral[c]) * left / before);
+        let command = core::array::from_fn(|c| self.neutral[c] + (self.command[c] - self.neutral[c]) * left / before);
         spool.iter_mut().zip(command).for_each(|(out, u)| *out = u);
         self.note(t, command);
     }
@@ -227,7 +227,7 @@ impl<const N: usize> Controller for SafeState<N> {
         let answer = self.inner.step_without(&filled, &gaps, stick, spool);
         let usable = answer.is_ok() && spool.iter().all(|u| u.is_finite());
         let sent = |c: usize| spool.get(c).copied().filter(|_| usable).unwrap_or(0.0);
-        self.note(t, std::array::from_fn(sent));
+        self.note(t, core::array::from_fn(sent));
         answer
     }
 
@@ -253,7 +253,7 @@ impl<const N: usize> Controller for SafeState<N> {
     }
 
     fn notices(&mut self) -> Vec<String> {
-        let mut notices = std::mem::take(&mut self.notices);
+        let mut notices = core::mem::take(&mut self.notices);
         notices.append(&mut self.inner.notices());
         notices
     }
@@ -272,7 +272,7 @@ impl Names {
     fn fault(&self, signal: Signal, kind: Kind) -> (String, String) {
         let (name, size) = match signal {
             Signal::Joint(i) if self.revolute[i] => {
-                (format!("`joint.{}.q`", self.joints[i]), (180.0 / std::f64::consts::PI, "deg"))
+                (format!("`joint.{}.q`", self.joints[i]), (180.0 / core::f64::consts::PI, "deg"))
             }
             Signal::Joint(i) => (format!("`joint.{}.q`", self.joints[i]), (1e3, "mm")),
             Signal::Pressure(c, side) => (format!("`cylinder.{}.p{}`", self.cylinders[c], side + 1), (1e-5, "bar")),

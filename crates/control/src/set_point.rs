@@ -12,7 +12,7 @@ use crate::holding::Leave;
 use crate::keep_out::KeepOut;
 use crate::redundancy::{level, level_within, resolve, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
-use hydrocrane_num::{portable, Vec2};
+use hydrocrane_num::{portable, Real, Vec2};
 
 /// How the reference moves.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,16 @@ pub struct Shape<const N: usize> {
     /// Joint that holds the height of the tip under levers.
     pub height_joint: usize,
 }
+
+hydrocrane_num::stored!([const N: usize] Shape<N> {
+    stick_bandwidth: f64,
+    path_rate: f64,
+    limit_rate: f64,
+    centring: [f64; N],
+    effort: [f64; N],
+    keep_out: KeepOut,
+    height_joint: usize,
+});
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,7 +146,7 @@ impl<const N: usize> Reference<N> {
         let rank = |i: usize| revolute[..i].iter().filter(|&&r| r).count();
         // Without two revolute joints every joint leads.
         let few = rank(N) < 2;
-        let leaders = std::array::from_fn(|i| few || revolute[i] && rank(i) < 2);
+        let leaders = core::array::from_fn(|i| few || revolute[i] && rank(i) < 2);
         Reference {
             set_point: posture.tip,
             q,
@@ -184,7 +194,7 @@ impl<const N: usize> Reference<N> {
         let kept = portable::exp(-bandwidth * self.period);
         let time = kept * self.period / (1.0 - kept);
         let [first, second] = self.joint_lags.map_or(self.lags, |_| Lags::at(self.of_tip(self.rates))).0;
-        std::array::from_fn(|r| self.set_point[r] + time * (first[r] + second[r]))
+        core::array::from_fn(|r| self.set_point[r] + time * (first[r] + second[r]))
     }
 
     /// Moves on by one period towards a wish.
@@ -202,18 +212,18 @@ impl<const N: usize> Reference<N> {
             self.set_point[0] = posture.tip[0];
         }
         let rate = shape.path_rate.min(MOST_CORRECTED / self.period);
-        let correction = std::array::from_fn(|r| rate * (self.set_point[r] - posture.tip[r]));
+        let correction = core::array::from_fn(|r| rate * (self.set_point[r] - posture.tip[r]));
         let slowed = self.slowed(shape, shaped);
         let velocity = self.towards(shape, &slowed);
         let speed = Vec2::<f64>::c(velocity).norm();
         let prefer = self.preference(model, shape, &posture, &now.piston, speed);
         let Motion { rates, scale } = self.motion(shape, &slowed, correction, &prefer);
-        let next = std::array::from_fn(|i| self.q[i] + rates[i] * self.period);
+        let next = core::array::from_fn(|i| self.q[i] + rates[i] * self.period);
         let most = shape.limit_rate * self.period;
         let leave = model.leave([&self.q, &next], &now.held, now.payload, &now.stiffness, most);
         // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
         self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
-        let pistons = std::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
+        let pistons = core::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
         let share = self.leave.share.min(model.pump_share(&pistons, &now.pressures));
         let (rates, scale) = (rates.map(|rate| rate * share), scale * share);
         for r in 0..2 {
@@ -239,11 +249,11 @@ impl<const N: usize> Reference<N> {
         speed: f64,
     ) -> Preference<N> {
         Preference {
-            weights: std::array::from_fn(|i| {
+            weights: core::array::from_fn(|i| {
                 let capacity = (piston[i][1] - piston[i][0]) / posture.lever_arm[i].abs().max(LEAST_GAIN);
-                (shape.effort[i] / capacity.max(LEAST_CAPACITY)).powi(2)
+                (shape.effort[i] / capacity.max(LEAST_CAPACITY)).square()
             }),
-            rates: std::array::from_fn(|i| {
+            rates: core::array::from_fn(|i| {
                 let middle = 0.5 * (model.joint_limits[i][0] + model.joint_limits[i][1]);
                 shape.centring[i] * speed * (middle - self.q[i])
             }),
@@ -287,7 +297,7 @@ impl<const N: usize> Reference<N> {
         if motion(prefer.bounds).scale >= least {
             return [0.0; N];
         }
-        std::array::from_fn(|i| {
+        core::array::from_fn(|i| {
             let mut bounds = prefer.bounds;
             bounds[i] = UNBOUNDED;
             let freed = motion(bounds);

@@ -19,6 +19,8 @@ pub struct SignalChain {
     pub limits: [f64; 2],
 }
 
+hydrocrane_num::stored!([] SignalChain { offset: f64, gain: f64, dead_band: f64, limits: [f64; 2] });
+
 /// w, share of the dead band.
 const WIDTH: f64 = 0.01;
 

@@ -6,7 +6,7 @@
 //! which brings a piston to rest at its limit exponentially, with the time constant 1/k. Beyond a limit only the
 //! way back is open.
 
-use crate::controller::{Fault, Measurement, Stick};
+use crate::controller::{Fault, Goal, Measurement, Reading, Stick};
 use crate::controller_model::{ControllerModel, Posture};
 
 /// Lowest and highest velocity allowed at `x` between the limits, both including zero.
@@ -22,7 +22,7 @@ pub fn joint_rates<const N: usize>(
     piston: &[[f64; 2]; N],
     rate: f64,
 ) -> [[f64; 2]; N] {
-    std::array::from_fn(|i| {
+    core::array::from_fn(|i| {
         let [stop_low, stop_high] = allowed(posture.stroke[i], model.cylinders[i].free, rate);
         let (low, high) = (piston[i][0].max(stop_low), piston[i][1].min(stop_high));
         let lever_arm = posture.lever_arm[i];
@@ -36,19 +36,19 @@ pub fn joint_rates<const N: usize>(
 
 /// Joint coordinates and pressures as arrays; the fault names the first that is missing or not finite.
 pub fn checked<const N: usize>(m: &Measurement) -> Result<([f64; N], [[f64; 2]; N]), Fault> {
-    let bad = |name: String| Err(Fault::BadMeasurement(name));
+    let bad = |reading| Err(Fault::BadMeasurement(reading));
     if !m.t.is_finite() {
-        return bad("t".to_string());
+        return bad(Reading::Time);
     }
     for i in 0..N {
         if !m.q.get(i).is_some_and(|q| q.is_finite()) {
-            return bad(format!("q[{i}]"));
+            return bad(Reading::Joint(i));
         }
         if !m.p.get(i).is_some_and(|p| p[0].is_finite() && p[1].is_finite()) {
-            return bad(format!("p[{i}]"));
+            return bad(Reading::Pressures(i));
         }
     }
-    Ok((std::array::from_fn(|i| m.q[i]), std::array::from_fn(|i| m.p[i])))
+    Ok((core::array::from_fn(|i| m.q[i]), core::array::from_fn(|i| m.p[i])))
 }
 
 /// The tip's stick inside its range.
@@ -64,6 +64,15 @@ pub fn checked_stick(stick: Stick) -> Result<[f64; 2], Fault> {
 pub fn checked_levers<const N: usize>(axes: &[f64]) -> Result<[f64; N], Fault> {
     let levers = axes.try_into().ok().filter(|levers: &[f64; N]| levers.iter().all(|d| d.abs() <= 1.0));
     levers.ok_or(Fault::BadStick)
+}
+
+/// A goal in numbers that a way can be made of.
+pub fn checked_goal(goal: Goal) -> Result<Goal, Fault> {
+    let speeds = [goal.speed.unwrap_or(0.0), goal.share];
+    if goal.place.iter().all(|r| r.is_finite()) && speeds.iter().all(|v| v.is_finite() && *v >= 0.0) {
+        return Ok(goal);
+    }
+    Err(Fault::BadGoal(goal))
 }
 
 #[cfg(test)]
@@ -87,8 +96,8 @@ mod tests {
     fn input_that_is_not_finite_or_out_of_range_is_named() {
         let p = [[1e5, f64::NAN]];
         let m = Measurement { t: 0.0, q: &[0.0], p: &p };
-        assert_eq!(checked::<1>(&m), Err(Fault::BadMeasurement("p[0]".to_string())));
-        assert_eq!(checked::<2>(&m).map(|_| ()), Err(Fault::BadMeasurement("p[0]".to_string())));
+        assert_eq!(checked::<1>(&m), Err(Fault::BadMeasurement(Reading::Pressures(0))));
+        assert_eq!(checked::<2>(&m).map(|_| ()), Err(Fault::BadMeasurement(Reading::Pressures(0))));
         assert_eq!(checked_stick(Stick::Tip([0.0, f64::NAN])), Err(Fault::BadStick));
         assert_eq!(checked_stick(Stick::Lever(&[0.0])), Err(Fault::WrongStick("tip")));
     }

@@ -4,23 +4,23 @@
 //! (set-point, redundancy, scaling that keeps the direction) -> modelled load forces -> spool commands.
 
 use crate::chamber_estimate::Pressures;
-use crate::controller::{place_name, Controller, Fault, Goal, Measurement, Stick};
+use crate::controller::{Controller, Fault, Goal, Measurement, Stick};
 use crate::controller_model::{ControllerModel, Posture};
 use crate::damping::{Damping, DampingGains};
 use crate::drive::{Demand, Drive, DriveGains};
 use crate::feed_forward::{Moment, SupplyPressures};
 use crate::holding::Hold;
+use crate::notice::{Aim, Cause, Indices, News, Notice};
 use crate::oil_modes::OilModes;
 use crate::point_to_point::{Stretch, Travel};
-use crate::reach;
 use crate::readings::Readings;
-use crate::safe_state::Names;
 use crate::set_point::{Means, Reference, Shape, Wish, STANDING};
 use crate::signal::Signal;
-use crate::slow_down::{checked, checked_levers, checked_stick};
-use crate::standstill::{runaway, sinks, yielding, Aim, Cause, Standstill};
-use crate::valve_learning::LearntValve;
+use crate::slow_down::{checked, checked_goal, checked_levers, checked_stick};
+use crate::standstill::Standstill;
 use crate::weighing::Weighing;
+#[cfg(feature = "std")]
+use crate::{reach, safe_state::Names, valve_learning::LearntValve};
 use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -38,14 +38,26 @@ pub struct Settings<const N: usize> {
     pub lag_limit: f64,
     /// Time after the set-point has stopped during which every error is still corrected, s.
     pub settling: f64,
-    /// What messages call joints and cylinders.
-    pub names: Names,
 }
+
+hydrocrane_num::stored!([const N: usize] Settings<N> {
+    period: f64,
+    full_speed: f64,
+    lever_speeds: [[f64; 2]; N],
+    shape: Shape<N>,
+    drive: DriveGains,
+    damping: DampingGains,
+    lag_limit: f64,
+    settling: f64,
+});
 
 pub struct Tip<const N: usize> {
     model: ControllerModel<N>,
     settings: Settings<N>,
     state: Option<State<N>>,
+    /// What messages call joints and cylinders.
+    #[cfg(feature = "std")]
+    names: Names,
 }
 
 struct State<const N: usize> {
@@ -78,7 +90,7 @@ struct State<const N: usize> {
     /// How long the stick has led back to a tip that is too far behind, s.
     led_back: f64,
     /// What whoever holds the stick should know and has not been told.
-    news: Vec<String>,
+    news: News,
 }
 
 /// Share of the speed asked for that counts as nothing left of it.
@@ -95,8 +107,6 @@ const CLOSE: f64 = 5e-4;
 const CORRECTING: f64 = 4.0;
 /// How far the tip may be behind a set-point that accelerates, as a share of the lag at which it waits.
 const BEHIND: f64 = 0.25;
-/// Distance of a goal from the nearest place within reach that is none, m.
-const WITHIN_REACH: f64 = 1e-4;
 
 /// Guards of levers near a dead centre, m/rad, and where the joint that holds the height lifts nothing, m/rad or m/m: there the
 /// levers still ask for something, so that whoever holds them is told why the tip stands.
@@ -111,7 +121,24 @@ const WEIGHING: f64 = 1.0;
 
 impl<const N: usize> Tip<N> {
     pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
-        Tip { model, settings, state: None }
+        Tip {
+            model,
+            settings,
+            state: None,
+            #[cfg(feature = "std")]
+            names: Names::default(),
+        }
+    }
+
+    /// With names for its messages.
+    #[cfg(feature = "std")]
+    pub fn named(self, names: Names) -> Self {
+        Tip { names, ..self }
+    }
+
+    /// What has happened since the last call.
+    pub fn take_notices(&mut self) -> News {
+        self.state.as_mut().map(|state| core::mem::take(&mut state.news)).unwrap_or_default()
     }
 
     /// Joint coordinates and pressures of a measurement, without those pressures that are only estimated.
@@ -133,17 +160,29 @@ enum Wanted<const N: usize> {
 }
 
 impl<const N: usize> State<N> {
+    /// Begins at rest. A function of its own: its stack is no part of that of every sample.
+    #[inline(never)]
+    fn begin<'a>(
+        place: &'a mut Option<Self>,
+        n: &ControllerModel<N>,
+        s: &Settings<N>,
+        q: [f64; N],
+        p: &[[f64; 2]; N],
+    ) -> &'a mut Self {
+        place.insert(State::at(n, s, q, p))
+    }
+
     /// At rest, as first measured.
     fn at(n: &ControllerModel<N>, s: &Settings<N>, q: [f64; N], p: &[[f64; 2]; N]) -> Self {
         let reference = Reference::at(n, s.period, q);
         let load = n.cylinder_force(&q, &[0.0; N], n.payload);
         let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
-        let drives: [Drive; N] = std::array::from_fn(|c| {
+        let drives: [Drive; N] = core::array::from_fn(|c| {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
             Drive::at(n.cylinders[c], n.fluid, supply_pressures, s.drive, s.period, moment, load[c])
         });
-        let force = drives.map(|drive| drive.force());
-        let excess = std::array::from_fn(|c| reference.posture.lever_arm[c] * (force[c] - load[c]));
+        let force: [f64; N] = core::array::from_fn(|c| drives[c].force());
+        let excess = core::array::from_fn(|c| reference.posture.lever_arm[c] * (force[c] - load[c]));
         State {
             reference,
             drives,
@@ -163,13 +202,18 @@ impl<const N: usize> State<N> {
             sinking: 0.0,
             told_sinking: false,
             led_back: 0.0,
-            news: Vec::new(),
+            news: News::default(),
         }
+    }
+
+    /// What `f` tells of each drive, without copies of them.
+    fn of_each<T>(&self, f: impl Fn(&Drive) -> T) -> [T; N] {
+        core::array::from_fn(|c| f(&self.drives[c]))
     }
 
     /// Joint coordinates as observed.
     fn observed(&self, q: &[f64; N], measured: &Posture<N>) -> [f64; N] {
-        std::array::from_fn(|i| {
+        core::array::from_fn(|i| {
             let turned = (self.drives[i].position() - measured.stroke[i]) / measured.lever_arm[i];
             if turned.is_finite() {
                 q[i] + turned
@@ -182,7 +226,7 @@ impl<const N: usize> State<N> {
     /// From the tip to its set-point, m.
     fn lag(&self, q: &[f64; N], measured: &Posture<N>, observed: &[f64; N]) -> Vec2<f64> {
         // Observed and measured lie within a count of the sensor: the Jacobian takes one to the other.
-        let tip: [f64; 2] = std::array::from_fn(|r| {
+        let tip: [f64; 2] = core::array::from_fn(|r| {
             measured.tip[r] + (0..N).map(|i| measured.jacobian[r][i] * (observed[i] - q[i])).sum::<f64>()
         });
         Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip)
@@ -242,7 +286,7 @@ impl<const N: usize> State<N> {
             Cause::Range(limited)
         };
         let aim = self.travel.take().map_or(Aim::Stick, |travel| Aim::Place(travel.goal.place));
-        self.news.push(cause.text(&s.names, aim));
+        self.news.tell(Notice::Stands(cause, aim));
     }
 
     /// What the operator asks for: by the sticks, or the velocity that leads to the goal.
@@ -253,8 +297,7 @@ impl<const N: usize> State<N> {
             Wanted::Levers(levers) => Wish::Joints(self.rates(s, &levers)),
         };
         if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
-            let why = if wish.is_zero() { "the goal is cancelled" } else { "the stick takes over" };
-            self.news.push(format!("{why}: the tip no longer goes to {}", travel.goal.name()));
+            self.news.tell(Notice::GivenUp { place: travel.goal.name(), cancelled: wish.is_zero() });
         }
         wish
     }
@@ -266,7 +309,7 @@ impl<const N: usize> State<N> {
         let lift = posture.jacobian[1];
         let full = |i: usize, sense: usize| s.lever_speeds[i][sense] / posture.lever_arm[i].abs().max(LEAST_LEVER_ARM);
         let held = full(follower, 0).min(full(follower, 1)) * lift[follower].abs().max(LEAST_LIFT);
-        std::array::from_fn(|i| {
+        core::array::from_fn(|i| {
             let most = if i == follower { f64::INFINITY } else { held / lift[i].abs() };
             (levers[i] * full(i, usize::from(levers[i] > 0.0)).min(most)) * posture.lever_arm[i].signum()
         })
@@ -279,7 +322,7 @@ impl<const N: usize> State<N> {
         let mut travel = self.travel.filter(same).unwrap_or_else(|| Travel::to(goal, self.asked));
         let bandwidth = s.shape.bandwidth(self.slowest);
         let from = self.reference.stopping_place(bandwidth);
-        let left = std::array::from_fn(|r| goal.place[r] - from[r]);
+        let left = core::array::from_fn(|r| goal.place[r] - from[r]);
         let speed = goal.share * goal.speed.unwrap_or(s.full_speed);
         let velocity =
             travel.velocity(&Stretch { left, speed, bandwidth, behind: BEHIND * s.lag_limit, period: s.period });
@@ -306,50 +349,50 @@ impl<const N: usize> State<N> {
 
     /// Tells once of cylinders that the supply pressure cannot hold at rest.
     fn look_for_sinking(&mut self, s: &Settings<N>) {
-        let sinking: Vec<usize> = (0..N).filter(|&c| self.drives[c].sinks()).collect();
+        let sinking: Indices = (0..N).filter(|&c| self.drives[c].sinks()).collect();
         self.sinking = if sinking.is_empty() { 0.0 } else { self.sinking + s.period };
         if self.sinking < LED_BACK {
             return;
         }
         self.sinking = 0.0;
         // Else the tip would go back some time later, when a swing lets the supply pressure win.
-        sinking.iter().for_each(|&c| self.drives[c].stay());
-        if !std::mem::replace(&mut self.told_sinking, true) {
-            self.news.push(sinks(&s.names, &sinking));
+        sinking.iter().for_each(|c| self.drives[c].stay());
+        if !core::mem::replace(&mut self.told_sinking, true) {
+            self.news.tell(Notice::Sinks(sinking));
         }
     }
 
     /// Tells how near the tip has come to its goal once everything stands.
-    fn look_for_arrival(&mut self, s: &Settings<N>, tip: [f64; 2]) {
+    fn look_for_arrival(&mut self, tip: [f64; 2]) {
         let Some(Travel { goal, .. }) = self.travel.take_if(|travel| travel.over) else { return };
         let off = (Vec2::<f64>::c(goal.place) - Vec2::c(tip)).norm();
-        self.news.push(match off < THERE {
-            true => format!("the tip has reached its goal {}", goal.name()),
-            false => Cause::Lag.text(&s.names, Aim::Place(goal.place)),
+        self.news.tell(match off < THERE {
+            true => Notice::Arrived(goal.name()),
+            false => Notice::Stands(Cause::Lag, Aim::Place(goal.place)),
         });
     }
 
     /// Tells once of each joint that closed valves cannot hold, and of each piston that the load pushes back.
-    fn look_for_runaways(&mut self, s: &Settings<N>, holding: &[Hold; N]) {
+    fn look_for_runaways(&mut self, holding: &[Hold; N]) {
         for (i, hold) in holding.iter().enumerate() {
             let unheld = hold.share < 0.0;
             if unheld && !self.unheld[i] {
-                self.news.push(runaway(&s.names, i));
+                self.news.tell(Notice::RunsAway(i));
             }
             self.unheld[i] = unheld;
             let yields = self.drives[i].yields();
             if yields && !self.yielding[i] {
-                self.news.push(yielding(&s.names, i));
+                self.news.tell(Notice::Yields(i));
             }
             self.yielding[i] = yields;
         }
     }
 
     /// Cylinders that the supply pressure cannot move as they would have to, and joints that something else holds.
-    fn sorted(&self, obstacles: &[f64; N]) -> (Vec<usize>, Vec<usize>) {
-        let overloaded =
-            |i: &usize| !self.drives[*i].able((obstacles[*i] * self.reference.posture.lever_arm[*i]).signum());
-        (0..N).filter(|&i| obstacles[i] != 0.0).partition(overloaded)
+    fn sorted(&self, obstacles: &[f64; N]) -> (Indices, Indices) {
+        let overloaded = |i: usize| !self.drives[i].able((obstacles[i] * self.reference.posture.lever_arm[i]).signum());
+        let held_back = || (0..N).filter(|&i| obstacles[i] != 0.0);
+        (held_back().filter(|&i| overloaded(i)).collect(), held_back().filter(|&i| !overloaded(i)).collect())
     }
 
     /// Joint coordinates with those foreseen in the place of missing ones.
@@ -390,8 +433,8 @@ impl<const N: usize> State<N> {
             let moment = Moment { stroke: measured.stroke[c], p: p[c] };
             self.drives[c].measure(&moment, piston_counts[c], !missing, self.slowest);
         }
-        let stiffness = self.drives.map(|drive| drive.stiffness());
-        let force = self.drives.map(|drive| drive.carrying());
+        let stiffness = self.of_each(Drive::stiffness);
+        let force = self.of_each(Drive::carrying);
         self.forces_known = !gaps.iter().any(|gap| matches!(gap, Signal::Pressure(..)));
         if s.drive.pressures != Pressures::Measured {
             self.payload = self.weighing.payload(model, &mut self.drives, q, &piston_counts, self.payload);
@@ -401,7 +444,7 @@ impl<const N: usize> State<N> {
         let modes = model.oil_modes(q, &measured.lever_arm, self.payload, &stiffness);
         self.slowest = modes.slowest();
         let holding = model.holding(q, self.payload, &stiffness);
-        self.look_for_runaways(s, &holding);
+        self.look_for_runaways(&holding);
         let wish = self.wish(s, stick);
         self.asked = if let Wish::Tip(velocity) = wish { velocity } else { [0.0; 2] };
         let moving = self.reference.moving(&wish) || self.corrects(s, &measured, &counts);
@@ -412,24 +455,24 @@ impl<const N: usize> State<N> {
             let held = model.strokes(&self.reference.q);
             let band = s.drive.rest_band;
             // Where the piston has stopped, as far as that is near enough.
-            target = std::array::from_fn(|c| held[c].0 + self.settled[c].clamp(-band, band));
+            target = core::array::from_fn(|c| held[c].0 + self.settled[c].clamp(-band, band));
             self.reference.stand();
             self.look_for_sinking(s);
-            self.look_for_arrival(s, measured.tip);
+            self.look_for_arrival(measured.tip);
         } else {
             let held = self.reference.posture.stroke;
             (self.sinking, self.told_sinking) = (0.0, false);
-            self.settled = std::array::from_fn(|c| self.drives[c].position() - held[c]);
+            self.settled = core::array::from_fn(|c| self.drives[c].position() - held[c]);
             let observed = self.observed(q, &measured);
             let lag = self.lag(q, &measured, &observed);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
             let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
-            let piston = self.drives.map(|drive| drive.range());
+            let piston = self.of_each(Drive::range);
             let held = holding.map(|hold| hold.share);
             let now = Means {
                 observed,
                 piston,
-                pressures: self.drives.map(|drive| drive.pressures()),
+                pressures: self.of_each(Drive::pressures),
                 stiffness,
                 held,
                 payload: self.payload,
@@ -443,21 +486,23 @@ impl<const N: usize> State<N> {
         let rates = self.reference.rates;
         let inertia = modes.torque(&modes.of_motion(&self.reference.acceleration));
         let load = model.cylinder_force(&self.reference.q, &rates, model.payload);
-        let mut demands: [Demand; N] = std::array::from_fn(|c| {
+        let mut demands: [Demand; N] = core::array::from_fn(|c| {
             let speed = self.reference.posture.lever_arm[c] * rates[c];
-            let inertia = finite(inertia[c] / self.reference.posture.lever_arm[c]);
+            // Near a dead centre a torque is no cylinder force, and a pose can have no modes.
+            let inertia =
+                Some(inertia[c] / self.reference.posture.lever_arm[c]).filter(|f| f.is_finite()).unwrap_or(0.0);
             let (load, hold, tip_per_stroke) = (load[c], holding[c], measured.tip_per_stroke(c));
             Demand { stroke: target[c], speed, load, inertia, damping: 0.0, rest, tip_per_stroke, hold }
         });
         self.damp(s, &modes, &measured, &mut demands);
-        std::array::from_fn(|c| self.drives[c].command(&demands[c]))
+        core::array::from_fn(|c| self.drives[c].command(&demands[c]))
     }
 
     /// Adds the speeds that damp the modes on the oil.
     fn damp(&mut self, s: &Settings<N>, modes: &OilModes<N>, measured: &Posture<N>, demands: &mut [Demand; N]) {
-        let force = self.drives.map(|drive| drive.force());
+        let force = self.of_each(Drive::force);
         let excess: [f64; N] =
-            std::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c])));
+            core::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c])));
         if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
             // In motion a wrong flow looks like a swing.
             self.damping = Damping::at(s.damping, &excess);
@@ -475,31 +520,16 @@ impl<const N: usize> State<N> {
     }
 }
 
-/// A goal in numbers that a way can be made of.
-fn checked_goal(goal: Goal) -> Result<Goal, Fault> {
-    let speeds = [goal.speed.unwrap_or(0.0), goal.share];
-    if goal.place.iter().all(|r| r.is_finite()) && speeds.iter().all(|v| v.is_finite() && *v >= 0.0) {
-        return Ok(goal);
-    }
-    Err(Fault::Failed(format!("the goal {} or its speed is not a valid number", goal.name())))
-}
-
-/// Near a dead centre a torque is no cylinder force, and a pose can have no modes.
-fn finite(x: f64) -> f64 {
-    if x.is_finite() {
-        x
-    } else {
-        0.0
-    }
-}
-
 impl<const N: usize> Controller for Tip<N> {
     fn period(&self) -> f64 {
         self.settings.period
     }
 
     fn reset(&mut self, first: &Measurement) {
-        self.state = self.checked(first).ok().map(|(q, p)| State::at(&self.model, &self.settings, q, &p));
+        self.state = None;
+        if let Ok((q, p)) = self.checked(first) {
+            State::begin(&mut self.state, &self.model, &self.settings, q, &p);
+        }
     }
 
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
@@ -519,11 +549,14 @@ impl<const N: usize> Controller for Tip<N> {
             Stick::Height(axes) => Wanted::Levers(checked_levers(axes)?),
             _ => Wanted::Velocity(checked_stick(stick)?.map(|s| s * self.settings.full_speed)),
         };
-        let state = self.state.get_or_insert_with(|| State::at(&self.model, &self.settings, q, &p));
+        let state = match &mut self.state {
+            Some(state) => state,
+            none => State::begin(none, &self.model, &self.settings, q, &p),
+        };
         let command = state.step(&self.model, &self.settings, &q, &p, gaps, stick);
         if command.iter().any(|u| !u.is_finite()) {
             self.state = None;
-            return Err(Fault::Failed("the spool command is not a finite number; tip control restarts".to_string()));
+            return Err(Fault::NoCommand);
         }
         for (out, u) in spool.iter_mut().zip(command) {
             *out = u;
@@ -539,29 +572,9 @@ impl<const N: usize> Controller for Tip<N> {
         self.state.as_ref().is_none_or(|state| state.still >= self.settings.settling)
     }
 
+    #[cfg(feature = "std")]
     fn refuses(&self, place: [f64; 2]) -> Option<String> {
-        if !place.iter().all(|r| r.is_finite()) {
-            return Some("it is not a pair of finite numbers".to_string());
-        }
-        let nearest = reach::nearest(&self.model, place);
-        let off = (Vec2::<f64>::c(place) - Vec2::c(nearest)).norm();
-        if off > WITHIN_REACH {
-            let near = place_name(nearest);
-            return Some(format!("it is out of reach of the tip; the nearest place within reach is {near}"));
-        }
-        let keep_out = &self.settings.shape.keep_out;
-        (keep_out.distance(place) < keep_out.margin - WITHIN_REACH).then(|| {
-            let free = keep_out.outside(place).filter(|place| {
-                let nearest = reach::nearest(&self.model, *place);
-                (Vec2::<f64>::c(*place) - Vec2::c(nearest)).norm() <= WITHIN_REACH
-            });
-            let outside = free.map(|place| format!("; {} is far enough", place_name(place)));
-            format!(
-                "it lies in a keep-out region, or nearer to it than the margin of {:.3} m{}",
-                keep_out.margin,
-                outside.unwrap_or_default()
-            )
-        })
+        reach::refusal(&self.model, &self.settings.shape.keep_out, place)
     }
 
     fn heading(&self) -> bool {
@@ -572,12 +585,14 @@ impl<const N: usize> Controller for Tip<N> {
         self.state.as_ref().map(|s| s.reference.set_point)
     }
 
+    #[cfg(feature = "std")]
     fn learnt(&self) -> Vec<LearntValve> {
         let drives = self.state.as_ref().filter(|_| self.settings.drive.learning > 0.0).map(|state| &state.drives);
         drives.map_or(Vec::new(), |drives| drives.iter().map(|drive| drive.learnt()).collect())
     }
 
+    #[cfg(feature = "std")]
     fn notices(&mut self) -> Vec<String> {
-        self.state.as_mut().map(|state| std::mem::take(&mut state.news)).unwrap_or_default()
+        self.take_notices().iter().map(|notice| notice.text(&self.names)).collect()
     }
 }

@@ -8,6 +8,7 @@
 
 use crate::signal_chain::SignalChain;
 use hydrocrane_num::symmetric::cholesky;
+use hydrocrane_num::{portable, Real};
 
 /// What a valve does beyond its model; indices: retracting, extending.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,7 +143,7 @@ impl Learning {
         };
         for (i, belief) in beliefs().into_iter().enumerate() {
             learning.information[i][i] = belief;
-            learning.root[i][i] = belief.sqrt();
+            learning.root[i][i] = portable::sqrt(belief);
             learning.target[i] = belief * BEFOREHAND[i];
         }
         learning
@@ -169,7 +170,7 @@ impl Learning {
         if !(usable > USABLE && sample.usable && found.abs() > LEAST) {
             return 0.0;
         }
-        self.regress(&std::array::from_fn(|i| self.lags[1][i] / sample.full), found);
+        self.regress(&core::array::from_fn(|i| self.lags[1][i] / sample.full), found);
         let before = self.fit.speed(sample);
         self.solve();
         let more = self.fit.speed(sample) - before;
@@ -218,7 +219,8 @@ impl Learning {
     /// edges; `full`: mean size of the speeds at full opening, m/s.
     pub fn certain(&self, closed: f64, full: f64) -> ValveFit {
         let certain = |value: f64, combination: [f64; COUNT]| {
-            let doubt = CERTAIN * ERROR * forwards(&self.root, combination).iter().map(|y| y * y).sum::<f64>().sqrt();
+            let squares = forwards(&self.root, combination).iter().map(|y| y * y).sum::<f64>();
+            let doubt = CERTAIN * ERROR * portable::sqrt(squares);
             // Nothing up to the doubt, all of it from twice the doubt on.
             value * (value.abs() / doubt - 1.0).clamp(0.0, 1.0)
         };
@@ -255,7 +257,7 @@ const BEFOREHAND: [f64; COUNT] = [1.0, 0.0, 1.0, 0.0, 1.0];
 
 /// Information that is believed of them beforehand.
 fn beliefs() -> [f64; COUNT] {
-    let [gain, threshold, leakage] = BELIEF.map(|deviation| (ERROR / deviation).powi(2));
+    let [gain, threshold, leakage] = BELIEF.map(|deviation| (ERROR / deviation).square());
     [gain, threshold, gain, threshold, leakage]
 }
 

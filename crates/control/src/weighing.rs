@@ -9,6 +9,7 @@
 use crate::chamber_estimate::Evidence;
 use crate::controller_model::ControllerModel;
 use crate::drive::Drive;
+use hydrocrane_num::Real;
 
 /// Standard deviation by which a piston's speed differs from the law, share of its full speed, and the time over which it stays so, s.
 const ERROR: f64 = 0.01;
@@ -35,7 +36,7 @@ impl Weighing {
     pub fn new(own: f64, period: f64) -> Self {
         Weighing {
             information: 0.0,
-            belief: (BELIEF * own).powi(-2),
+            belief: 1.0 / (BELIEF * own).square(),
             forgetting: (period / MEMORY).min(1.0),
             weight: (period / ERROR_TIME).min(1.0),
         }
@@ -52,8 +53,8 @@ impl Weighing {
         before: f64,
     ) -> f64 {
         let [planned, laden] = [0.0, 1.0].map(|more| model.cylinder_force(q, &[0.0; N], model.payload + more));
-        let per_kilogram: [f64; N] = std::array::from_fn(|c| laden[c] - planned[c]);
-        let evidence: [Evidence; N] = std::array::from_fn(|c| drives[c].evidence(counts[c]));
+        let per_kilogram: [f64; N] = core::array::from_fn(|c| laden[c] - planned[c]);
+        let evidence: [Evidence; N] = core::array::from_fn(|c| drives[c].evidence(counts[c]));
         // More than the supply pressure can move is no payload that moves.
         let most = (0..N).fold(f64::INFINITY, |most, c| {
             let [low, high] = drives[c].movable();
@@ -73,7 +74,7 @@ impl Weighing {
     fn more<const N: usize>(&mut self, evidence: &[Evidence; N], per_kilogram: &[f64; N]) -> f64 {
         let (mut square, mut product) = (0.0, 0.0);
         for (e, force) in evidence.iter().zip(per_kilogram) {
-            let noise = (ERROR * e.full).powi(2) + e.blur.powi(2) + (FORCE_ERROR * e.span * e.per_force).powi(2);
+            let noise = (ERROR * e.full).square() + e.blur.square() + (FORCE_ERROR * e.span * e.per_force).square();
             let s = e.per_force * force;
             square += e.share * s * s / noise;
             product += e.share * s * e.missing / noise;

@@ -15,6 +15,8 @@ pub struct WorkingArea {
     pub limit_rate: f64,
 }
 
+hydrocrane_num::stored!([] WorkingArea { keep_out: KeepOut, limit_rate: f64 });
+
 /// Deeper by less than this is rounding, m.
 const ROUNDING: f64 = 1e-9;
 
@@ -49,7 +51,7 @@ impl WorkingArea {
 
     /// Joint limits, widened to a target that lies beyond them already, so that there is a way back.
     pub fn limits<const N: usize>(&self, model: &ControllerModel<N>, q: &[f64; N]) -> [[f64; 2]; N] {
-        std::array::from_fn(|i| {
+        core::array::from_fn(|i| {
             let [low, high] = model.joint_limits[i];
             [low.min(q[i]), high.max(q[i])]
         })

@@ -1,8 +1,9 @@
-//! The changing state of an object as bytes: one function visits its numbers, for writing and for reading.
+//! Numbers of an object as bytes: one function visits them, for writing and for reading.
 
 /// Numbers that are written to bytes or read from them.
 #[derive(Debug)]
 pub struct Archive<'a> {
+    #[cfg(feature = "std")]
     written: Vec<u8>,
     /// Remaining bytes; `None` while writing.
     left: Option<&'a [u8]>,
@@ -10,12 +11,18 @@ pub struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
+    #[cfg(feature = "std")]
     pub fn writing() -> Self {
         Archive { written: Vec::new(), left: None, damaged: false }
     }
 
     pub fn reading(bytes: &'a [u8]) -> Self {
-        Archive { written: Vec::new(), left: Some(bytes), damaged: false }
+        Archive {
+            #[cfg(feature = "std")]
+            written: Vec::new(),
+            left: Some(bytes),
+            damaged: false,
+        }
     }
 
     pub fn reads(&self) -> bool {
@@ -23,6 +30,7 @@ impl<'a> Archive<'a> {
     }
 
     /// The written bytes.
+    #[cfg(feature = "std")]
     pub fn into_bytes(self) -> Vec<u8> {
         self.written
     }
@@ -32,9 +40,17 @@ impl<'a> Archive<'a> {
         !self.damaged && self.left.is_none_or(<[u8]>::is_empty)
     }
 
+    /// Takes note that a number that was read cannot be one that was written.
+    pub fn spoil(&mut self) {
+        self.damaged = true;
+    }
+
     pub fn whole(&mut self, value: &mut u64) {
         match &mut self.left {
+            #[cfg(feature = "std")]
             None => self.written.extend(value.to_le_bytes()),
+            #[cfg(not(feature = "std"))]
+            None => self.damaged = true,
             Some(left) => match left.split_first_chunk::<8>() {
                 Some((bytes, rest)) => (*value, *left) = (u64::from_le_bytes(*bytes), rest),
                 None => self.damaged = true,

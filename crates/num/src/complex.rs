@@ -1,7 +1,7 @@
 //! Complex numbers over any [`Real`], as far as linear systems need them.
 
 use crate::{Field, Real};
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// `re + i im`
 #[derive(Debug, Clone, Copy, Default)]

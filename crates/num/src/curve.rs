@@ -16,6 +16,8 @@ pub struct MonotoneCurve {
     rows: [[f64; 5]; MOST_POINTS],
 }
 
+crate::stored!([] MonotoneCurve { count: usize, rows: [[f64; 5]; MOST_POINTS] });
+
 impl MonotoneCurve {
     /// Through the points (x, y) with increasing x.
     ///

@@ -1,7 +1,7 @@
 //! Forward-mode derivatives: a value with `N` directional derivatives, over any [`Real`].
 
 use crate::{Field, Real};
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// `value + sum_i derivative[i] eps_i` with `eps_i eps_j = 0`.
 ///

@@ -6,7 +6,7 @@
 //! of the last place: exp 0.97, ln 0.77, sine and cosine 0.84, tanh 2.24. Signs of zeros are not kept by the sine.
 
 use crate::register::Register;
-use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI, LOG2_E};
+use core::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI, LOG2_E};
 
 /// 1.5 2^52: adding it rounds a number below 2^51 to the nearest integer, which then stands in the lowest bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;

@@ -6,7 +6,7 @@
 
 use crate::register::{Register, WIDEST};
 use crate::{elementary, Field, Real};
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// The numbers of a register.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,11 @@
 //! Numbers for the laws: the [`Real`] trait, dual numbers over any `Real`, functions that are smooth where
 //! physics has kinks, small linear algebra and tables. No physics and no I/O live here.
+#![cfg_attr(not(feature = "std"), no_std)]
 
 mod archive;
 mod complex;
 pub mod curve;
+#[cfg(feature = "std")]
 pub mod dense;
 mod dual;
 pub mod elementary;
@@ -16,11 +18,13 @@ mod real;
 pub mod register;
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
 pub mod register_wasm;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
 pub mod register_x86;
 pub mod small;
 pub mod smooth;
+pub mod stored;
 pub mod symmetric;
+#[cfg(feature = "std")]
 pub mod table;
 mod vec2;
 
@@ -31,4 +35,5 @@ pub use lanes::Lanes;
 pub use pack::Pack;
 pub use random::RandomStream;
 pub use real::{Field, Mask, Real};
+pub use stored::Stored;
 pub use vec2::Vec2;

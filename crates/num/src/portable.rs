@@ -6,3 +6,17 @@
 
 pub use libm::{acos, atan2, cos, exp, hypot, log10, pow, sin};
 pub use libm::{log as ln, sincos as sin_cos};
+
+/// The nearest whole number, halves away from zero, and the square root: both exact to the last bit, so that the processor's own serve.
+#[cfg(feature = "std")]
+#[inline(always)]
+pub fn sqrt(x: f64) -> f64 {
+    x.sqrt()
+}
+#[cfg(feature = "std")]
+#[inline(always)]
+pub fn round(x: f64) -> f64 {
+    x.round()
+}
+#[cfg(not(feature = "std"))]
+pub use libm::{round, sqrt};

@@ -1,9 +1,9 @@
 //! The number type of the laws.
 
-use crate::elementary;
 use crate::register::Register;
-use std::fmt::Debug;
-use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
+use crate::{elementary, portable};
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
 /// Outcome of a comparison, one truth value per lane of the number it came from.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
@@ -136,7 +136,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn sqrt(self) -> f64 {
-        f64::sqrt(self)
+        portable::sqrt(self)
     }
     #[inline(always)]
     fn exp(self) -> f64 {

@@ -3,9 +3,9 @@
 //! The numbers of a register never meet each other, and no operation is contracted with another one: every instruction set
 //! gives the bits that `f64` gives.
 
-use crate::Mask;
-use std::fmt::Debug;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use crate::{portable, Mask};
+use core::fmt::Debug;
+use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Numbers in the widest of them.
 pub const WIDEST: usize = 8;
@@ -102,7 +102,7 @@ impl Register for f64 {
     }
     #[inline(always)]
     fn sqrt(self) -> f64 {
-        f64::sqrt(self)
+        portable::sqrt(self)
     }
     #[inline(always)]
     fn lt(self, other: f64) -> bool {

@@ -2,8 +2,8 @@
 
 use crate::register::Register;
 use crate::Mask;
-use std::arch::wasm32::*;
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use core::arch::wasm32::*;
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 #[derive(Debug, Clone, Copy)]
 #[repr(transparent)]

@@ -2,8 +2,8 @@
 
 use crate::register::Register;
 use crate::Mask;
-use std::arch::x86_64::*;
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use core::arch::x86_64::*;
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 impl Mask for u8 {}
 

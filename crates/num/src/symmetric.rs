@@ -1,12 +1,14 @@
 //! Eigenvalues of small symmetric matrices.
 
+use crate::portable;
+
 /// Sweeps over all pairs: convergence is quadratic, and the sizes are those of chains.
 const SWEEPS: usize = 6;
 
 /// Eigenvalues of the symmetric matrix `a` and its eigenvectors as columns `v[i][m]`, orthonormal, by cyclic Jacobi rotations
 /// (Golub and Van Loan, Matrix Computations, section 8.5). The order is that in which the diagonal ends.
 pub fn eigen<const N: usize>(mut a: [[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) {
-    let mut v = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let mut v = core::array::from_fn(|i| core::array::from_fn(|j| f64::from(u8::from(i == j))));
     for _ in 0..SWEEPS {
         for p in 0..N {
             for q in p + 1..N {
@@ -14,7 +16,7 @@ pub fn eigen<const N: usize>(mut a: [[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) 
             }
         }
     }
-    (std::array::from_fn(|i| a[i][i]), v)
+    (core::array::from_fn(|i| a[i][i]), v)
 }
 
 /// Turns rows and columns `p` and `q` so that `a[p][q]` vanishes.
@@ -23,8 +25,8 @@ fn rotate<const N: usize>(a: &mut [[f64; N]; N], v: &mut [[f64; N]; N], p: usize
         return;
     }
     let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-    let tangent = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-    let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
+    let tangent = theta.signum() / (theta.abs() + portable::sqrt(theta * theta + 1.0));
+    let cosine = 1.0 / portable::sqrt(tangent * tangent + 1.0);
     let sine = tangent * cosine;
     for row in a.iter_mut().chain(v.iter_mut()) {
         (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
@@ -40,7 +42,7 @@ pub fn cholesky<const N: usize>(a: &[[f64; N]; N]) -> [[f64; N]; N] {
     for i in 0..N {
         for j in 0..=i {
             let sum = a[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>();
-            l[i][j] = if i == j { sum.sqrt() } else { sum / l[j][j] };
+            l[i][j] = if i == j { portable::sqrt(sum) } else { sum / l[j][j] };
         }
     }
     l

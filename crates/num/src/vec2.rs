@@ -1,7 +1,7 @@
 //! Vectors and rotations in the crane's plane: x forward, z up, angles from x towards z.
 
 use crate::Real;
-use std::ops::{Add, Mul, Neg, Sub};
+use core::ops::{Add, Mul, Neg, Sub};
 
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Vec2<T> {

@@ -2,6 +2,7 @@
 //!
 //! Every function takes plain parameter structs and numbers; none allocates, reads a file or knows time.
 //! The theory pages under `docs/theory/` mirror this crate file by file.
+#![cfg_attr(not(feature = "std"), no_std)]
 
 #[macro_use]
 mod parameters;

@@ -28,5 +28,7 @@ macro_rules! parameters {
                 self.map(&mut U::c)
             }
         }
+
+        hydrocrane_num::stored!([] $name<f64> { $($field: f64,)* $($($config: $kind,)*)? });
     };
 }

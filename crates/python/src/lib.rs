@@ -32,6 +32,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<sensitivity::SensitivityExperiment>()?;
     m.add_class::<simulation::Simulator>()?;
     m.add_class::<stepped_controller::SteppedController>()?;
+    m.add_function(wrap_pyfunction!(stepped_controller::controller_parameters, m)?)?;
     m.add_function(wrap_pyfunction!(files::load_machine, m)?)?;
     m.add_function(wrap_pyfunction!(files::load_scenario, m)?)?;
     m.add_function(wrap_pyfunction!(files::bundled_machines, m)?)?;

@@ -2,8 +2,10 @@
 
 use crate::machine::Machine;
 use hydrocrane_sim::controller::{Controller, Measurement, Stick};
+use hydrocrane_sim::controller_memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use std::borrow::Cow;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 #[pyclass(frozen, module = "hydrocrane._core")]
@@ -67,4 +69,12 @@ impl SteppedController {
     fn set_point(&self) -> Option<[f64; 2]> {
         self.inner().set_point()
     }
+}
+
+/// Parameters of the controller `name` that knows `machine`, for a machine without an operating system, and the bytes of memory
+/// that it needs there.
+#[pyfunction]
+pub fn controller_parameters(machine: &Machine, name: &str) -> PyResult<(Cow<'static, [u8]>, usize)> {
+    let block = machine.model.controller_parameters(name).map_err(PyValueError::new_err)?;
+    Ok((Cow::Owned(block), controller_memory(machine.model.machine().cylinders.len())))
 }

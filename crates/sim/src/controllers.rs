@@ -12,13 +12,14 @@ use hydrocrane_control::heinze_pid::{self, Extension, HeinzePid};
 use hydrocrane_control::inverse_kinematics::Printed;
 use hydrocrane_control::keep_out::{KeepOut, Region};
 use hydrocrane_control::lever::Lever;
+use hydrocrane_control::parameter_block::Parameters;
 use hydrocrane_control::penalty::Weights;
 use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
 use hydrocrane_control::working_area::WorkingArea;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
-use hydrocrane_plant::{Crane, Hydraulics, StateSpace};
+use hydrocrane_plant::{Crane, StateSpace};
 
 /// Names of the controllers, the default first.
 pub const CONTROLLERS: [&str; 2] = ["tip", "heinze-pid"];
@@ -27,23 +28,30 @@ pub const CONTROLLERS: [&str; 2] = ["tip", "heinze-pid"];
 pub const LEVER: &str = "lever";
 const LEVER_PERIOD: f64 = 0.01;
 
-/// The controller `name` for a crane, with the machine's period and gains if stated.
+/// Parameters of the controller `name` for a crane, with the machine's period and gains if stated.
+pub(crate) fn parameters<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Parameters<N>, String> {
+    let (machine, model) = (crane.machine(), controller_model(crane));
+    Ok(match name {
+        "tip" => Parameters::Tip(model, tip_settings(machine, &model)),
+        "heinze-pid" => Parameters::HeinzePid(model, heinze_settings(machine, &model)),
+        LEVER => {
+            let period = machine.control.period.unwrap_or(LEVER_PERIOD);
+            Parameters::Lever(Lever::new(period, model.cylinders.map(|cylinder| cylinder.stroke)))
+        }
+        _ => return Err(format!("no controller `{name}`; there are {}, {LEVER}", CONTROLLERS.join(", "))),
+    })
+}
+
+/// The controller `name` for a crane.
 pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<dyn Controller>, String> {
-    let machine = crane.machine();
-    match name {
-        LEVER => Ok(Box::new(Lever::new(machine.control.period.unwrap_or(LEVER_PERIOD), crane.spool_strokes()))),
-        "tip" => {
-            let controller_model = controller_model(crane);
-            let settings = tip_settings(machine, &controller_model);
-            Ok(Box::new(Tip::new(controller_model, settings)))
+    Ok(match parameters(crane, name)? {
+        Parameters::Tip(model, settings) => {
+            let revolute = model.mechanics.joints.map(|joint| joint.revolute).into();
+            Box::new(Tip::new(model, settings).named(names(crane.machine(), revolute)))
         }
-        "heinze-pid" => {
-            let controller_model = controller_model(crane);
-            let settings = heinze_settings(machine, &controller_model);
-            Ok(Box::new(HeinzePid::new(controller_model, settings)))
-        }
-        _ => Err(format!("no controller `{name}`; there are {}, {LEVER}", CONTROLLERS.join(", "))),
-    }
+        Parameters::HeinzePid(model, settings) => Box::new(HeinzePid::new(model, settings)),
+        Parameters::Lever(lever) => Box::new(lever),
+    })
 }
 
 /// Distance from a keep-out region that allows for the difference of tip and set-point, m.
@@ -126,7 +134,6 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
         },
         lag_limit: gain("lag-limit"),
         settling: gain("settling-time"),
-        names: names(machine, controller_model.mechanics.joints.map(|j| j.revolute).into()),
     }
 }
 

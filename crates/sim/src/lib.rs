@@ -39,6 +39,7 @@ pub use command_path::{at_spools, longest_delay};
 pub use controller_model::controller_model;
 pub use crane_step::{CraneStep, Scene};
 pub use hydrocrane_control::controller;
+pub use hydrocrane_control::parameter_block::memory as controller_memory;
 pub use hydrocrane_num::Archive;
 #[cfg(feature = "reference")]
 pub use hydrocrane_plant::reference;

@@ -13,6 +13,7 @@ use hydrocrane_control::drive::FRICTION_SPEED;
 use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_control::keep_out::Region;
+use hydrocrane_control::parameter_block;
 use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, StateSpace};
 
 /// A crane with functions beyond its equations: controllers with it as their model, and copies of it in lanes.
@@ -33,6 +34,8 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel>;
     /// The controller `name` with this machine as its controller model; the error lists the names.
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String>;
+    /// Parameters of the controller `name` as a block for a machine without an operating system.
+    fn controller_parameters(&self, name: &str) -> Result<Vec<u8>, String>;
     /// `controller` with a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
     fn with_sensor_monitor(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller>;
 }
@@ -82,6 +85,10 @@ impl<const N: usize> Model for Crane<N> {
 
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {
         controllers::build(self, name)
+    }
+
+    fn controller_parameters(&self, name: &str) -> Result<Vec<u8>, String> {
+        parameter_block::written(&controllers::parameters(self, name)?)
     }
 
     fn with_sensor_monitor(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller> {

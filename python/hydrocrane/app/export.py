@@ -82,6 +82,25 @@ def fmu(
     say(f"written: {path}")
 
 
+@export.command(epilog="Example:  hydrocrane export controller rottne-f9-lab --c -o controller")
+def controller(
+    machine: MachineName,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder to write; by default named after MACHINE, here.")
+    ] = None,
+    name: Annotated[str, typer.Option("--controller", help="tip, heinze-pid or lever.")] = "tip",
+    c: Annotated[bool, typer.Option("--c", help="In C, which is the only language so far.")] = True,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """Write a controller for a program in C: parameters, header, example, static library."""
+    import hydrocrane as hc
+    from hydrocrane.app.options import checked_machine, overrides
+
+    loaded = hc.load_machine(checked_machine(machine), overrides(settings))
+    folder = hc.export_controller(loaded, output or Path(f"{loaded.name}-{name}"), controller=name)
+    say(f"written: {folder}")
+
+
 @export.command(epilog="Example:  hydrocrane export urdf hiab-xs031 -o hiab.urdf")
 def urdf(machine: MachineName, output: Output = None, payload: Payload = None, settings: Settings = []) -> None:  # noqa: B006
     """The open chain as URDF: links, joints, inertias, limits, tip; for Pinocchio, ROS and others."""

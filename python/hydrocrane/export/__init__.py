@@ -1,7 +1,8 @@
 """Machines and controllers for other programs: FMUs, and kinematic chains for multibody programs."""
 
+from hydrocrane.export.controller import export_controller
 from hydrocrane.export.fmu import export_fmu
 from hydrocrane.export.mjcf import export_mjcf
 from hydrocrane.export.urdf import export_urdf
 
-__all__ = ["export_fmu", "export_mjcf", "export_urdf"]
+__all__ = ["export_controller", "export_fmu", "export_mjcf", "export_urdf"]

@@ -41,6 +41,13 @@ pub struct Mechanics<T, const N: usize> {
     pub gravity: T,
 }
 
+hydrocrane_num::stored!([const N: usize] Mechanics<f64, N> {
+    joints: [Joint<f64>; N],
+    bodies: [Body<f64>; N],
+    tip: Vec2<f64>,
+    gravity: f64,
+});
+
 impl<T: Copy, const N: usize> Mechanics<T, N> {
     /// The same chain with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Mechanics<U, N> {

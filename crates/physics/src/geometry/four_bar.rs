@@ -24,6 +24,14 @@ pub struct FourBar<T> {
     pub side: T,
 }
 
+hydrocrane_num::stored!([] FourBar<f64> {
+    rocker_pivot: Vec2<f64>,
+    coupler_pivot: Vec2<f64>,
+    rocker_length: f64,
+    coupler_length: f64,
+    side: f64,
+});
+
 impl<T: Copy> FourBar<T> {
     /// The same linkage with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> FourBar<U> {

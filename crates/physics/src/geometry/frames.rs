@@ -37,6 +37,15 @@ pub struct JointPose<T> {
     pub slide: Vec2<T>,
 }
 
+hydrocrane_num::stored!([] Joint<f64> {
+    at: Vec2<f64>,
+    direction: Vec2<f64>,
+    offset: f64,
+    zero: f64,
+    sense: f64,
+    revolute: bool,
+});
+
 impl<T: Copy> Joint<T> {
     /// The same joint with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Joint<U> {

@@ -26,6 +26,12 @@ pub struct Actuation<T> {
     pub mid_length: T,
 }
 
+hydrocrane_num::stored!([] enum Mounting<f64> {
+    0: Pins { on_parent: Vec2<f64>, on_child: Vec2<f64>, barrel_on_child: bool },
+    1: FourBar { barrel: Vec2<f64>, linkage: FourBar<f64> },
+});
+hydrocrane_num::stored!([] Actuation<f64> { mounting: Mounting<f64>, mid_length: f64 });
+
 impl Actuation<f64> {
     /// Direction of the cylinder from its barrel pin to its rod pin, rad from x towards z in the parent frame.
     pub fn slope(&self, pose: &JointPose<f64>) -> f64 {

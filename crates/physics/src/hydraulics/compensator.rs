@@ -26,6 +26,8 @@ pub enum Compensator<T> {
     Behind,
 }
 
+hydrocrane_num::stored!([] enum Compensator<f64> { 0: None {}, 1: Before { 0: f64 }, 2: Behind {} });
+
 /// p_round, Pa
 const ROUNDING: f64 = 0.2e5;
 

@@ -13,8 +13,9 @@
 //! E falls to the absolute pressure and p nears p_v without reaching it; closing it, the same oil is found again.
 //! Not modelled: vapour heat, air going into and out of solution.
 
-use hydrocrane_num::table::QuinticTable;
-use hydrocrane_num::{portable, smooth, Dual, Real};
+#[cfg(feature = "std")]
+use hydrocrane_num::{portable, table::QuinticTable, Dual};
+use hydrocrane_num::{smooth, Real};
 
 parameters! {
     pub struct Fluid {
@@ -36,7 +37,7 @@ parameters! {
 
 /// Lowest relative absolute pressure y: keeps E positive in trial states beyond vacuum.
 const LEAST_Y: f64 = 1e-9;
-const LN_10: f64 = std::f64::consts::LN_10;
+const LN_10: f64 = core::f64::consts::LN_10;
 
 impl<T: Real> Fluid<T> {
     /// Pa, from gauge pressure (Pa).
@@ -66,6 +67,7 @@ impl<T: Real> Fluid<T> {
 ///     d ln(rho) = dp/E,      dw = (p + w)/E dp,
 /// where w = rho u is the elastic energy per volume: a chamber stores U = V w, and dU = (p + w) q dt - p dV.
 /// Quintic tables over pressure, exact below zero where the gas law integrates in closed form.
+#[cfg(feature = "std")]
 #[derive(Debug, Clone)]
 pub struct OilTables {
     fluid: Fluid<f64>,
@@ -76,15 +78,19 @@ pub struct OilTables {
     below: Option<Branch>,
 }
 
+#[cfg(feature = "std")]
 #[derive(Debug, Clone)]
 struct Branch {
     ln_density_ratio: QuinticTable,
     energy: QuinticTable,
 }
 
+#[cfg(feature = "std")]
 const TABLE_END: f64 = 800e5;
+#[cfg(feature = "std")]
 const TABLE_SPACING: f64 = 0.25e5;
 
+#[cfg(feature = "std")]
 impl OilTables {
     pub fn new(fluid: Fluid<f64>) -> Self {
         let below = fluid.ignore_cavitation.then(|| Branch::new(&fluid, -TABLE_SPACING));
@@ -127,6 +133,7 @@ impl OilTables {
     }
 }
 
+#[cfg(feature = "std")]
 impl Branch {
     /// From p = 0 to the table's end, upwards or downwards by the sign of `spacing`.
     fn new(fluid: &Fluid<f64>, spacing: f64) -> Self {
@@ -140,6 +147,7 @@ impl Branch {
     }
 }
 
+#[cfg(feature = "std")]
 /// Knots (value, slope, curvature) of ln(rho/rho_0) and of w from p = 0 on, by Gauss-Legendre steps.
 fn integrate(fluid: &Fluid<f64>, spacing: f64, knots: usize) -> Vec<[[f64; 3]; 2]> {
     // Five-point rule: exact to rounding over one spacing.

@@ -37,7 +37,7 @@ impl<T: Real> Leakage<T> {
 /// Conductance of a laminar annular gap (99), m^3/(s Pa).
 pub fn annular_gap_conductance<T: Real>(inner_diameter: T, gap: T, length: T, viscosity: T) -> T {
     let cube = gap * gap.square();
-    (inner_diameter / 2.0 + gap) * std::f64::consts::PI * cube / (viscosity * 6.0 * length)
+    (inner_diameter / 2.0 + gap) * core::f64::consts::PI * cube / (viscosity * 6.0 * length)
 }
 
 #[cfg(test)]

@@ -25,6 +25,12 @@ pub enum LoadHolding<T> {
     HoseBurst(HoseBurst<T>),
 }
 
+hydrocrane_num::stored!([] enum LoadHolding<f64> {
+    0: Counterbalance { 0: Counterbalance<f64> },
+    1: PilotCheck { 0: PilotCheck<f64> },
+    2: HoseBurst { 0: HoseBurst<f64> },
+});
+
 /// Pressures that act on such a valve, Pa.
 #[derive(Debug, Clone, Copy)]
 pub struct HeldPressures<T> {

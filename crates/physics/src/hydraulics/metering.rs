@@ -34,6 +34,8 @@ pub struct Metering<T> {
     pub curves: [Option<MonotoneCurve>; 4],
 }
 
+hydrocrane_num::stored!([] Metering<f64> { stroke: f64, full: [f64; 4], curves: [Option<MonotoneCurve>; 4] });
+
 impl<T: Copy> Metering<T> {
     /// The same with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Metering<U> {

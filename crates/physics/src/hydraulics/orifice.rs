@@ -45,6 +45,8 @@ pub enum OrificeLaw {
     },
 }
 
+hydrocrane_num::stored!([] enum OrificeLaw { 0: TwoRegime {}, 1: Printed { blended: bool } });
+
 impl<T: Real> Orifice<T> {
     /// m^3/s through an edge of `opening` (m) under the pressure drop `dp` (Pa).
     pub fn flow(&self, opening: T, dp: T) -> T {

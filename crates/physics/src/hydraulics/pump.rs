@@ -101,11 +101,11 @@ impl<T: Real> PressureControl<T> {
 mod tests {
     use super::*;
 
-    const FULL: f64 = 45e-6 / std::f64::consts::TAU * 157.0;
+    const FULL: f64 = 45e-6 / core::f64::consts::TAU * 157.0;
 
     fn pump() -> Pump<f64> {
         Pump {
-            displacement: 45e-6 / std::f64::consts::TAU,
+            displacement: 45e-6 / core::f64::consts::TAU,
             speed: 157.0,
             droop: 0.0,
             leakage: 0.05 * FULL / 210e5,

@@ -64,6 +64,23 @@ pub struct SpoolValve<T> {
     pub lines: [Option<Resistance<T>>; 2],
 }
 
+hydrocrane_num::stored!([] SpoolValve<f64> {
+    edge_a: Orifice<f64>,
+    edge_b: Orifice<f64>,
+    overlap: f64,
+    nominal_opening: f64,
+    metering: Option<Metering<f64>>,
+    meter_out: [Option<MeterOut<f64>>; 2],
+    leakage: f64,
+    return_ratio: [f64; 2],
+    regenerative: f64,
+    load_check: bool,
+    compensator: Compensator<f64>,
+    connection: Connection<f64>,
+    holding: [Option<LoadHolding<f64>>; 2],
+    lines: [Option<Resistance<f64>>; 2],
+});
+
 impl<T: Copy> SpoolValve<T> {
     /// The same valve with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> SpoolValve<U> {

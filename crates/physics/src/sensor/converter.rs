@@ -23,7 +23,7 @@ impl Converter {
         let y = y.clamp(self.low, self.high);
         let step = self.step();
         if step > 0.0 {
-            self.low + ((y - self.low) / step).round() * step
+            self.low + hydrocrane_num::portable::round((y - self.low) / step) * step
         } else {
             y
         }

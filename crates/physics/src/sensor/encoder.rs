@@ -5,8 +5,8 @@
 //! An incremental encoder knows no absolute angle. Whoever sets it to zero does so within one count, and that error
 //! stays. The marks of the disc stand where they should only within the division error, which changes over a turn.
 
+use core::f64::consts::PI;
 use hydrocrane_num::{portable, RandomStream};
-use std::f64::consts::PI;
 
 /// Counts per pulse of two channels in quadrature.
 const COUNTS_PER_PULSE: f64 = 4.0;
@@ -36,7 +36,7 @@ impl Encoder {
 
     pub fn read(&self, q: f64) -> f64 {
         let marked = q + self.division * portable::sin(q + self.phase);
-        (marked / self.step + self.homing).round() * self.step
+        portable::round(marked / self.step + self.homing) * self.step
     }
 }
 

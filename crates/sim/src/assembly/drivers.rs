@@ -150,7 +150,7 @@ pub(super) fn goal_fault(scenario: &Scenario, stages: &[AssembledStage]) -> Opti
         };
         Some(format!(
             "the tip cannot go to the goal {} at {} s: {}",
-            controller::place_name(goal.place),
+            controller::PlaceName(goal.place),
             goal.time,
             why?
         ))

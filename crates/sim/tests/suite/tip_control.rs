@@ -1,6 +1,6 @@
 //! Crane-tip control on the laboratory crane, with ideal measurements.
 
-use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
+use hydrocrane_control::controller::{Controller, Fault, Measurement, Reading, Stick};
 use hydrocrane_control::controller_model::ControllerModel;
 use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::heinze_pid::{self, HeinzePid};
@@ -379,7 +379,7 @@ fn bad_input_is_a_fault_and_the_next_good_sample_is_not() {
     let (p, mut spool) = ([[40e5, 40e5]; 3], [0.0; 3]);
     let torn = Measurement { t: 0.01, q: &[START[0], f64::NAN, 0.0], p: &p };
     let stick = Stick::Tip([0.0, 0.1]);
-    assert_eq!(l.controller.step(&torn, stick, &mut spool), Err(Fault::BadMeasurement("q[1]".to_string())));
+    assert_eq!(l.controller.step(&torn, stick, &mut spool), Err(Fault::BadMeasurement(Reading::Joint(1))));
     let good = Measurement { t: 0.01, q: &START, p: &p };
     assert_eq!(l.controller.step(&good, Stick::Tip([0.0, 2.0]), &mut spool), Err(Fault::BadStick));
     assert_eq!(l.controller.step(&good, Stick::Lever(&[0.0; 3]), &mut spool), Err(Fault::WrongStick("tip")));

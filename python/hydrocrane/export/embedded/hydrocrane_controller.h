@@ -1,0 +1,108 @@
+/* The controllers of hydrocrane for C programs: no heap, no operating system, double precision.
+ *
+ * SI units: s, m, rad, Pa (gauge). Joints and cylinders have the order of the machine file. No function but hydrocrane_text may run
+ * while another one works on the same memory. */
+#ifndef HYDROCRANE_CONTROLLER_H
+#define HYDROCRANE_CONTROLLER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a function answers; hydrocrane_text gives it in words. */
+typedef int32_t hydrocrane_status;
+enum {
+    HYDROCRANE_OK = 0,
+    HYDROCRANE_NULL_POINTER = 1,
+    /* Memory or numbers do not lie at a multiple of 8 bytes. */
+    HYDROCRANE_MISALIGNED = 2,
+    HYDROCRANE_TOO_LITTLE_MEMORY = 3,
+    /* The bytes are no parameters; are damaged; belong to another version of the library; have a number of joints for which the
+     * library was not compiled. */
+    HYDROCRANE_NO_PARAMETERS = 4,
+    HYDROCRANE_DAMAGED = 5,
+    HYDROCRANE_OTHER_VERSION = 6,
+    HYDROCRANE_OTHER_JOINTS = 7,
+    /* There is no controller in this memory. */
+    HYDROCRANE_NOT_CREATED = 8,
+    /* Time, a joint coordinate or a pressure that is NaN or infinite, or beyond 1e12. */
+    HYDROCRANE_BAD_MEASUREMENT = 9,
+    /* A deflection beyond -1 to 1 or NaN, or another number of axes than the mode has. */
+    HYDROCRANE_BAD_STICK = 10,
+    /* This controller does not take sticks of this mode. */
+    HYDROCRANE_WRONG_STICK = 11,
+    HYDROCRANE_NO_COMMAND = 12,
+    HYDROCRANE_NO_SET_POINT = 13,
+    HYDROCRANE_TOO_FEW_REVOLUTE = 14
+};
+
+/* A sample of the sensors. */
+typedef struct {
+    /* s; grows from sample to sample. */
+    double t;
+    /* One coordinate per joint, rad or m. */
+    const double *q;
+    /* Two pressures per cylinder, piston side then rod side, Pa. */
+    const double *p;
+} hydrocrane_sample;
+
+/* What the axes of the stick move. */
+enum {
+    /* Two axes: the tip forward and up (tip, heinze-pid). */
+    HYDROCRANE_TIP = 0,
+    /* One axis per cylinder (lever). */
+    HYDROCRANE_LEVERS = 1,
+    /* One axis per cylinder, while one joint holds the height of the tip (tip). */
+    HYDROCRANE_HEIGHT = 2
+};
+
+/* Makes a controller in `memory`: HYDROCRANE_MEMORY bytes at a multiple of 8, which stay in their place. */
+hydrocrane_status hydrocrane_create(void *memory, size_t bytes, const uint8_t *parameters, size_t length);
+
+/* Time between two samples, s; zero without a controller. */
+double hydrocrane_period(const void *memory);
+
+/* Starts anew from a first sample. */
+hydrocrane_status hydrocrane_reset(void *memory, const hydrocrane_sample *first);
+
+/* Takes one sample and writes one spool command per cylinder, m, positive extends. Unless the answer is HYDROCRANE_OK, all commands
+ * are zero: the spools are to be centred. */
+hydrocrane_status hydrocrane_step(void *memory, const hydrocrane_sample *now, int32_t mode, const double *axes, size_t count,
+                                  double *spool);
+
+/* Where the controller wants the tip, x and z, m. */
+hydrocrane_status hydrocrane_set_point(const void *memory, double place[2]);
+
+/* What has happened since the last call: a sum of the bits below. Only `tip` tells anything. */
+uint32_t hydrocrane_notices(void *memory);
+enum {
+    /* The tip stands though the stick is deflected: the load is too heavy for the supply pressure; the tip does not follow its
+     * set-point; a keep-out region; a dead centre where closed valves could not hold a joint; limits of joints. */
+    HYDROCRANE_STANDS_LOAD = 1 << 0,
+    HYDROCRANE_STANDS_LAG = 1 << 1,
+    HYDROCRANE_STANDS_REGION = 1 << 2,
+    HYDROCRANE_STANDS_HOLDING = 1 << 3,
+    HYDROCRANE_STANDS_RANGE = 1 << 4,
+    /* The tip sinks at rest, because the supply pressure cannot hold it. */
+    HYDROCRANE_SINKS = 1 << 5,
+    /* Closed valves cannot hold a joint: it runs away. */
+    HYDROCRANE_RUNS_AWAY = 1 << 6,
+    /* A cylinder does not hold its place, though nothing measures its load. */
+    HYDROCRANE_YIELDS = 1 << 7
+};
+
+/* A status in words; the text is constant. */
+const char *hydrocrane_text(hydrocrane_status status);
+
+/* YOUR PROGRAM MUST DEFINE THIS. The library calls it only where it finds a mistake of its own; the commands of the present step are
+ * zero by then. It closes the valves and must not return. */
+void hydrocrane_stop(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,178 @@
+"""Bad input of the controllers in C: a status that says what is wrong, commands of zero, never a crash."""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from c_controller import Sample, loaded, needs_compiler, needs_library
+
+import hydrocrane as hc
+from hydrocrane import _core
+
+pytestmark = [needs_compiler, needs_library]
+CRANE = "rottne-f9-lab"
+TIP, LEVERS, HEIGHT = 0, 1, 2
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    return loaded(tmp_path_factory.mktemp("library"))
+
+
+@pytest.fixture(scope="module")
+def block():
+    return _core.controller_parameters(hc.load_machine(CRANE).core, "tip")
+
+
+class Memory:
+    """Memory of a program at a multiple of 8 bytes, and a controller in it."""
+
+    def __init__(self, library, size):
+        self.library, self.size = library, size
+        self.words = np.zeros(size // 8 + 2, dtype=np.uint64)
+        self.spool = np.full(3, np.nan)
+
+    def create(self, parameters, size=None, offset=0):
+        size = self.size if size is None else size
+        return self.library.hydrocrane_create(self.words.ctypes.data + offset, size, parameters, len(parameters))
+
+    def sample(self, t=0.0, q=(1.9, 1.7, 0.0), p=(80e5, 60e5, 70e5, 90e5, 50e5, 60e5)):
+        self.q, self.p = np.array(q), np.array(p)
+        return Sample(t, self.q.ctypes.data, self.p.ctypes.data)
+
+    def reset(self, **sample):
+        return self.library.hydrocrane_reset(self.words.ctypes.data, ctypes.byref(self.sample(**sample)))
+
+    def step(self, axes=(0.0, 0.2), mode=TIP, count=None, **sample):
+        sticks = np.array(axes)
+        self.spool[:] = np.nan
+        return self.library.hydrocrane_step(
+            self.words.ctypes.data,
+            ctypes.byref(self.sample(**sample)),
+            mode,
+            sticks.ctypes.data,
+            len(axes) if count is None else count,
+            self.spool.ctypes.data,
+        )
+
+
+@pytest.fixture
+def memory(library, block):
+    """With a controller of three joints."""
+    memory = Memory(library, block[1])
+    assert memory.create(block[0]) == 0 and memory.reset() == 0
+    return memory
+
+
+def with_checksum(block: bytearray) -> bytes:
+    return bytes(block[:-8]) + struct.pack("<Q", zlib.crc32(block[:-8]))
+
+
+def test_sound_input_is_taken(memory):
+    assert memory.step() == 0 and np.all(np.isfinite(memory.spool)) and np.any(memory.spool)
+    assert memory.library.hydrocrane_period(memory.words.ctypes.data) == 0.01
+    place = np.zeros(2)
+    assert memory.library.hydrocrane_set_point(memory.words.ctypes.data, place.ctypes.data) == 0 and place[0] > 1.0
+    assert memory.library.hydrocrane_notices(memory.words.ctypes.data) == 0
+
+
+def test_memory_that_does_not_do_is_refused(library, block):
+    parameters, size = block
+    memory = Memory(library, size)
+    assert memory.create(parameters, offset=4) == 2
+    assert [memory.create(parameters, size=n) for n in (0, 8, 16, 1000)] == [3, 3, 3, 3]
+    assert library.hydrocrane_create(None, size, parameters, len(parameters)) == 1
+    assert library.hydrocrane_create(memory.words.ctypes.data, size, None, 0) == 1
+    assert memory.step() == 8, "nothing was created"
+    assert library.hydrocrane_period(memory.words.ctypes.data) == 0.0
+    assert library.hydrocrane_notices(None) == 0
+
+
+def test_parameters_that_are_none_are_refused(library, block):
+    parameters, size = block
+    memory = Memory(library, size)
+    assert [memory.create(bad) for bad in (b"\0", bytes(200), parameters[:20])] == [4, 4, 4]
+    assert [memory.create(bad) for bad in (parameters[:-8], parameters[:1000], parameters + bytes(8))] == [5, 5, 5]
+    for place in range(32, len(parameters), 97):
+        damaged = bytearray(parameters)
+        damaged[place] ^= 1
+        assert memory.create(bytes(damaged)) == 5, place
+    other = bytearray(parameters)
+    other[8] ^= 1
+    assert memory.create(with_checksum(other)) == 6
+    for joints in (0, 2, 9, 2**60):
+        other = bytearray(parameters)
+        other[24:32] = struct.pack("<Q", joints)
+        assert memory.create(with_checksum(other)) in (6, 7), joints
+    assert memory.create(parameters) == 0
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_reading_that_is_no_number_centres_the_spools(memory, bad):
+    assert memory.step() == 0
+    for sample in ({"t": bad}, {"q": (1.9, bad, 0.0)}, {"p": (80e5, 60e5, 70e5, 90e5, 50e5, bad)}):
+        assert memory.step(**sample) == 9
+        assert np.array_equal(memory.spool, np.zeros(3)), sample
+        assert memory.reset(**sample) == 9
+    assert memory.step() == 0 and np.all(np.isfinite(memory.spool))
+
+
+def test_a_stick_that_is_none_centres_the_spools(memory):
+    for axes in ((np.nan, 0.0), (0.0, 1.5), (0.0,), (0.0, 0.0, 0.0)):
+        assert memory.step(axes) == 10 and not np.any(memory.spool), axes
+    assert memory.step((0.0, 0.0, 0.0), mode=LEVERS) == 11
+    assert memory.step((0.0, 0.1, 0.0), mode=HEIGHT) == 0
+    assert memory.step((0.0, 0.0), mode=7) == 10
+    for huge in ((1e300, 0.0, 0.0), (0.0, 0.0, -1e300)):
+        assert memory.step(q=huge) == 9 and not np.any(memory.spool), huge
+
+
+def test_random_finite_input_never_stops_the_library(memory):
+    """Readings of all sizes, from a sensor's last bit to far beyond any machine."""
+    random = np.random.default_rng(7)
+    size = lambda n: random.choice([-1.0, 0.0, 1.0], n) * 10.0 ** random.uniform(-12.0, 12.0, n)  # noqa: E731
+    answers = set()
+    for k in range(1500):
+        near = k % 3 == 0
+        q = np.array([1.9, 1.7, 0.0]) + 0.1 * random.standard_normal(3) if near else size(3)
+        p = 70e5 + 20e5 * random.standard_normal(6) if near else size(6)
+        if k % 50 == 0:
+            memory.reset(q=q, p=p)
+        answers.add(memory.step(random.uniform(-1.0, 1.0, 2), t=0.01 * k, q=q, p=p))
+        assert np.all(np.isfinite(memory.spool)), (q, p)
+    assert 0 in answers and answers <= {0, 12}, answers
+
+
+def test_a_null_pointer_is_named(memory):
+    function, place = memory.library.hydrocrane_step, memory.words.ctypes.data
+    sample, axes = ctypes.byref(memory.sample()), np.zeros(2)
+    assert function(None, sample, TIP, axes.ctypes.data, 2, memory.spool.ctypes.data) == 1
+    assert function(place, None, TIP, axes.ctypes.data, 2, memory.spool.ctypes.data) == 1
+    assert function(place, sample, TIP, None, 2, memory.spool.ctypes.data) == 1
+    assert function(place, sample, TIP, axes.ctypes.data, 2, None) == 1
+    empty = ctypes.byref(Sample(0.0, None, None))
+    assert function(place, empty, TIP, axes.ctypes.data, 2, memory.spool.ctypes.data) == 1
+    assert memory.library.hydrocrane_reset(place, None) == 1
+
+
+def test_every_status_has_words(library):
+    texts = [library.hydrocrane_text(status).decode() for status in range(15)]
+    assert len(set(texts)) == 15 and "null" in texts[1] and "no status" in library.hydrocrane_text(99).decode()
+
+
+def test_what_cannot_be_exported_is_one_clear_error(tmp_path):
+    with pytest.raises(hc.InputError, match="heinze-pid"):
+        hc.export_controller(CRANE, tmp_path, controller="heinze")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(hc.ResultFileError, match="folder"):
+        hc.export_controller(CRANE, tmp_path / "file")
+    corners = [f"({5.0 + np.cos(a):.3f}, {5.0 + np.sin(a):.3f}) m" for a in np.linspace(0.0, 6.0, 20)]
+    file = tmp_path / "round.toml"
+    file.write_text(f'extends = "{CRANE}"\n[keep-out.round]\nclass = "assumed"\noutline = {corners}\n')
+    with pytest.raises(hc.InputError, match="16 corners"):
+        hc.export_controller(file, tmp_path / "c")
+    assert not (tmp_path / "c").exists()
