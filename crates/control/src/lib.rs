@@ -1,5 +1,6 @@
 //! Control: sees geometry and measurements, never the plant.
 
+mod braking;
 mod bristles;
 pub mod chamber_estimate;
 pub mod controller;
