@@ -1,4 +1,4 @@
-"""The set-point of a loader crane moves no faster than its cylinders can brake: stops are shorter, full sticks gentler."""
+"""The set-point moves no faster than the cylinders can brake: shorter stops, gentler full sticks of a loader crane."""
 
 import pytest
 
