@@ -100,10 +100,15 @@ pub struct Posture<const N: usize> {
 }
 
 impl<const N: usize> Posture<N> {
+    /// Way of the tip per way of a joint, m/rad or m/m.
+    pub fn tip_per_joint(&self, joint: usize) -> f64 {
+        let [x, z] = self.jacobian;
+        portable::hypot(x[joint], z[joint])
+    }
+
     /// Way of the tip per way of a piston.
     pub fn tip_per_stroke(&self, cylinder: usize) -> f64 {
-        let [x, z] = self.jacobian;
-        portable::hypot(x[cylinder], z[cylinder]) / self.lever_arm[cylinder].abs()
+        self.tip_per_joint(cylinder) / self.lever_arm[cylinder].abs()
     }
 }
 

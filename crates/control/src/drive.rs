@@ -142,7 +142,7 @@ const RANGE_RATE: f64 = 5.0;
 /// Rate at which it comes back, rad/s.
 const RETURN_RATE: f64 = 2.0;
 /// Largest speed that winds the oil, as a share of the full one without load.
-const MOST_WINDING: f64 = 0.1;
+pub const MOST_WINDING: f64 = 0.1;
 /// Corner of the low-pass on the speeds at the measured pressures, rad/s.
 const MOMENTARY_RATE: f64 = 20.0;
 /// Share of the forces between full pressure on the one side and on the other that the reference leaves for corrections.
@@ -338,6 +338,11 @@ impl Drive {
     /// Piston position that the next sample should find, m.
     pub fn foreseen(&self) -> f64 {
         self.observer.foreseen(self.expected, &self.observing)
+    }
+
+    /// Mean of the steady speeds at full stroke without a load, m/s.
+    pub fn full_speed_unloaded(&self) -> f64 {
+        self.steady.speed_unloaded()
     }
 
     /// Whether the supply pressure can move the load towards `sense` (+1 or -1).

@@ -21,10 +21,15 @@ pub struct Hold {
     pub share: f64,
     /// omega^2, 1/s^2; negative where the joint runs away.
     pub frequency: f64,
+    /// Sense in which the leverage of the cylinder grows, +1 or -1; zero where it stays.
+    pub away: f64,
 }
 
 /// Share h at which the reference stands.
 const STANDING: f64 = 0.6;
+/// Rate at which a joint is taken back per share that it lacks, rad/s or m/s, and the share h below which it is.
+const RETREAT: f64 = 0.6;
+const RETREATING: f64 = 0.5;
 /// A gain is borne in full by joints with this many times its frequency.
 const FREQUENCY_OVER_GAIN: f64 = 3.0;
 /// Step of the differences, rad or m.
@@ -39,6 +44,11 @@ pub struct Leave {
 }
 
 impl Hold {
+    /// Rate at which the joint is taken away from its dead centre, rad/s or m/s: not its reference, which it no longer follows.
+    pub fn retreat(&self) -> f64 {
+        self.away * RETREAT * (RETREATING - self.share).clamp(0.0, RETREATING)
+    }
+
     /// Share of a gain (1/s) that this joint bears.
     pub fn bearable(&self, gain: f64) -> f64 {
         (self.frequency / (FREQUENCY_OVER_GAIN * gain).square()).clamp(0.0, 1.0)
@@ -52,6 +62,7 @@ struct Stiffness {
     oil: f64,
     /// d tau/d q - F dg/dq, of the load.
     load: f64,
+    away: f64,
 }
 
 impl Stiffness {
@@ -76,6 +87,7 @@ impl<const N: usize> ControllerModel<N> {
         core::array::from_fn(|i| Hold {
             share: stiffness[i].share(),
             frequency: (stiffness[i].oil + stiffness[i].load) / mass[i][i],
+            away: stiffness[i].away,
         })
     }
 
@@ -89,7 +101,8 @@ impl<const N: usize> ControllerModel<N> {
             let beside = ChainPose::of(joints);
             let (here, there) = (self.lever_arm(pose, i), self.lever_arm(&beside, i));
             let slope = (torque(&beside)[i] / there - load[i] / here) * there / STEP;
-            Stiffness { oil: oil[i] * here.square(), load: slope }
+            let away = if there.abs() == here.abs() { 0.0 } else { (there.abs() - here.abs()).signum() };
+            Stiffness { oil: oil[i] * here.square(), load: slope, away }
         })
     }
 

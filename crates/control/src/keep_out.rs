@@ -57,6 +57,25 @@ pub struct KeepOut {
     pub rate: f64,
 }
 
+/// What a moment asks for beyond that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Caution {
+    /// Most of k, 1/s.
+    pub rate: f64,
+    /// How far the tip may be from where the sensors see it, m: added to the margin.
+    pub blur: f64,
+}
+
+impl Caution {
+    pub const NONE: Caution = Caution { rate: f64::INFINITY, blur: 0.0 };
+}
+
+/// How a border is neared: margin, m, and k, 1/s.
+struct Approach {
+    margin: f64,
+    rate: f64,
+}
+
 /// Approach relative to the speed that counts as motion along a border.
 const ALONG: f64 = 1e-9;
 /// Distance that counts as on the border, m.
@@ -142,7 +161,7 @@ impl Region {
     }
 
     /// What must not be neared further: every edge from outside, the nearest one from inside.
-    fn slowest(&self, keep: &KeepOut, place: [f64; 2], velocity: [f64; 2]) -> f64 {
+    fn slowest(&self, keep: &Approach, place: [f64; 2], velocity: [f64; 2]) -> f64 {
         // So far away the law allows any direction.
         if self.beyond(place, keep.margin + Vec2::<f64>::c(velocity).norm() / keep.rate) {
             return 1.0;
@@ -156,8 +175,9 @@ impl Region {
 
 impl KeepOut {
     /// `velocity` slowed down so that the regions are not neared too fast from `place`.
-    pub fn slowed(&self, place: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
-        let share = self.regions.iter().map(|r| r.slowest(self, place, velocity)).fold(1.0, f64::min);
+    pub fn slowed(&self, place: [f64; 2], velocity: [f64; 2], caution: &Caution) -> [f64; 2] {
+        let approach = Approach { margin: self.margin + caution.blur, rate: self.rate.min(caution.rate) };
+        let share = self.regions.iter().map(|r| r.slowest(&approach, place, velocity)).fold(1.0, f64::min);
         velocity.map(|v| share * v)
     }
 
@@ -166,15 +186,17 @@ impl KeepOut {
         self.regions.iter().map(|r| r.clearance(place).distance).fold(f64::INFINITY, f64::min)
     }
 
-    /// A place at the margin, the shortest way from `place` out of its nearest region; `None` where another region is there.
-    pub fn outside(&self, place: [f64; 2]) -> Option<[f64; 2]> {
+    /// A place at this `margin` (m), the shortest way from `place` out of its nearest region; `None` where another region is there.
+    pub fn outside(&self, place: [f64; 2], margin: f64) -> Option<[f64; 2]> {
         let ways = self.regions.iter().map(|region| region.clearance(place));
         let way = ways.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
-        let step = (self.margin - way.distance).max(0.0);
+        let step = (margin - way.distance).max(0.0);
         let there = [place[0] + step * way.normal[0], place[1] + step * way.normal[1]];
-        (self.distance(there) >= self.margin - 1e-6).then_some(there)
+        (self.distance(there) >= margin - 1e-6).then_some(there)
     }
+}
 
+impl Approach {
     /// Share of `velocity` that one border leaves.
     fn share(&self, border: &Clearance, velocity: [f64; 2]) -> f64 {
         let [vx, vz] = velocity;
@@ -248,30 +270,40 @@ mod tests {
     #[test]
     fn nears_a_border_exponentially_and_leaves_it_freely() {
         let keep = notched();
-        let v = keep.slowed([1.0, 1.25], [0.3, -0.6]);
+        let v = keep.slowed([1.0, 1.25], [0.3, -0.6], &Caution::NONE);
         assert!((v[1] + 2.0 * 0.2).abs() < 1e-12 && (v[0] + 0.5 * v[1]).abs() < 1e-12, "{v:?}");
         for free in [[0.3, 0.6], [0.7, 0.0]] {
-            assert_eq!(keep.slowed([1.0, 1.03], free), free);
+            assert_eq!(keep.slowed([1.0, 1.03], free, &Caution::NONE), free);
         }
-        assert_eq!(keep.slowed([1.0, 1.03], [0.7, -1e-3]), [0.0, 0.0]);
+        assert_eq!(keep.slowed([1.0, 1.03], [0.7, -1e-3], &Caution::NONE), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn caution_widens_the_margin_and_slows_the_approach() {
+        let keep = notched();
+        let caution = Caution { rate: 0.5, blur: 0.01 };
+        let v = keep.slowed([1.0, 1.25], [0.0, -0.6], &caution);
+        assert!((v[1] + 0.5 * 0.19).abs() < 1e-12, "{v:?}");
+        assert_eq!(keep.slowed([1.0, 1.055], [0.0, -0.6], &caution), [0.0, 0.0]);
+        assert_eq!(keep.slowed([1.0, 1.25], [0.0, 0.6], &caution), [0.0, 0.6]);
     }
 
     #[test]
     fn from_inside_only_the_way_out_is_open() {
         let keep = notched();
-        assert_eq!(keep.slowed([1.0, 0.9], [0.1, 0.2]), [0.1, 0.2]);
-        assert_eq!(keep.slowed([1.0, 0.9], [0.1, -0.2]), [0.0, 0.0]);
+        assert_eq!(keep.slowed([1.0, 0.9], [0.1, 0.2], &Caution::NONE), [0.1, 0.2]);
+        assert_eq!(keep.slowed([1.0, 0.9], [0.1, -0.2], &Caution::NONE), [0.0, 0.0]);
     }
 
     #[test]
     fn a_place_outside_is_at_the_margin_or_there_is_none() {
         let mut keep = notched();
         for place in [[1.0, 0.9], [0.0, 0.01], [5.0, 5.0]] {
-            let there = keep.outside(place).expect("free beside it");
+            let there = keep.outside(place, keep.margin).expect("free beside it");
             assert!(keep.distance(there) >= keep.margin - 1e-9, "{there:?}");
         }
         keep.regions.push(Region::new(vec![[0.5, 1.0], [2.0, 1.0], [2.0, 3.0], [0.5, 3.0]]));
-        assert_eq!(keep.outside([1.2, 0.99]), None);
+        assert_eq!(keep.outside([1.2, 0.99], keep.margin), None);
     }
 
     #[test]
@@ -284,7 +316,7 @@ mod tests {
             let rate = if k % 2 == 0 { 0.1 } else { 2.0 };
             for _ in 0..5 {
                 let v = [rate * (target[0] - place[0]), rate * (target[1] - place[1])];
-                let slowed = keep.slowed(place, v);
+                let slowed = keep.slowed(place, v, &Caution::NONE);
                 assert!((slowed[0] * v[1] - slowed[1] * v[0]).abs() < 1e-9, "turned");
                 // The longest sample for which k T <= 1.
                 place = [place[0] + 0.5 * slowed[0], place[1] + 0.5 * slowed[1]];

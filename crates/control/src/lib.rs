@@ -3,6 +3,7 @@
 //! Without the feature `std` it has neither a heap nor an operating system below it: no messages, and no monitor of the sensors.
 #![cfg_attr(not(feature = "std"), no_std)]
 
+mod braking;
 mod bristles;
 pub mod chamber_estimate;
 pub mod controller;

@@ -28,9 +28,14 @@ const HALVINGS: usize = 50;
 #[cfg(feature = "std")]
 const WITHIN_REACH: f64 = 1e-4;
 
-/// Why the tip cannot go to `place` (x, z), m; `None` where it can.
+/// Why the tip cannot go to `place` (x, z), m, with this margin to keep-out regions; `None` where it can.
 #[cfg(feature = "std")]
-pub fn refusal<const N: usize>(model: &ControllerModel<N>, keep_out: &KeepOut, place: [f64; 2]) -> Option<String> {
+pub fn refusal<const N: usize>(
+    model: &ControllerModel<N>,
+    keep_out: &KeepOut,
+    margin: f64,
+    place: [f64; 2],
+) -> Option<String> {
     if !place.iter().all(|r| r.is_finite()) {
         return Some("it is not a pair of finite numbers".to_string());
     }
@@ -40,12 +45,12 @@ pub fn refusal<const N: usize>(model: &ControllerModel<N>, keep_out: &KeepOut, p
         let near = PlaceName(found);
         return Some(format!("it is out of reach of the tip; the nearest place within reach is {near}"));
     }
-    (keep_out.distance(place) < keep_out.margin - WITHIN_REACH).then(|| {
-        let free = keep_out.outside(place).filter(|place| off(*place, nearest(model, *place)) <= WITHIN_REACH);
+    (keep_out.distance(place) < margin - WITHIN_REACH).then(|| {
+        let free = keep_out.outside(place, margin).filter(|place| off(*place, nearest(model, *place)) <= WITHIN_REACH);
         let outside = free.map(|place| format!("; {} is far enough", PlaceName(place)));
         format!(
             "it lies in a keep-out region, or nearer to it than the margin of {:.3} m{}",
-            keep_out.margin,
+            margin,
             outside.unwrap_or_default()
         )
     })

@@ -8,8 +8,9 @@
 //! Under levers that hold the height (docs/theory/control/height.md) the lags are those of the joints' rates.
 
 use crate::controller_model::{ControllerModel, Posture};
+use crate::drive::MOST_WINDING;
 use crate::holding::Leave;
-use crate::keep_out::KeepOut;
+use crate::keep_out::{Caution, KeepOut};
 use crate::redundancy::{level, level_within, resolve, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
 use hydrocrane_num::{portable, Real, Vec2};
@@ -88,9 +89,17 @@ impl<const K: usize> Lags<K> {
 }
 
 impl<const N: usize> Shape<N> {
-    /// Bandwidth of each lag where the crane's lowest natural frequency on its oil is `slowest_mode` (rad/s), rad/s.
-    pub fn bandwidth(&self, slowest_mode: f64) -> f64 {
-        self.stick_bandwidth.min(STICK_PER_MODE * slowest_mode)
+    /// Bandwidth of each lag where the crane's lowest natural frequency on its oil is `slowest_mode` (rad/s) and a motion uses
+    /// this share of a piston's full speed, rad/s.
+    pub fn bandwidth(&self, slowest_mode: f64, used: f64) -> f64 {
+        let slower = if used > WOUND_IN_FULL { (WOUND_IN_FULL / used).sqrt() } else { 1.0 };
+        let fast = ((slowest_mode / self.stick_bandwidth - 1.0) / (FAST_MODE - 1.0)).clamp(0.0, 1.0);
+        self.stick_bandwidth.min((slower + fast * (1.0 - slower)) * slowest_mode)
+    }
+
+    /// Rate of the slow-down before limits, 1/s: a faster one would ask for more than the lags at this `bandwidth` (rad/s) do.
+    fn slow_down(&self, bandwidth: f64) -> f64 {
+        self.limit_rate.min(bandwidth / core::f64::consts::E)
     }
 }
 
@@ -111,6 +120,12 @@ pub struct Means<const N: usize> {
     pub payload: f64,
     /// Lowest natural frequency of the crane on its oil, rad/s.
     pub slowest_mode: f64,
+    /// How far the tip may be from where the joint sensors see it, m.
+    pub blur: f64,
+    /// Full speeds of the pistons without a load, m/s.
+    pub full_speed: [f64; N],
+    /// Share of its speed that a tip far away leaves to the set-point.
+    pub following: f64,
 }
 
 /// The reference at one sample.
@@ -130,6 +145,10 @@ pub struct Reference<const N: usize> {
     pub pace: f64,
     /// What the oil that holds the joints left of the last step.
     pub leave: Leave,
+    /// Of each lag of the stick at the last sample, rad/s.
+    bandwidth: f64,
+    /// On the way to limits and regions.
+    caution: Caution,
     lags: Lags<2>,
     /// Of the joints' rates, under levers.
     joint_lags: Option<Lags<N>>,
@@ -156,6 +175,8 @@ impl<const N: usize> Reference<N> {
             scale: 1.0,
             pace: 0.0,
             leave: Leave { share: 1.0, joint: 0 },
+            bandwidth: f64::INFINITY,
+            caution: Caution::NONE,
             lags: Lags::at([0.0; 2]),
             joint_lags: None,
             period,
@@ -191,6 +212,7 @@ impl<const N: usize> Reference<N> {
 
     /// Where the set-point comes to rest when the stick is released now, if nothing slows it down, m.
     pub fn stopping_place(&self, bandwidth: f64) -> [f64; 2] {
+        let bandwidth = bandwidth.min(self.bandwidth);
         let kept = portable::exp(-bandwidth * self.period);
         let time = kept * self.period / (1.0 - kept);
         let [first, second] = self.joint_lags.map_or(self.lags, |_| Lags::at(self.of_tip(self.rates))).0;
@@ -200,8 +222,11 @@ impl<const N: usize> Reference<N> {
     /// Moves on by one period towards a wish.
     pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, wish: Wish<N>, now: &Means<N>) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
-        let bandwidth = shape.bandwidth(now.slowest_mode);
-        let shaped = self.shape_stick(shape, self.slowed(shape, wish), bandwidth);
+        self.caution = Caution { rate: shape.slow_down(shape.bandwidth(now.slowest_mode, 0.0)), blur: now.blur };
+        let wish = self.slowed(shape, wish);
+        let bandwidth = shape.bandwidth(now.slowest_mode, self.used(model, shape, &wish, now));
+        self.bandwidth = bandwidth;
+        let shaped = self.shape_stick(shape, wish, bandwidth);
         for i in (0..N).filter(|&i| self.joint_lags.is_none() && !self.leaders[i]) {
             self.q[i] = now.observed[i];
         }
@@ -219,12 +244,18 @@ impl<const N: usize> Reference<N> {
         let prefer = self.preference(model, shape, &posture, &now.piston, speed);
         let Motion { rates, scale } = self.motion(shape, &slowed, correction, &prefer);
         let next = core::array::from_fn(|i| self.q[i] + rates[i] * self.period);
-        let most = shape.limit_rate * self.period;
+        let most = self.caution.rate * self.period;
         let leave = model.leave([&self.q, &next], &now.held, now.payload, &now.stiffness, most);
         // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
         self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
         let pistons = core::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
-        let share = self.leave.share.min(model.pump_share(&pistons, &now.pressures));
+        let held = model.braking_share(&self.q, &rates, bandwidth, now);
+        if held < 1.0 {
+            // Lags that were wound up meanwhile would not let the set-point stop in time.
+            self.lags = Lags(self.lags.0.map(|lag| lag.map(|v| v * held)));
+            self.joint_lags = self.joint_lags.map(|lags| Lags(lags.0.map(|lag| lag.map(|v| v * held))));
+        }
+        let share = self.leave.share.min(model.pump_share(&pistons, &now.pressures)).min(held).min(now.following);
         let (rates, scale) = (rates.map(|rate| rate * share), scale * share);
         for r in 0..2 {
             self.set_point[r] += scale * velocity[r] * self.period;
@@ -238,6 +269,20 @@ impl<const N: usize> Reference<N> {
             *slow += share * ((rates[i] - self.rates[i]) / self.period - *slow);
         }
         (self.rates, self.scale, self.pace, self.posture) = (rates, scale, scale * speed, posture);
+    }
+
+    /// Largest share of a piston's full speed that the motion at hand or the wished one uses; only where it counts.
+    fn used(&self, model: &ControllerModel<N>, shape: &Shape<N>, wish: &Wish<N>, now: &Means<N>) -> f64 {
+        if shape.bandwidth(now.slowest_mode, 1.0) == shape.stick_bandwidth {
+            return 0.0;
+        }
+        let prefer = self.preference(model, shape, &self.posture, &now.piston, 0.0);
+        let wished = self.motion(shape, wish, [0.0; 2], &prefer).rates;
+        let used = |i: usize| {
+            let rate = wished[i].abs().max(self.rates[i].abs());
+            (rate * self.posture.lever_arm[i] / now.full_speed[i]).abs()
+        };
+        (0..N).map(used).fold(0.0, f64::max)
     }
 
     fn preference(
@@ -257,17 +302,17 @@ impl<const N: usize> Reference<N> {
                 let middle = 0.5 * (model.joint_limits[i][0] + model.joint_limits[i][1]);
                 shape.centring[i] * speed * (middle - self.q[i])
             }),
-            bounds: joint_rates(model, posture, &self.q, piston, shape.limit_rate),
+            bounds: joint_rates(model, posture, &self.q, piston, shape.limit_rate.min(self.caution.rate)),
         }
     }
 
     /// A wish slowed down before regions to keep out of.
     pub fn slowed(&self, shape: &Shape<N>, wish: Wish<N>) -> Wish<N> {
         match wish {
-            Wish::Tip(velocity) => Wish::Tip(shape.keep_out.slowed(self.set_point, velocity)),
+            Wish::Tip(velocity) => Wish::Tip(shape.keep_out.slowed(self.set_point, velocity, &self.caution)),
             Wish::Joints(_) => {
                 let velocity = self.towards(shape, &wish);
-                let left = Vec2::<f64>::c(shape.keep_out.slowed(self.set_point, velocity)).norm();
+                let left = Vec2::<f64>::c(shape.keep_out.slowed(self.set_point, velocity, &self.caution)).norm();
                 wish.scaled(left / Vec2::<f64>::c(velocity).norm().max(f64::MIN_POSITIVE))
             }
         }
@@ -344,9 +389,13 @@ impl<const N: usize> Reference<N> {
     }
 }
 
-/// Bandwidth of the stick's lags in lowest natural frequencies of the crane on its oil: what is asked for faster winds the oil more
-/// than it moves the crane.
-const STICK_PER_MODE: f64 = 1.0;
+/// Share of a piston's full speed from which on the lags are slower than the lowest mode of the crane on its oil. A motion that
+/// starts or stops with the speed v behind lags of the bandwidth w winds the oil with v/e (w/w_1)^2: of what the drive gives for that,
+/// a part is left for corrections.
+const WOUND_IN_FULL: f64 = PLANNED_WINDING * MOST_WINDING * core::f64::consts::E;
+const PLANNED_WINDING: f64 = 0.7;
+/// Lowest mode, in bandwidths of the stick, from which on the lags stay as they are: they wind the oil with a sixth of the speed at most.
+const FAST_MODE: f64 = 1.5;
 /// Corner of the low-pass on the acceleration, in bandwidths of the stick.
 const ACCELERATION_PER_STICK: f64 = 5.0;
 /// Share of a lost path that is found again in a period, at most: more than all of it would overshoot.

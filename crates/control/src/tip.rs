@@ -74,6 +74,8 @@ struct State<const N: usize> {
     slowest: f64,
     /// Whether the forces of all cylinders are known at this sample.
     forces_known: bool,
+    /// How far the tip may be from where the joint sensors see it, m.
+    blur: f64,
     /// Since the set-point stopped, s.
     still: f64,
     standstill: Standstill,
@@ -98,6 +100,9 @@ const BLOCKED: f64 = 0.1;
 /// Time after which a tip counts as held, s: longer than half a swing of a boom on its oil.
 const LED_BACK: f64 = 1.5;
 
+/// Distance of the tip from its set-point at which this stands, in those at which it begins to wait.
+const FARTHEST: f64 = 3.0;
+
 /// Speed below which a tip on its way to a goal may count as standing, m/s.
 const CREEPING: f64 = 2e-3;
 /// Distance of the tip from a goal at which it is there, m.
@@ -112,6 +117,9 @@ const BEHIND: f64 = 0.25;
 /// levers still ask for something, so that whoever holds them is told why the tip stands.
 const LEAST_LEVER_ARM: f64 = 1e-3;
 const LEAST_LIFT: f64 = 0.1;
+
+/// What a reading is off the truth by, in counts of its sensor, at most.
+const HALF_A_COUNT: f64 = 0.5;
 
 /// Steps that find a missing joint coordinate.
 const NEWTON: usize = 2;
@@ -193,6 +201,7 @@ impl<const N: usize> State<N> {
             weighing: Weighing::new(n.mechanics.bodies.iter().map(|body| body.mass).sum(), s.period),
             slowest: f64::INFINITY,
             forces_known: true,
+            blur: 0.0,
             still: s.settling,
             standstill: Standstill::default(),
             unheld: [false; N],
@@ -320,7 +329,7 @@ impl<const N: usize> State<N> {
         // The share of the speed may change on the way.
         let same = |travel: &Travel| (travel.goal.given, travel.goal.place) == (goal.given, goal.place);
         let mut travel = self.travel.filter(same).unwrap_or_else(|| Travel::to(goal, self.asked));
-        let bandwidth = s.shape.bandwidth(self.slowest);
+        let bandwidth = s.shape.bandwidth(self.slowest, 0.0);
         let from = self.reference.stopping_place(bandwidth);
         let left = core::array::from_fn(|r| goal.place[r] - from[r]);
         let speed = goal.share * goal.speed.unwrap_or(s.full_speed);
@@ -433,6 +442,7 @@ impl<const N: usize> State<N> {
             let moment = Moment { stroke: measured.stroke[c], p: p[c] };
             self.drives[c].measure(&moment, piston_counts[c], !missing, self.slowest);
         }
+        self.blur = HALF_A_COUNT * (0..N).map(|i| measured.tip_per_joint(i) * counts[i]).sum::<f64>();
         let stiffness = self.of_each(Drive::stiffness);
         let force = self.of_each(Drive::carrying);
         self.forces_known = !gaps.iter().any(|gap| matches!(gap, Signal::Pressure(..)));
@@ -477,6 +487,9 @@ impl<const N: usize> State<N> {
                 held,
                 payload: self.payload,
                 slowest_mode: self.slowest,
+                blur: self.blur,
+                full_speed: self.drives.map(|drive| drive.full_speed_unloaded()),
+                following: ((FARTHEST - lag.norm() / s.lag_limit) / (FARTHEST - 1.0)).clamp(0.0, 1.0),
             };
             self.reference.advance(model, &s.shape, wish.scaled(waiting), &now);
             self.look_for_standstill(model, s, &wish, &now, waiting);
@@ -487,7 +500,9 @@ impl<const N: usize> State<N> {
         let inertia = modes.torque(&modes.of_motion(&self.reference.acceleration));
         let load = model.cylinder_force(&self.reference.q, &rates, model.payload);
         let mut demands: [Demand; N] = core::array::from_fn(|c| {
-            let speed = self.reference.posture.lever_arm[c] * rates[c];
+            let retreat = holding[c].retreat();
+            let speed = self.reference.posture.lever_arm[c] * rates[c] + measured.lever_arm[c] * retreat;
+            let rest = rest && retreat == 0.0;
             // Near a dead centre a torque is no cylinder force, and a pose can have no modes.
             let inertia =
                 Some(inertia[c] / self.reference.posture.lever_arm[c]).filter(|f| f.is_finite()).unwrap_or(0.0);
@@ -574,7 +589,9 @@ impl<const N: usize> Controller for Tip<N> {
 
     #[cfg(feature = "std")]
     fn refuses(&self, place: [f64; 2]) -> Option<String> {
-        reach::refusal(&self.model, &self.settings.shape.keep_out, place)
+        let keep_out = &self.settings.shape.keep_out;
+        let margin = keep_out.margin + self.state.as_ref().map_or(0.0, |state| state.blur);
+        reach::refusal(&self.model, keep_out, margin, place)
     }
 
     fn heading(&self) -> bool {

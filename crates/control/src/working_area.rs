@@ -4,7 +4,7 @@
 //! joints; one that leaps is accepted or not.
 
 use crate::controller_model::ControllerModel;
-use crate::keep_out::KeepOut;
+use crate::keep_out::{Caution, KeepOut};
 use crate::redundancy::{resolve, Preference, Task};
 use crate::slow_down::joint_rates;
 
@@ -31,7 +31,7 @@ impl WorkingArea {
         place: [f64; 2],
         velocity: [f64; 2],
     ) -> [f64; 2] {
-        let velocity = self.keep_out.slowed(place, velocity);
+        let velocity = self.keep_out.slowed(place, velocity, &Caution::NONE);
         let posture = model.posture(q);
         let any_speed = [[f64::NEG_INFINITY, f64::INFINITY]; N];
         let mut bounds = joint_rates(model, &posture, q, &any_speed, self.limit_rate);

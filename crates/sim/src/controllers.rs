@@ -65,7 +65,7 @@ pub const TIP_GAINS: [(&str, f64); 15] = [
     ("keep-out-margin", KEEP_OUT_MARGIN),
     ("telescope-centring", 0.5),
     ("position-gain", 4.0),
-    ("damping-ratio", 0.25),
+    ("damping-ratio", 0.4),
     ("quiet-speed", 7e-4),
     ("observer-bandwidth", 5.0),
     ("pressure-bandwidth", 85.0),

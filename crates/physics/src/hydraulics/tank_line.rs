@@ -53,7 +53,7 @@ pub struct Return<T> {
 
 impl<T: Copy> TankLine<T> {
     /// The same with `f` of every number.
-    pub fn map<U>(&self, f: &mut impl FnMut(T) -> U) -> TankLine<U> {
+    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> TankLine<U> {
         TankLine {
             volume: self.volume.map(f),
             tank: f(self.tank),

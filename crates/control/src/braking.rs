@@ -1,0 +1,99 @@
+//! How fast a motion may be so that the cylinders can end it.            theory: docs/theory/control/braking.md
+//!
+//! low <= (tau(q, q', -n w/e q')/g)_c <= high    at every stage of a stop,    h_i(q + 3 q'/w) >= 0.85
+//!
+//! | symbol    | meaning                                                                                  | unit  |
+//! | tau       | torques of the joints at a stage: load, Coriolis and inertia                             | N m or N |
+//! | w         | bandwidth of the stick's two lags, which decelerate by w/e of the speed at most          | rad/s |
+//! | n         | forces of a stop in those without swings                                                 | -     |
+//! | low, high | forces of nearly the supply pressure on either side                                      | N     |
+//! | h         | share of `holding`: how the oil holds a joint                                            | -     |
+//!
+//! Near a dead centre the lever arm g vanishes, and with it what a cylinder can do against the mass that it moves.
+
+use crate::controller_model::{ControllerModel, CylinderModel};
+use crate::set_point::Means;
+
+/// Pressure that a stop may plan with, in supply pressures: where the piston draws from the supply, and where a closing edge stops
+/// oil that the load pushes out, which no supply limits. Cylinders without a rating are rated for 1.5.
+const DRAWN: f64 = 0.95;
+const HELD_BACK: f64 = 1.3;
+/// n: the oil swings beyond the force of a stop behind lags near its lowest mode.
+const SWING: f64 = 2.2;
+/// Share of the forces from full pressure on the one side to full pressure on the other that a stop may always take: where a load
+/// leaves nothing, the tip still creeps.
+const LEAST: f64 = 0.02;
+/// Share h that every joint has at the end of its way, unless it is no worse than here, and that way, in v/w.
+const HELD: f64 = 0.85;
+const WAY_HELD: f64 = 3.0;
+/// Halvings that find the share.
+const HALVINGS: usize = 10;
+
+/// A stage of a stop behind two lags: way since the stick was released, in v/w, and share of the speed that is left.
+struct Stage {
+    way: f64,
+    speed: f64,
+}
+
+/// The beginning, the steepest deceleration (1/w after it, at 2/e of the speed) and the end.
+const STAGES: [Stage; 3] =
+    [Stage { way: 0.0, speed: 1.0 }, Stage { way: 0.9, speed: 0.736 }, Stage { way: 2.0, speed: 0.0 }];
+
+impl CylinderModel {
+    /// Lowest and highest force that a stop from this `speed` (m/s) may plan with, N.
+    fn braking_forces(&self, supply: f64, tank: f64, speed: f64) -> [f64; 2] {
+        let highest = |held_back: bool| supply * if held_back { HELD_BACK } else { DRAWN };
+        [self.chambers.force(tank, highest(speed > 0.0)), self.chambers.force(highest(speed < 0.0), tank)]
+    }
+}
+
+impl<const N: usize> ControllerModel<N> {
+    /// Share of the joint `rates` (rad/s or m/s) of a reference at `q` that the cylinders can bring to rest behind two lags of this
+    /// `bandwidth` (rad/s).
+    pub fn braking_share(&self, q: &[f64; N], rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> f64 {
+        let borne = |share: f64| {
+            let rates = rates.map(|rate| share * rate);
+            STAGES.iter().all(|stage| self.brakes(q, &rates, now.payload, bandwidth, stage))
+                && self.ends_held(&rates, bandwidth, now)
+        };
+        if rates.iter().all(|rate| *rate == 0.0) || borne(1.0) {
+            return 1.0;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            *(if borne(middle) { &mut low } else { &mut high }) = middle;
+        }
+        low
+    }
+
+    /// Whether the cylinders bear the deceleration of a motion from `q` at one of its stages.
+    fn brakes(&self, q: &[f64; N], rates: &[f64; N], payload: f64, bandwidth: f64, stage: &Stage) -> bool {
+        let time = stage.way / bandwidth;
+        let place: [f64; N] = core::array::from_fn(|i| {
+            let [low, high] = self.joint_limits[i];
+            (q[i] + time * rates[i]).clamp(low.min(q[i]), high.max(q[i]))
+        });
+        let pose = self.mechanics.pose(&place);
+        let steepest = SWING * bandwidth / core::f64::consts::E;
+        let (speed, acceleration) = (rates.map(|rate| stage.speed * rate), rates.map(|rate| -steepest * rate));
+        let still = self.mechanics.inverse_dynamics(&pose, &[0.0; N], None, payload);
+        let stopping = self.mechanics.inverse_dynamics(&pose, &speed, Some(&acceleration), payload);
+        (0..N).all(|c| {
+            let lever_arm = self.lever_arm(&pose, c);
+            let [low, high] = self.cylinders[c].braking_forces(self.supply, self.tank, lever_arm * rates[c]);
+            let least = LEAST * (high - low);
+            let (force, more) = (stopping[c] / lever_arm, (stopping[c] - still[c]) / lever_arm);
+            // At a dead centre itself the quotients are not numbers: no motion ends there.
+            (force <= high || more <= least) && (force >= low || more >= -least)
+        })
+    }
+
+    /// Whether closed valves hold the joints where a motion of the crane ends.
+    fn ends_held(&self, rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> bool {
+        let time = WAY_HELD / bandwidth;
+        let end = core::array::from_fn(|i| now.observed[i] + time * rates[i]);
+        let there = self.holding(&end, now.payload, &now.stiffness);
+        (0..N).all(|i| there[i].share >= HELD.min(now.held[i]))
+    }
+}
