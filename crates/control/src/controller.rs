@@ -87,7 +87,7 @@ pub enum Stick<'a> {
 /// Why a controller gave no usable command. The loop closes the valves and records it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
-    #[error("measurement `{0}` is not a finite number")]
+    #[error("measurement `{0}` is not a finite number, or is beyond 1e12")]
     BadMeasurement(Reading),
     #[error("the stick is not a finite number between -1 and 1")]
     BadStick,

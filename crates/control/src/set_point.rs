@@ -327,6 +327,19 @@ impl<const N: usize> Reference<N> {
         }
     }
 
+    /// Rates of the joints that levers ask for while one joint holds the height: at full lever the speeds `full` of the pistons,
+    /// retracting and extending, or less where the height could not be held as fast.
+    pub fn lever_rates(&self, shape: &Shape<N>, full: &[[f64; 2]; N], levers: &[f64; N]) -> [f64; N] {
+        let (posture, follower) = (&self.posture, shape.height_joint);
+        let lift = posture.jacobian[1];
+        let full = |i: usize, sense: usize| full[i][sense] / posture.lever_arm[i].abs().max(LEAST_LEVER_ARM);
+        let held = full(follower, 0).min(full(follower, 1)) * lift[follower].abs().max(LEAST_LIFT);
+        core::array::from_fn(|i| {
+            let most = if i == follower { f64::INFINITY } else { held / lift[i].abs() };
+            (levers[i] * full(i, usize::from(levers[i] > 0.0)).min(most)) * posture.lever_arm[i].signum()
+        })
+    }
+
     /// Joints whose bound alone keeps the tip from moving as wished, each with the rate (rad/s or m/s) that it
     /// would have without; zero for all others. Less than the share `least` of the velocity counts as standing.
     pub fn obstacles(
@@ -400,6 +413,10 @@ const FAST_MODE: f64 = 1.5;
 const ACCELERATION_PER_STICK: f64 = 5.0;
 /// Share of a lost path that is found again in a period, at most: more than all of it would overshoot.
 const MOST_CORRECTED: f64 = 0.5;
+/// Guards of levers near a dead centre, m/rad, and where the joint that holds the height lifts nothing, m/rad or m/m: there the
+/// levers still ask for something, so that whoever holds them is told why the tip stands.
+const LEAST_LEVER_ARM: f64 = 1e-3;
+const LEAST_LIFT: f64 = 0.1;
 /// Set-point speed that counts as standing, m/s.
 pub const STANDING: f64 = 1e-4;
 /// Guards of the weights near a dead centre and for a piston that cannot move.

@@ -34,17 +34,20 @@ pub fn joint_rates<const N: usize>(
     })
 }
 
-/// Joint coordinates and pressures as arrays; the fault names the first that is missing or not finite.
+/// Readings beyond that (rad, m or Pa) come from no sensor; squares of much larger ones would overflow.
+pub const LARGEST_READING: f64 = 1e12;
+
+/// Joint coordinates and pressures as arrays; the fault names the first that is missing, not finite or beyond [`LARGEST_READING`].
 pub fn checked<const N: usize>(m: &Measurement) -> Result<([f64; N], [[f64; 2]; N]), Fault> {
     let bad = |reading| Err(Fault::BadMeasurement(reading));
     if !m.t.is_finite() {
         return bad(Reading::Time);
     }
     for i in 0..N {
-        if !m.q.get(i).is_some_and(|q| q.is_finite()) {
+        if !m.q.get(i).is_some_and(|q| q.abs() <= LARGEST_READING) {
             return bad(Reading::Joint(i));
         }
-        if !m.p.get(i).is_some_and(|p| p[0].is_finite() && p[1].is_finite()) {
+        if !m.p.get(i).is_some_and(|p| p.iter().all(|p| p.abs() <= LARGEST_READING)) {
             return bad(Reading::Pressures(i));
         }
     }
@@ -98,6 +101,8 @@ mod tests {
         let m = Measurement { t: 0.0, q: &[0.0], p: &p };
         assert_eq!(checked::<1>(&m), Err(Fault::BadMeasurement(Reading::Pressures(0))));
         assert_eq!(checked::<2>(&m).map(|_| ()), Err(Fault::BadMeasurement(Reading::Pressures(0))));
+        let far = Measurement { q: &[-1e300], p: &[[0.0; 2]], ..m };
+        assert_eq!(checked::<1>(&far), Err(Fault::BadMeasurement(Reading::Joint(0))));
         assert_eq!(checked_stick(Stick::Tip([0.0, f64::NAN])), Err(Fault::BadStick));
         assert_eq!(checked_stick(Stick::Lever(&[0.0])), Err(Fault::WrongStick("tip")));
     }

@@ -113,11 +113,6 @@ const CORRECTING: f64 = 4.0;
 /// How far the tip may be behind a set-point that accelerates, as a share of the lag at which it waits.
 const BEHIND: f64 = 0.25;
 
-/// Guards of levers near a dead centre, m/rad, and where the joint that holds the height lifts nothing, m/rad or m/m: there the
-/// levers still ask for something, so that whoever holds them is told why the tip stands.
-const LEAST_LEVER_ARM: f64 = 1e-3;
-const LEAST_LIFT: f64 = 0.1;
-
 /// What a reading is off the truth by, in counts of its sensor, at most.
 const HALF_A_COUNT: f64 = 0.5;
 
@@ -303,25 +298,12 @@ impl<const N: usize> State<N> {
         let wish = match stick {
             Wanted::Goal(goal) => return Wish::Tip(self.towards_goal(s, goal)),
             Wanted::Velocity(velocity) => Wish::Tip(velocity),
-            Wanted::Levers(levers) => Wish::Joints(self.rates(s, &levers)),
+            Wanted::Levers(levers) => Wish::Joints(self.reference.lever_rates(&s.shape, &s.lever_speeds, &levers)),
         };
         if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
             self.news.tell(Notice::GivenUp { place: travel.goal.name(), cancelled: wish.is_zero() });
         }
         wish
-    }
-
-    /// Rates of the joints that levers ask for while one joint holds the height: at full lever what the valve gives without
-    /// load, or less where the height could not be held as fast.
-    fn rates(&self, s: &Settings<N>, levers: &[f64; N]) -> [f64; N] {
-        let (posture, follower) = (&self.reference.posture, s.shape.height_joint);
-        let lift = posture.jacobian[1];
-        let full = |i: usize, sense: usize| s.lever_speeds[i][sense] / posture.lever_arm[i].abs().max(LEAST_LEVER_ARM);
-        let held = full(follower, 0).min(full(follower, 1)) * lift[follower].abs().max(LEAST_LIFT);
-        core::array::from_fn(|i| {
-            let most = if i == follower { f64::INFINITY } else { held / lift[i].abs() };
-            (levers[i] * full(i, usize::from(levers[i] > 0.0)).min(most)) * posture.lever_arm[i].signum()
-        })
     }
 
     /// The velocity that leads to a goal, m/s.

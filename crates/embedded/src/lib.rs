@@ -11,6 +11,7 @@ use core::ffi::c_char;
 use core::sync::atomic::{AtomicPtr, AtomicUsize, Ordering};
 use hydrocrane_control::controller::{Measurement, Stick};
 use hydrocrane_control::parameter_block;
+use hydrocrane_control::slow_down::LARGEST_READING;
 use running::{Head, Running};
 use status::Status;
 
@@ -114,9 +115,6 @@ pub unsafe extern "C" fn hydrocrane_period(memory: *const u8) -> f64 {
     sized!(joints, N => unsafe { &*memory.cast::<Running<N>>() }.period(), else 0.0)
 }
 
-/// Readings beyond that (rad, m or Pa) come from no sensor; squares of much larger ones would overflow.
-const LARGEST: f64 = 1e12;
-
 /// The measurement of a sample with `N` joints.
 ///
 /// # Safety
@@ -132,7 +130,7 @@ unsafe fn measured<'a, const N: usize>(sample: *const Sample) -> Result<Measurem
     }
     // SAFETY: the caller's promise.
     let (q, p) = unsafe { (core::slice::from_raw_parts(*q, N), core::slice::from_raw_parts(*p, N)) };
-    if q.iter().chain(p.as_flattened()).any(|reading| reading.abs() > LARGEST) {
+    if q.iter().chain(p.as_flattened()).any(|reading| reading.abs() > LARGEST_READING) {
         return Err(Status::BadMeasurement);
     }
     Ok(Measurement { t: *t, q, p })

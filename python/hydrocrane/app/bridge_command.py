@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import hydrocrane as hc
 from hydrocrane.app.bridge import Bridge
 from hydrocrane.app.bridge_parts import Control, Driven, Part, Plant
-from hydrocrane.app.bridge_transport import address_of, is_local, transport_of
+from hydrocrane.app.bridge_transport import Transport, Udp, address_of, is_local
 from hydrocrane.app.console import say, warn
 from hydrocrane.app.options import is_scenario, pose
 from hydrocrane.errors import InputError
@@ -53,6 +53,22 @@ def part_of(
         return Driven(plan)
     machine = plan.load_machine()
     return Plant(machine, plan.initial_state(machine), seconds, sensors=sensors)
+
+
+def transport_of(url: str) -> Transport:
+    """An open transport of this address.
+
+    Raises
+    ------
+    InputError
+        A wrong address, one that cannot be had, or ``ws://`` without the package that it needs.
+    """
+    address = address_of(url)
+    if address.scheme == "udp":
+        return Udp(address)
+    from hydrocrane.app.bridge_websocket import WebSocket
+
+    return WebSocket(address)
 
 
 def serve_bridge(part: Part, url: str, watchdog: str) -> None:

@@ -1,4 +1,4 @@
-"""How packets reach the bridge: ``udp://`` here, ``ws://`` in ``bridge_websocket``."""
+"""How packets reach the bridge: addresses, what a transport is, and ``udp://``."""
 
 from __future__ import annotations
 
@@ -126,19 +126,3 @@ class Udp:
 
     def close(self) -> None:
         self._socket.close()
-
-
-def transport_of(url: str) -> Transport:
-    """An open transport of this address.
-
-    Raises
-    ------
-    InputError
-        A wrong address, one that cannot be had, or ``ws://`` without the package that it needs.
-    """
-    address = address_of(url)
-    if address.scheme == "udp":
-        return Udp(address)
-    from hydrocrane.app.bridge_websocket import WebSocket
-
-    return WebSocket(address)

@@ -11,9 +11,9 @@ from contextlib import ExitStack, contextmanager
 from websockets.sync.client import connect
 
 from hydrocrane.app.bridge import Bridge
-from hydrocrane.app.bridge_command import part_of
+from hydrocrane.app.bridge_command import part_of, transport_of
 from hydrocrane.app.bridge_packets import HEADER, Flag, Kind, Packet
-from hydrocrane.app.bridge_transport import address_of, transport_of
+from hydrocrane.app.bridge_transport import address_of
 
 HERE = "127.0.0.1"
 

@@ -18,10 +18,14 @@ from websockets.sync.client import connect
 
 import hydrocrane as hc
 from hydrocrane.app import bridge_websocket
-from hydrocrane.app.bridge_command import part_of
+from hydrocrane.app.bridge_command import part_of, transport_of
 from hydrocrane.app.bridge_packets import Kind, Packet
-from hydrocrane.app.bridge_transport import transport_of
 
+# Of the page: whether the tip has risen so far.
+RISES = """(height) => {
+    const row = [...document.querySelectorAll("tr")].find((row) => row.textContent.includes("tip.z"));
+    return Number(row.cells[1].textContent) > height;
+}"""
 HOWTO = Path(__file__).parents[3] / "docs/howto"
 
 
@@ -117,8 +121,7 @@ def test_a_page_in_a_browser_drives_a_crane(browser):
         page.wait_for_function("[...document.querySelectorAll('td')].every((cell) => cell.textContent)")
         before = float(height.inner_text())
         page.locator("input[name='stick.z']").fill("0.5")
-        page.wait_for_timeout(1500)
-        assert float(height.inner_text()) > before + 0.01
+        page.wait_for_function(RISES, arg=before + 0.01)
         assert not page.inner_text("#problem")
         page.close()
     pages.shutdown()
