@@ -189,8 +189,8 @@ SOAKED = """
 the ends of both axes. *Beyond limits* is a joint's largest excursion beyond its range, as a share of it; *alarms* are
 warnings and events other than those that say why the tip stands. Cylinders are rated for 1.5 times the supply pressure.
 At its own full speed, sticks at their ends demand more of `hiab-xs031` than its oil can follow: pressures exceed the
-rating. In some drives the lift comes nearer to its dead centre than closed valves hold it, and the half tonne at the
-tip falls; the figures of the row include this.
+rating, and the tip comes far from its set-point. [Braking](../theory/control/braking.md) reduced this: without it the
+pressure reached 3.87 times the supply pressure, and joints 46 % of their range beyond their limits.
 
 """
 PUSHED = """
