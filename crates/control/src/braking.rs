@@ -13,6 +13,8 @@
 
 use crate::controller_model::{ControllerModel, CylinderModel};
 use crate::set_point::Means;
+use core::cell::LazyCell;
+use hydrocrane_num::bisect;
 
 /// Pressure that a stop may plan with, in supply pressures: where the piston draws from the supply, and where a closing edge stops
 /// oil that the load pushes out, which no supply limits. Cylinders without a rating are rated for 1.5.
@@ -59,12 +61,7 @@ impl<const N: usize> ControllerModel<N> {
         if rates.iter().all(|rate| *rate == 0.0) || borne(1.0) {
             return 1.0;
         }
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            *(if borne(middle) { &mut low } else { &mut high }) = middle;
-        }
-        low
+        bisect(0.0, 1.0, HALVINGS, borne)
     }
 
     /// Whether the cylinders bear the deceleration of a motion from `q` at one of its stages.
@@ -77,15 +74,17 @@ impl<const N: usize> ControllerModel<N> {
         let pose = self.mechanics.pose(&place);
         let steepest = SWING * bandwidth / core::f64::consts::E;
         let (speed, acceleration) = (rates.map(|rate| stage.speed * rate), rates.map(|rate| -steepest * rate));
-        let still = self.mechanics.inverse_dynamics(&pose, &[0.0; N], None, payload);
+        // Hardly ever asked for: usual motions are borne in full.
+        let still = LazyCell::new(|| self.mechanics.inverse_dynamics(&pose, &[0.0; N], None, payload));
         let stopping = self.mechanics.inverse_dynamics(&pose, &speed, Some(&acceleration), payload);
         (0..N).all(|c| {
             let lever_arm = self.lever_arm(&pose, c);
             let [low, high] = self.cylinders[c].braking_forces(self.supply, self.tank, lever_arm * rates[c]);
             let least = LEAST * (high - low);
-            let (force, more) = (stopping[c] / lever_arm, (stopping[c] - still[c]) / lever_arm);
+            let force = stopping[c] / lever_arm;
+            let more = || (stopping[c] - still[c]) / lever_arm;
             // At a dead centre itself the quotients are not numbers: no motion ends there.
-            (force <= high || more <= least) && (force >= low || more >= -least)
+            (force <= high || more() <= least) && (force >= low || more() >= -least)
         })
     }
 

@@ -3,6 +3,7 @@
 //! What an operator without crane-tip control has. Nothing is measured, nothing is corrected.
 
 use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::slow_down::checked_levers;
 
 /// Spool command = deflection times the full spool stroke.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,9 +30,7 @@ impl<const N: usize> Controller for Lever<N> {
 
     fn step(&mut self, _measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
         let Stick::Lever(axes) = stick else { return Err(Fault::WrongStick("lever")) };
-        if axes.len() != N || axes.iter().any(|d| d.is_nan() || d.abs() > 1.0) {
-            return Err(Fault::BadStick);
-        }
+        let axes = checked_levers::<N>(axes)?;
         for ((command, deflection), full) in spool.iter_mut().zip(axes).zip(self.full) {
             *command = deflection * full;
         }

@@ -7,7 +7,7 @@
 use crate::controller_model::ControllerModel;
 #[cfg(feature = "std")]
 use crate::{controller::PlaceName, keep_out::KeepOut};
-use hydrocrane_num::Vec2;
+use hydrocrane_num::{bisect, Vec2};
 
 /// Poses along each joint to begin from, as shares of its range.
 const STARTS: [f64; 3] = [0.1, 0.5, 0.9];
@@ -92,12 +92,7 @@ fn bounds<const N: usize>(model: &ControllerModel<N>, i: usize) -> [f64; 2] {
         if clear(end) || !clear(middle) {
             return end;
         }
-        let (mut inside, mut outside) = (middle, end);
-        for _ in 0..HALVINGS {
-            let between = 0.5 * (inside + outside);
-            *(if clear(between) { &mut inside } else { &mut outside }) = between;
-        }
-        inside
+        bisect(middle, end, HALVINGS, clear)
     })
 }
 

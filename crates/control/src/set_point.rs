@@ -92,7 +92,7 @@ impl<const N: usize> Shape<N> {
     /// Bandwidth of each lag where the crane's lowest natural frequency on its oil is `slowest_mode` (rad/s) and a motion uses
     /// this share of a piston's full speed, rad/s.
     pub fn bandwidth(&self, slowest_mode: f64, used: f64) -> f64 {
-        let slower = if used > WOUND_IN_FULL { (WOUND_IN_FULL / used).sqrt() } else { 1.0 };
+        let slower = if used > WOUND_IN_FULL { portable::sqrt(WOUND_IN_FULL / used) } else { 1.0 };
         let fast = ((slowest_mode / self.stick_bandwidth - 1.0) / (FAST_MODE - 1.0)).clamp(0.0, 1.0);
         self.stick_bandwidth.min((slower + fast * (1.0 - slower)) * slowest_mode)
     }

@@ -3,6 +3,7 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 
 mod archive;
+mod bisect;
 mod complex;
 pub mod curve;
 #[cfg(feature = "std")]
@@ -29,6 +30,7 @@ pub mod table;
 mod vec2;
 
 pub use archive::Archive;
+pub use bisect::bisect;
 pub use complex::Complex;
 pub use dual::Dual;
 pub use lanes::Lanes;

@@ -184,7 +184,7 @@ pub fn powers<T: Real>(
     [
         r.force * s.v,
         p.supply * e.supply(),
-        p.tank * (e.tank() + r.relieved[0] + r.relieved[1] + r.external_leakage),
+        p.tank * r.returned(),
         (p.supply - p.a) * e.supply_to_a - compensated[0],
         (p.a - p.tank) * e.a_to_tank,
         (p.supply - p.b) * e.supply_to_b - compensated[1],

@@ -2,6 +2,7 @@
 
 use crate::errors::BuildError;
 use hydrocrane_machine::model as file;
+use hydrocrane_num::bisect;
 use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -135,7 +136,7 @@ impl JointActuation<'_> {
         while (inside - start).abs() < 2.0 * reach {
             let next = inside + direction * step;
             if let Some(reason) = blocked(next) {
-                let edge = bisect(inside, next, |q| blocked(q).is_none());
+                let edge = bisect(inside, next, HALVINGS, |q| blocked(q).is_none());
                 let reason = blocked(edge + direction * 1e-9).unwrap_or(reason);
                 let margin = if reason == LimitReason::DeadCentre { self.description.dead_centre_margin } else { 0.0 };
                 return (edge - direction * margin, reason);
@@ -188,21 +189,8 @@ impl JointActuation<'_> {
     }
 }
 
-/// The last point towards `outside` where `holds` is still true.
-fn bisect(mut inside: f64, mut outside: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..80 {
-        let middle = 0.5 * (inside + outside);
-        if middle == inside || middle == outside {
-            break;
-        }
-        if holds(middle) {
-            inside = middle;
-        } else {
-            outside = middle;
-        }
-    }
-    inside
-}
+/// Halvings that find a limit to the last digit.
+const HALVINGS: usize = 80;
 
 /// Rounding allowed at a joint limit, as a share of the joint's range.
 const LIMIT_ROUNDING: f64 = 1e-6;
