@@ -189,20 +189,23 @@ fmu_library = $(CARGO) rustc --quiet --package hydrocrane-fmi --profile $(1) -- 
 fmu: $(BIN)/python
 	$(call fmu_library,release,release)
 
-# The controllers as a static library for C programs, which needs no operating system. Tests take one for fewer joints.
+# The controllers as a static library for C programs, which needs no operating system: `make controller`, for who exports one. Tests
+# take one for fewer joints.
 CONTROLLER := python/hydrocrane/controller_library/$(PLATFORM)
 controller_library = $(CARGO) build --quiet --release --locked --manifest-path crates/embedded/Cargo.toml $(1) && mkdir -p $(CONTROLLER) && \
 	cp $${CARGO_TARGET_DIR:-crates/embedded/target}/release/libhydrocrane_controller.a $(CONTROLLER)
 
-controller: $(BIN)/python
+controller: $(VENV)/.controllers
+
+$(VENV)/.controllers: $(BIN)/python $(SOURCES)
 	$(call controller_library)
+	@touch $@
 
 # An editable installation: Python files are used in place, the compiled module is built anew when a source changes.
 $(VENV)/.built: $(BIN)/python $(SOURCES)
 	$(FETCH) parquet
 	$(BIN)/python -m pip install --quiet --editable '.[parquet]'
 	$(call fmu_library,release,release)
-	$(call controller_library)
 	@touch $@
 
 # The module of `make demo` serves where it is up to date. Else one is built without link-time optimisation, of the crates that the
@@ -211,7 +214,8 @@ $(VENV)/.tested: $(BIN)/python $(SOURCES)
 	$(FETCH) test
 	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then export MATURIN_PEP517_ARGS="--profile dev"; fi; \
 		$(BIN)/python -m pip install --quiet --editable '.[test]'
-	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then $(call fmu_library,dev,debug) && $(call controller_library,--no-default-features --features joints-1 --features joints-3); fi
+	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then $(call fmu_library,dev,debug); fi
+	if ! $(MAKE) --question --no-print-directory $(VENV)/.controllers; then $(call controller_library,--no-default-features --features joints-1 --features joints-3); fi
 	@touch $@
 
 clean:
