@@ -3,8 +3,6 @@
 //!
 //! Slices of joints, cylinders and states have the lengths in [`StateSpace::layout`]; SI units throughout.
 
-#[cfg(feature = "batch")]
-use crate::batch::kernel::{self, Kernel};
 use crate::controller_model::cylinder_model;
 use crate::controllers;
 use crate::sensor_monitor;
@@ -14,7 +12,9 @@ use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_control::parameter_block;
-use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, StateSpace};
+#[cfg(feature = "batch")]
+use hydrocrane_lanes::{InLanes, Kernel};
+use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, Plant, StateSpace};
 
 /// A crane with functions beyond its equations: controllers with it as their model, and copies of it in lanes.
 pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
@@ -40,7 +40,16 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
     fn with_sensor_monitor(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller>;
 }
 
-impl<const N: usize> Model for Crane<N> {
+/// Without batches nothing is asked of a plant.
+#[cfg(not(feature = "batch"))]
+trait InLanes {}
+#[cfg(not(feature = "batch"))]
+impl<const N: usize> InLanes for Plant<f64, N> {}
+
+impl<const N: usize> Model for Crane<N>
+where
+    Plant<f64, N>: InLanes,
+{
     fn inverse_kinematics(&self, tip: [f64; 2], held: f64) -> Result<Vec<Vec<f64>>, TooFewRevolute> {
         let errata = &self.machine().errata;
         let printed = Printed {
@@ -80,7 +89,7 @@ impl<const N: usize> Model for Crane<N> {
 
     #[cfg(feature = "batch")]
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel> {
-        kernel::kernel(self.plant(), self.layout(), wanted)
+        self.plant().in_lanes(self.layout(), wanted)
     }
 
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {

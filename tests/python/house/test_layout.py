@@ -25,7 +25,8 @@ MAY_USE = {
     "physics": {"num"},
     "plant": {"num", "ode", "machine", "physics"},
     "control": {"num", "physics"},
-    "sim": {"num", "ode", "machine", "physics", "plant", "control"},
+    "lanes": {"num", "ode", "plant"},
+    "sim": {"num", "ode", "machine", "physics", "plant", "lanes", "control"},
     "web": {"machine", "ode", "sim"},
     "evidence": {"num", "ode", "machine", "sim", "web"},
     "fmu": {"machine", "ode", "sim"},
@@ -126,7 +127,7 @@ def test_numerics_need_no_other_library(crate):
 
 def test_the_core_neither_prints_nor_reads_files():
     """Only the description crate opens files; nothing prints."""
-    for crate in ("num", "ode", "physics", "plant", "control", "sim"):
+    for crate in ("num", "ode", "physics", "plant", "lanes", "control", "sim"):
         for path in source_files(f"crates/{crate}/src", ".rs"):
             code = without_comments(path.read_text(encoding="utf-8"))
             assert not re.search(r"std::fs|std::net|println!|eprintln!|dbg!", code), name_of(path)
@@ -197,7 +198,7 @@ ORACLES = {"crates/plant/src/reference.rs"}
 
 def test_runs_have_the_same_bits_on_every_platform():
     """Elementary functions come from `hydrocrane_num`, or from `libm`, never from the platform."""
-    for crate in ("num", "ode", "physics", "machine", "plant", "control", "sim", "web"):
+    for crate in ("num", "ode", "physics", "machine", "plant", "lanes", "control", "sim", "web"):
         for path in source_files(f"crates/{crate}/src", ".rs"):
             if name_of(path) in ORACLES or path.name.endswith("_tests.rs"):
                 continue

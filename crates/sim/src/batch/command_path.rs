@@ -1,7 +1,7 @@
 //! The command path of a batch: signal chain, limits and delays from commands to spools.
 
-use super::kernel::{Group, WIDTH};
 use crate::command_path::{at_spool, delay};
+use hydrocrane_lanes::{Group, WIDTH};
 use hydrocrane_machine::model::Valve;
 use hydrocrane_machine::Machine;
 use hydrocrane_plant::layout::MAX_JOINTS;

@@ -4,9 +4,9 @@
 //! a crane that needs many steps delays no other crane, and no lane idles while cranes wait.
 
 use super::command_path::{BatchCommandPath, Plan};
-use super::kernel::{Group, StepKernel, StepResult, Trial, WIDTH};
 use super::Status;
 use crate::outcome::OutcomeKind;
+use hydrocrane_lanes::{Group, StepKernel, StepResult, Trial, WIDTH};
 use hydrocrane_plant::layout::MAX_JOINTS;
 
 /// Tolerance, as a share of a step, by which the remainder may exceed whole steps, so that rounding adds no step.

@@ -5,15 +5,13 @@
 //! the instruction set.                                                        theory: docs/theory/batch.md
 
 pub mod command_path;
-pub(crate) mod kernel;
 mod lane_scheduler;
-
-pub use kernel::{kernel, Demand, Group, Kernel, StepKernel, StepResult, Trial, WIDTH};
 
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
 use crate::payload::change_payload;
 use command_path::BatchCommandPath;
+use hydrocrane_lanes::{Demand, Group, Kernel, StepKernel, WIDTH};
 use hydrocrane_plant::precision::Precision;
 use lane_scheduler::{Block, LaneScheduler, Steps};
 use rayon::prelude::*;

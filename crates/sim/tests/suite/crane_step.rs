@@ -1,5 +1,6 @@
 //! One step of a whole crane: the same in a lane of a batch, of its order, and with an estimate that tells its error.
 
+use hydrocrane_lanes::{CraneStep, Scene};
 use hydrocrane_machine::{load, model::Machine, OverrideValue};
 use hydrocrane_num::{Lanes, Real};
 use hydrocrane_ode::rows::Cell;
@@ -7,7 +8,7 @@ use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_plant::precision::Precision;
 use hydrocrane_plant::rhs::Evaluator;
 use hydrocrane_plant::Crane;
-use hydrocrane_sim::{build, CraneStep, EquilibriumMode, Layout, RunOptions, Scene, Simulator, StateSpace};
+use hydrocrane_sim::{build, EquilibriumMode, Layout, RunOptions, Simulator, StateSpace};
 
 const SPOOLS: [f64; 3] = [0.02, 0.006, -0.01];
 

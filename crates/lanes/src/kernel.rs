@@ -85,9 +85,27 @@ struct LaneStepKernel<'a, R, const N: usize> {
     spools: [Lanes<R>; N],
 }
 
-/// The machine for groups, in the widest instruction set of this processor or in the narrower one `wanted`.
+/// Plants of which there are kernels. Each length is named, so that its kernels are compiled here and not where they are
+/// asked for.
+pub trait InLanes {
+    /// The machine for groups, in the widest instruction set of this processor or in the narrower one `wanted`.
+    fn in_lanes(&self, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel>;
+}
+
+macro_rules! sized {
+    ($($joints:literal),*) => {
+        $(impl InLanes for Plant<f64, $joints> {
+            fn in_lanes(&self, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
+                kernel(self, layout, wanted)
+            }
+        })*
+    };
+}
+
+sized!(1, 2, 3, 4, 5, 6);
+
 #[cfg(target_arch = "x86_64")]
-pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
+fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
     fn fits<R: Register>(wanted: Option<&str>) -> bool {
         R::is_available() && wanted.is_none_or(|name| name == R::NAME)
     }
@@ -100,9 +118,8 @@ pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Op
     }
 }
 
-/// The machine for groups.
 #[cfg(not(target_arch = "x86_64"))]
-pub fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, _wanted: Option<&str>) -> Box<dyn Kernel> {
+fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, _wanted: Option<&str>) -> Box<dyn Kernel> {
     Box::new(LaneCrane::<f64, N>::new(plant, layout))
 }
 
