@@ -34,6 +34,9 @@ A machine with valves at the ports of its cylinders has `cylinder.<name>.relieve
 a port through its relief valve to the tank, negative through its anti-cavitation valve), and in the ledger
 `ledger.valves.port_relief` and `ledger.valves.anti_cavitation` (sign -1).
 
+A machine with cross-over relief valves has `cylinder.<name>.crossed` (m^3/s, flow from the piston-side port to the
+rod-side port, negative the other way), and in the ledger `ledger.valves.crossover_relief` (sign -1).
+
 A machine with a line that has a resistance has `cylinder.<name>.line_drop1` and `line_drop2` (Pa, drop over the line to
 the piston side and to the rod side, positive while oil flows to the cylinder), and in the ledger
 `ledger.lines.resistance` (sign -1).

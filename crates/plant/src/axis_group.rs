@@ -3,7 +3,7 @@
 use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives, TankDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
-use crate::ledger::{line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
+use crate::ledger::{crossover_power, line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
@@ -25,6 +25,7 @@ pub struct AxisPowers<L> {
     pub own: [L; LEDGER_PER_CYLINDER],
     pub compensators: L,
     pub port_valves: [L; PORT_VALVE_TERMS.len()],
+    pub crossover: L,
     pub lines: L,
     pub drawn: L,
     pub returned: L,
@@ -191,6 +192,7 @@ impl<L: Real> AxisGroup<L> {
                     own: powers(stored, s, &rates, &lost),
                     compensators: lost[0] + lost[1],
                     port_valves: port_valve_powers(&rates),
+                    crossover: crossover_power(&rates),
                     lines: line_power(&rates),
                     drawn: rates.edges.supply(),
                     returned: rates.returned(),

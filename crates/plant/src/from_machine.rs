@@ -18,6 +18,7 @@ use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::connector::{dynamic_pressure_coefficient, Connector};
 use hydrocrane_physics::hydraulics::counterbalance::Counterbalance;
+use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::hose_burst::HoseBurst;
@@ -241,6 +242,7 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         },
         valve: valve(m, c),
         port_valves: std::array::from_fn(|side| port_valves(&c.port_valves[side])),
+        crossover: CrossoverRelief { from: std::array::from_fn(|side| c.crossover[side].as_ref().map(port_relief)) },
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
@@ -302,15 +304,16 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
 
 fn port_valves<T: Number>(v: &file::PortValves<T>) -> PortValves<T> {
     PortValves {
-        relief: v
-            .relief
-            .as_ref()
-            .map(|v| ReliefValve { pressure: v.setting, gradient: v.nominal_flow / v.overpressure }),
+        relief: v.relief.as_ref().map(port_relief),
         anti_cavitation: v.anti_cavitation.as_ref().map(|v| AntiCavitation {
             opening_pressure: v.opening_pressure,
             coefficient: v.nominal_flow / (v.nominal_pressure_drop - v.opening_pressure).sqrt(),
         }),
     }
+}
+
+fn port_relief<T: Number>(v: &file::PortRelief<T>) -> ReliefValve<T> {
+    ReliefValve { pressure: v.setting, gradient: v.nominal_flow / v.overpressure }
 }
 
 fn load_holding<T: Number>(v: &file::LoadHolding<T>) -> LoadHolding<T> {

@@ -93,6 +93,13 @@ const AT_PORTS: [(&str, &str, &str); 2] = [
     ("relieved2", "m^3/s", "the same from the rod-side port"),
 ];
 
+/// Further output of each cylinder if any has cross-over relief valves.
+const CROSSED: [(&str, &str, &str); 1] = [(
+    "crossed",
+    "m^3/s",
+    "flow from the piston-side port through its cross-over relief valve to the rod-side port, negative the other way",
+)];
+
 /// Further outputs of each cylinder if the line to one has a resistance.
 const IN_LINES: [(&str, &str, &str); 2] = [
     ("line_drop1", "Pa", "pressure drop over the line to the piston side, positive while oil flows to the cylinder"),
@@ -117,8 +124,9 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
     let lines = machine.cylinders.iter().any(Cylinder::has_line_resistance);
-    let optional =
-        [(at_ports, &AT_PORTS[..]), (lines, &IN_LINES[..])].map(|(there, rows)| if there { rows } else { &[] });
+    let crossing = machine.cylinders.iter().any(Cylinder::has_crossover_relief);
+    let optional = [(at_ports, &AT_PORTS[..]), (crossing, &CROSSED[..]), (lines, &IN_LINES[..])];
+    let optional = optional.map(|(there, rows)| if there { rows } else { &[] });
     for rows in optional.into_iter().chain([&PER_CYLINDER[..]]) {
         for c in &machine.cylinders {
             for (name, unit, long_name) in rows {
@@ -205,6 +213,11 @@ pub fn write<T: Real, const N: usize>(
     if plant.has_port_valves() {
         let (relieved, others) = rest.split_at_mut(AT_PORTS.len() * N);
         relieved.iter_mut().zip(rates.iter().flat_map(|r| r.relieved)).for_each(|(out, flow)| *out = flow);
+        rest = others;
+    }
+    if plant.has_crossover_relief() {
+        let (crossed, others) = rest.split_at_mut(N);
+        crossed.iter_mut().zip(rates).for_each(|(out, r)| *out = r.crossed);
         rest = others;
     }
     if plant.has_line_resistance() {

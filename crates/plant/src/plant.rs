@@ -70,6 +70,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| valves.kinds() != [false; 2]))
     }
 
+    /// Whether a cylinder has cross-over relief valves. Builds for the smallest chains only have none.
+    pub fn has_crossover_relief(&self) -> bool {
+        cfg!(feature = "chains") && self.cylinders.iter().any(|c| !c.crossover.is_none())
+    }
+
     /// Whether a line has a resistance.
     pub fn has_line_resistance(&self) -> bool {
         self.cylinders.iter().any(|c| c.valve.lines.iter().any(Option::is_some))

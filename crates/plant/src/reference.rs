@@ -428,7 +428,15 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             });
             relieved - refilled
         };
-        let (q_a, q_b) = (from_supply[0] - to_tank[0] - through(0), to_tank[1] - from_supply[1] + through(1));
+        // Through the cross-over relief valves from port A to port B.
+        let over = |port: usize, drop: f64| {
+            c.crossover[port]
+                .as_ref()
+                .map_or(0.0, |v| v.nominal_flow / v.overpressure * rounded(drop - v.setting, 0.5e5))
+        };
+        let across = over(0, pa - pb) - over(1, pb - pa);
+        let q_a = from_supply[0] - to_tank[0] - through(0) - across;
+        let q_b = to_tank[1] - from_supply[1] + through(1) - across;
         drawn += from_supply[0] + from_supply[1];
         // The load-sensing line sees the ports before the lines to the cylinder.
         let before_line = |port: usize, p: f64| p + over_line(port, from_supply[port] - to_tank[port]);

@@ -289,13 +289,23 @@ def _port_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> 
     aside = x + out * 12.0
     symbols.to_tank(sheet, x, y + 9.0, aside)
     symbols.relief_valve(sheet, aside, y + 0.5)
-    flow, rise = shown(table.number("nominal-flow"), FLOW), shown(table.number("overpressure"), BAR)
-    labels = [
-        f"port relief {table.name}",
-        stated("{}", shown(table.number("setting"), BAR)),
-        stated("{} at + {}", flow, rise) or flow,
-    ]
+    labels = [f"port relief {table.name}", *_relief_labels(table)]
     _beside(sheet, aside + (12.0 if out > 0 else -9.0), y, out, labels)
+
+
+def _crossover_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    """From this line to the other one, between both."""
+    inside, level = x - out * 12.0, y - 9.0 + 0.9 * out
+    sheet.line((x, y + 9.0), (inside, y + 9.0), (inside, level), (-x, level))
+    symbols.relief_valve(sheet, inside, y)
+    sheet.dot(x, y + 9.0)
+    sheet.dot(-x, level)
+    _beside(sheet, x + out * 4.0, y, out, [f"cross-over relief {table.name}", *_relief_labels(table)])
+
+
+def _relief_labels(table: Table) -> list[str]:
+    flow, rise = shown(table.number("nominal-flow"), FLOW), shown(table.number("overpressure"), BAR)
+    return [shown(table.number("setting"), BAR), stated("{} at + {}", flow, rise) or flow]
 
 
 def _anti_cavitation(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
@@ -313,6 +323,7 @@ ON_LINE: dict[str, OnLine] = {
     "pilot-check": _pilot_check,
     "counterbalance": _counterbalance,
     "port-relief": _port_relief,
+    "crossover-relief": _crossover_relief,
     "anti-cavitation": _anti_cavitation,
 }
 

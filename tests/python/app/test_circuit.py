@@ -39,6 +39,8 @@ def lines_with_everything():
         **part("port-relief", "down", "lift", "rod-side", setting="230 bar"),
         **part("anti-cavitation", "boom", "lift", "piston-side", **drop),
         **part("anti-cavitation", "down", "lift", "rod-side", opening_pressure="0.3 bar", **drop),
+        **part("crossover-relief", "tip", "extension", "piston-side", setting="160 bar"),
+        **part("crossover-relief", "back", "extension", "rod-side", setting="170 bar", overpressure="12 bar"),
         **part("pilot-check", "jib", "jib", "rod-side", pilot_ratio=4.0, **drop),
         **part("hose-burst", "jib", "jib", "piston-side", closing_flow="66 l/min", bleed=0.01, **drop),
         "accumulator.main.volume": "0.5 l", "accumulator.main.precharge": "90 bar",
@@ -168,6 +170,7 @@ def test_what_stands_on_lines_is_drawn_with_its_values():
     shown = texts(crane)
     for text in (
         "line boom", "6 m × Ø 12 mm", "0.08 cm³/bar", "walls at 60 l/min", "300 cm³", "60 l/min at 7 bar",
+        "cross-over relief tip", "160 bar", "60 l/min at + 12 bar",
         "port relief boom", "220 bar", "60 l/min at + 15 bar", "anti-cavitation down", "60 l/min at 5 bar",
         "opens at 0.3 bar", "pilot check jib", "pilot ratio 4", "hose burst jib", "closes above 66 l/min",
         "bleed 1 %", "accumulator main", "500 cm³", "precharge 90 bar",

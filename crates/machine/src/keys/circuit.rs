@@ -1,4 +1,4 @@
-//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[anti-cavitation]`, `[accumulator]` and `[tank-line]`: what
+//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[crossover-relief]`, `[anti-cavitation]`, `[accumulator]` and `[tank-line]`: what
 //! stands in a circuit beside cylinders, valves and pump.
 
 use super::Key;
@@ -171,6 +171,20 @@ pub static PORT_RELIEF: &[Key] = &[
         .required()
         .usual(&[("20 bar", "500 bar", 4.0)])
         .means("Pressure over that of the tank at which it begins to open."),
+    nominal_flow("Flow at the overpressure.").required(),
+    Key::quantity("overpressure", &[PRESSURE], Positive)
+        .defaults(&["20 bar"])
+        .usual(&[("1 bar", "100 bar", 10.0)])
+        .means("Rise beyond the setting at which the nominal flow passes."),
+];
+
+pub static CROSSOVER_RELIEF: &[Key] = &[
+    cylinder("The cylinder that it protects."),
+    side("The side that it relieves; the oil flows to the other side."),
+    Key::quantity("setting", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("20 bar", "500 bar", 4.0)])
+        .means("Pressure of that side over the other one at which it begins to open."),
     nominal_flow("Flow at the overpressure.").required(),
     Key::quantity("overpressure", &[PRESSURE], Positive)
         .defaults(&["20 bar"])

@@ -51,6 +51,10 @@ pub static MACHINE: &[Key] = &[
         .otherwise("none")
         .means("A relief (shock) valve from one side of a cylinder to the tank.")
         .source("theory/hydraulics/port_valves.md"),
+    Key::tables("crossover-relief", circuit::CROSSOVER_RELIEF)
+        .otherwise("none")
+        .means("A cross-over relief valve from one side of a cylinder to the other one.")
+        .source("theory/hydraulics/crossover_relief.md"),
     Key::tables("anti-cavitation", circuit::ANTI_CAVITATION)
         .otherwise("none")
         .means("A check valve from the tank to one side of a cylinder: it feeds a chamber that a load empties faster than the valve fills it.")

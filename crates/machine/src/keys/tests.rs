@@ -70,6 +70,11 @@ const MACHINE_WITH_MORE: &str = r#"
     side = "piston-side"
     setting = "250 bar"
     nominal-flow = "40 l/min"
+    [crossover-relief.jib]
+    cylinder = "jib"
+    side = "piston-side"
+    setting = "120 bar"
+    nominal-flow = "40 l/min"
     [anti-cavitation.lift]
     cylinder = "lift"
     side = "rod-side"

@@ -19,6 +19,7 @@ mod on_a_side;
 mod port_valves;
 mod reference;
 mod resistance;
+mod return_pressure;
 mod sensor;
 mod signal_chain;
 mod supply;
@@ -76,6 +77,7 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
     };
     errata::check_printed_viscosity(&root, &machine)?;
     supply::check(&root, &machine)?;
+    return_pressure::check(&root, &machine)?;
     machine.warnings = log.unusual();
     machine.words = log.words();
     machine.provenance = log.in_order_of(tree);

@@ -5,6 +5,7 @@ pub mod chamber;
 pub mod compensator;
 pub mod connector;
 pub mod counterbalance;
+pub mod crossover_relief;
 pub mod end_stop;
 pub mod fluid;
 pub mod hose_burst;

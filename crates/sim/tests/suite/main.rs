@@ -9,6 +9,7 @@ mod chamber_estimate;
 mod command_path;
 mod controllers;
 mod crane_step;
+mod crossover_relief;
 mod effort;
 mod fixed_steps;
 mod ground;

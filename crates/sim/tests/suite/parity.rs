@@ -36,7 +36,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding and port valves, lines, accumulators and
+/// Fixed pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, lines, accumulators and
 /// measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
@@ -85,6 +85,14 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         )
     });
     let at = |cylinder: &str, side: &str| format!("cylinder = \"{cylinder}\"\nside = \"{side}\"\n");
+    let crossing = |cylinder: &str| {
+        format!(
+            "[crossover-relief.{cylinder}]\n{}setting = \"30 bar\"\nnominal-flow = \"60 l/min\"\n\
+             [crossover-relief.{cylinder}-2]\n{}setting = \"45 bar\"\nnominal-flow = \"40 l/min\"\noverpressure = \"10 bar\"\n",
+            at(cylinder, "piston-side"),
+            at(cylinder, "rod-side")
+        )
+    };
     let passing = "nominal-flow = \"40 l/min\"\nnominal-pressure-drop = \"5 bar\"\n";
     let checked = |cylinder: &str| {
         format!(
@@ -140,6 +148,17 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         ("hiab-xs031", sharing.clone() + &resisting("lift") + &resisting("tilt") + &at_ports.concat()),
         ("hiab-xs031", lifting.clone() + &alone("lift", "piston-side") + &resisting("extension")),
         ("single-cylinder", unloaded.clone() + &checked("test") + &alone("test", "piston-side")),
+        ("single-cylinder", crossing("test")),
+        ("hiab-xs031", crossing("lift")),
+        (
+            "hiab-xs031",
+            lifting.clone()
+                + &crossing("tilt")
+                + &crossing("lift")
+                + &at_ports.concat()
+                + &resisting("extension")
+                + &bypassed,
+        ),
         ("single-cylinder", on_both_sides),
         ("hiab-xs031", at_ports[0].clone()),
         ("hiab-xs031", checked("lift") + &lines("tilt")),
