@@ -41,6 +41,9 @@ A machine with a line that has a resistance has `cylinder.<name>.line_drop1` and
 the piston side and to the rod side, positive while oil flows to the cylinder), and in the ledger
 `ledger.lines.resistance` (sign -1).
 
+A machine with a section that is served first has `mains.priority` (1, share of its flow that each other section gets),
+and in the ledger `ledger.valves.priority` (sign -1).
+
 A machine with a tank line has the state `tank_line.p` (Pa, its pressure), `tank_line.returned` and `tank_line.flow`
 (m^3/s, flows into the line and from it into the tank), `tank_line.filter_drop` (Pa) and `tank_line.bypass_flow`
 (m^3/s), and in the ledger `ledger.tank_line.returned`, `relieved` and `carried` (sign +1), `resistance`, `filter`,

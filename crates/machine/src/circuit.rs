@@ -135,6 +135,16 @@ pub struct LoadSensing<T = f64> {
     pub time_constant: T,
 }
 
+/// The section that is served first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Priority<T = f64> {
+    /// Index of its cylinder.
+    pub cylinder: usize,
+    /// Pressure over the load-sensing line at which the other sections are shut, Pa, and the rise beyond it that frees them.
+    pub margin: T,
+    pub range: T,
+}
+
 /// Gas behind a bladder or a piston, joined to the mains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accumulator<T = f64> {

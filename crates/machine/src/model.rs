@@ -413,6 +413,7 @@ pub struct Mains<T = f64> {
     pub accumulator: Option<Accumulator<T>>,
     /// `None`: what returns is at the pressure of the tank.
     pub tank_line: Option<TankLine<T>>,
+    pub priority: Option<Priority<T>>,
 }
 
 #[derive(Debug, Clone, PartialEq)]

@@ -26,6 +26,7 @@ pub struct AxisPowers<L> {
     pub compensators: L,
     pub port_valves: [L; PORT_VALVE_TERMS.len()],
     pub crossover: L,
+    pub priority: L,
     pub lines: L,
     pub drawn: L,
     pub returned: L,
@@ -187,12 +188,14 @@ impl<L: Real> AxisGroup<L> {
             || {
                 let rates = self.unit.rates(&self.fluid, supply_pressures, s);
                 let lost = self.unit.valve.compensator_losses(&rates.at_valve(), &rates.edges);
+                let given = self.unit.priority_losses(&rates.at_valve(), &rates.edges);
                 let stored = [oil.energy_density(s.p1), oil.energy_density(s.p2)];
                 AxisPowers {
-                    own: powers(stored, s, &rates, &lost),
+                    own: powers(stored, s, &rates, &[lost[0] + given[0], lost[1] + given[1]]),
                     compensators: lost[0] + lost[1],
                     port_valves: port_valve_powers(&rates),
                     crossover: crossover_power(&rates),
+                    priority: given[0] + given[1],
                     lines: line_power(&rates),
                     drawn: rates.edges.supply(),
                     returned: rates.returned(),

@@ -32,6 +32,7 @@ use hydrocrane_physics::hydraulics::metering::{Edge, Metering};
 use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
 use hydrocrane_physics::hydraulics::pilot_check::PilotCheck;
 use hydrocrane_physics::hydraulics::port_valves::{AntiCavitation, PortValves};
+use hydrocrane_physics::hydraulics::priority::Priority;
 use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
 use hydrocrane_physics::hydraulics::spool::Spool;
@@ -241,6 +242,7 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
             elastic: c.lines.iter().flatten().any(|line| !line.compliance.always(0.0)),
         },
         valve: valve(m, c),
+        priority: priority(&m.supply, c),
         port_valves: std::array::from_fn(|side| port_valves(&c.port_valves[side])),
         crossover: CrossoverRelief { from: std::array::from_fn(|side| c.crossover[side].as_ref().map(port_relief)) },
         spool: Spool {
@@ -300,6 +302,18 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
             resistance.map(|of| Resistance { laminar: of.laminar, turbulent: of.turbulent })
         }),
     }
+}
+
+/// `None` for the section that is served first, and where there is none.
+fn priority<T: Number>(of: &file::Supply<T>, c: &file::Cylinder<T>) -> Option<Priority<T>> {
+    let mains = of.mains.as_ref()?;
+    let (own, sensing) = (mains.priority.as_ref()?, mains.load_sensing.as_ref()?);
+    (own.cylinder != c.joint).then(|| Priority {
+        highest: if mains.pump.control.is_some() { of.pressure } else { mains.relief_pressure },
+        margin: sensing.margin,
+        kept: own.margin,
+        range: own.range,
+    })
 }
 
 fn port_valves<T: Number>(v: &file::PortValves<T>) -> PortValves<T> {

@@ -10,6 +10,7 @@ use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::leakage::Leakage;
 use hydrocrane_physics::hydraulics::port_valves::PortValves;
+use hydrocrane_physics::hydraulics::priority::Priority;
 use hydrocrane_physics::hydraulics::spool::Spool;
 use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures, SpoolValve};
 
@@ -36,6 +37,8 @@ pub enum FrictionLaw<T> {
 pub struct HydraulicAxis<T> {
     pub chambers: Chambers<T>,
     pub valve: SpoolValve<T>,
+    /// `None`: the section gives way to no other one.
+    pub priority: Option<Priority<T>>,
     /// At the piston side and at the rod side.
     pub port_valves: [PortValves<T>; 2],
     pub crossover: CrossoverRelief<T>,
@@ -280,14 +283,48 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn port_a(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_a(spool, ports);
-        self.port(0, ports.a, ports.tank, (fed, drained))
+        self.port(0, ports.a, ports.tank, (self.left_by_priority(ports, fed), drained))
     }
 
     /// Flows of port B, likewise.
     #[inline(always)]
     pub fn port_b(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_b(spool, ports);
-        self.port(1, ports.b, ports.tank, (fed, drained))
+        self.port(1, ports.b, ports.tank, (self.left_by_priority(ports, fed), drained))
+    }
+
+    /// What a section that gives way gets of the flow `fed` from the supply, m^3/s.
+    #[inline(always)]
+    fn left_by_priority(&self, ports: &PortPressures<T>, fed: T) -> T {
+        match self.gives_way() {
+            Some(priority) => fed * priority.share(ports.supply, ports.load),
+            None => fed,
+        }
+    }
+
+    /// Where the section gives way to another one. Builds for the smallest chains only have none.
+    #[inline(always)]
+    fn gives_way(&self) -> Option<&Priority<T>> {
+        self.priority.as_ref().filter(|_| cfg!(feature = "chains"))
+    }
+
+    /// Flows through the edges of the valve, m^3/s.
+    pub fn edge_flows(&self, spool: T, ports: &PortPressures<T>) -> EdgeFlows<T> {
+        let flows = self.valve.flows(spool, ports);
+        EdgeFlows {
+            supply_to_a: self.left_by_priority(ports, flows.supply_to_a),
+            supply_to_b: self.left_by_priority(ports, flows.supply_to_b),
+            ..flows
+        }
+    }
+
+    /// Losses of the priority element at the edges to port A and to port B, W, at the pressures `p` at the valve.
+    #[inline(always)]
+    pub fn priority_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
+        let Some(priority) = self.gives_way() else { return [T::c(0.0); 2] };
+        let drop = |port: T| self.valve.compensator.drop(p.supply, p.load, port);
+        [(p.a, edges.supply_to_a), (p.b, edges.supply_to_b)]
+            .map(|(port, flow)| priority.loss(p.supply, p.load, drop(port), flow))
     }
 
     #[inline(always)]
@@ -380,6 +417,7 @@ impl<T: Real> HydraulicAxis<T> {
             && held(self) == held(other)
             && at_ports(self) == at_ports(other)
             && self.crossover.kinds() == other.crossover.kinds()
+            && self.priority.is_some() == other.priority.is_some()
             && curves(self) == curves(other)
             && out(self) == out(other)
             && lines(self) == lines(other)
@@ -399,6 +437,7 @@ impl<T: Copy> HydraulicAxis<T> {
         HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
+            priority: self.priority.map(|priority| priority.map(f)),
             port_valves: self.port_valves.map(|valves| valves.map(f)),
             crossover: self.crossover.map(f),
             spool: self.spool.map(f),

@@ -67,6 +67,10 @@ const OF_CONTROL: [(&str, &str, &str); 2] = [
     ("mains.shortfall", "Pa", "pressure that the mains lack; above zero while the pump cannot give what is asked for"),
 ];
 
+/// Further output if a section is served first.
+const OF_PRIORITY: [(&str, &str, &str); 1] =
+    [("mains.priority", "1", "share of its flow that each section gets that gives way to the one served first")];
+
 /// Further outputs if there is a tank line.
 const OF_TANK_LINE: [(&str, &str, &str); 4] = [
     ("tank_line.returned", "m^3/s", "flow of valves, leakage and main relief valve into the tank line"),
@@ -118,9 +122,12 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let of_mains = if machine.supply.mains.is_some() { &OF_MAINS[..] } else { &[] };
     let controlled = |mains: &Mains| mains.pump.control.is_some() || mains.load_sensing.is_some();
     let of_control = if machine.supply.mains.as_ref().is_some_and(controlled) { &OF_CONTROL[..] } else { &[] };
+    let first = machine.supply.mains.as_ref().is_some_and(|mains| mains.priority.is_some());
+    let of_priority = if first { &OF_PRIORITY[..] } else { &[] };
     let returns = machine.supply.mains.as_ref().is_some_and(|mains| mains.tank_line.is_some());
     let of_tank_line = if returns { &OF_TANK_LINE[..] } else { &[] };
-    let global = GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control).chain(of_tank_line);
+    let global =
+        GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control).chain(of_priority).chain(of_tank_line);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
     let lines = machine.cylinders.iter().any(Cylinder::has_line_resistance);
@@ -200,6 +207,11 @@ pub fn write<T: Real, const N: usize>(
             let (setting, shortfall) = unit.setting_and_shortfall(&pressures, e);
             let (of_control, others) = rest.split_at_mut(OF_CONTROL.len());
             of_control.copy_from_slice(&[setting, shortfall]);
+            rest = others;
+        }
+        if let Some(priority) = plant.priority() {
+            let (of_priority, others) = rest.split_at_mut(OF_PRIORITY.len());
+            of_priority[0] = priority.share(pressures.supply, pressures.load);
             rest = others;
         }
         if let Some(Return { whole, bypassed, filter_drop }) = unit.into_tank(pressures.tank) {

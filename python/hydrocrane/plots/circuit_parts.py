@@ -196,6 +196,14 @@ def _compensator(sheet: Sheet, x: float, y: float, load: float, section: Section
     sheet.text(x - 9.0, y + 0.5 * LEADING, labels, side="right")
 
 
+def _priority(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+    symbols.priority_element(sheet, x, y)
+    sheet.line((load, y - 2.2), (x + 4.5, y - 2.2), kind="load")
+    sheet.dot(load, y - 2.2)
+    kept = stated("below load + {}", shown(section.priority.number("margin"), BAR))
+    sheet.text(x - 9.0, y + 0.5 * LEADING, ["gives way", kept], side="right")
+
+
 def _load_check(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
     symbols.check_valve(sheet, x, y)
 
@@ -207,6 +215,7 @@ def before_spool(section: Section) -> list[Inlet]:
     """The parts between the pump and the spool, from below."""
     edge = [_edge] if section.compensator == "behind-spool" else []
     return [
+        *([_priority] if section.gives_way else []),
         *edge,
         *([_compensator] if section.compensator != "none" else []),
         *([_load_check] if section.has_load_check else []),
@@ -344,6 +353,7 @@ def valve_labels(section: Section) -> list[str]:
         stated("{} at {}", flow, drop) or stated("{} at {} per edge", flow, edge),
         stated("stroke {}", shown(valve.number("stroke"), LENGTH)) + stated(", overlap {}", overlap),
         "" if ratios is None else f"edges to tank × {ratios[0]:.3g}, {ratios[1]:.3g}",
+        "served first" if section.is_served_first else "",
     ]
 
 

@@ -62,6 +62,7 @@ MACHINES = {
     "flow sharing": ("rottne-f9-pump", SHARING),
     "all parts": ("rottne-f9-ls", lines_with_everything()),
     "tank line": ("rottne-f9-ls", TANK_LINE),
+    "served first": ("rottne-f9-mobile", {"priority.cylinder": "jib", "priority.margin": "9 bar"}),
     "measured": ("hiab-xs031", {"supply.measured": "yes"}),
 }
 
@@ -195,6 +196,14 @@ def test_the_tank_line_is_drawn_with_its_filter_and_takes_the_oil_of_the_relief_
     assert with_line == without + 1
 
 
+def test_the_sections_that_give_way_are_told_from_the_one_served_first():
+    crane = hc.load_machine(*MACHINES["served first"])
+    assert circuits.read(crane).left_out == ()
+    shown = texts(crane)
+    assert shown.count("gives way") == shown.count("below load + 9 bar") == 2
+    assert shown.count("served first") == 1 and "served first" not in texts(hc.load_machine("rottne-f9-mobile"))
+
+
 def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_path):
     run("new", tmp_path / "crane", "--machine", "rottne-f9-lab", "--pump", "fixed")
     fixed = hc.load_machine(tmp_path / "crane" / "machine.toml")
@@ -206,7 +215,7 @@ def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_
 def test_only_a_pump_that_senses_the_load_has_a_line_for_it():
     kinds = {name: {stroke.kind for stroke in diagram(hc.load_machine(*MACHINES[name])).strokes} for name in MACHINES}
     assert {name for name, found in kinds.items() if "load" in found} == {
-        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts", "tank line",
+        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts", "tank line", "served first",
     }  # fmt: skip
 
 

@@ -1,5 +1,5 @@
-//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[crossover-relief]`, `[anti-cavitation]`, `[accumulator]` and `[tank-line]`: what
-//! stands in a circuit beside cylinders, valves and pump.
+//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[crossover-relief]`, `[anti-cavitation]`, `[accumulator]`, `[tank-line]` and
+//! `[priority]`: what stands in a circuit beside cylinders, valves and pump.
 
 use super::Key;
 use super::Sign::{NonNegative, Positive};
@@ -146,6 +146,18 @@ pub static TANK_LINE: &[Key] = &[
         .usual(&[("0.01", "1", 100.0)])
         .means("Share of that drop that is proportional to the flow; the rest grows with its square."),
     Key::table("filter", FILTER).otherwise("none").means("The return filter at the end of the line."),
+];
+
+pub static PRIORITY: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder whose section is served first."),
+    Key::quantity("margin", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("2 bar", "50 bar", 10.0)])
+        .means("Pressure over the load-sensing line that is kept for that section: all other sections are shut there. At least the drop that it needs over its edge."),
+    Key::quantity("range", &[PRESSURE], Positive)
+        .defaults(&["2 bar"])
+        .usual(&[("0.5 bar", "20 bar", 10.0)])
+        .means("Rise beyond the margin at which the other sections are free."),
 ];
 
 static FILTER: &[Key] = &[

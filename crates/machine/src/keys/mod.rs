@@ -78,6 +78,10 @@ pub static MACHINE: &[Key] = &[
         .otherwise("what returns is at the pressure of the tank")
         .means("The line through which oil returns to the tank, with its filter; only with [mains].")
         .source("theory/hydraulics/tank_line.md"),
+    Key::table("priority", circuit::PRIORITY)
+        .otherwise("no section is served first")
+        .means("The section that is served first when the pump cannot give what all ask for; only with a pump that senses the load.")
+        .source("theory/hydraulics/priority.md"),
     Key::table("payload", structure::PAYLOAD).means("The load at the tip."),
     Key::table("equilibrium", hydraulics::EQUILIBRIUM).means("Pressures of a crane at rest."),
     Key::tables("sensor", sensor::SENSOR)

@@ -29,7 +29,8 @@ const MACHINE_WITH_MORE: &str = r#"
     [machine]
     class = "assumed"
     [pump.main]
-    type = "pressure-compensated"
+    type = "load-sensing"
+    ls-margin = "20 bar"
     displacement = "45 ml"
     speed = "1500 rpm"
     droop = "5 %"
@@ -88,6 +89,9 @@ const MACHINE_WITH_MORE: &str = r#"
     nominal-flow = "60 l/min"
     nominal-pressure-drop = "0.5 bar"
     bypass-pressure = "1.5 bar"
+    [priority]
+    cylinder = "jib"
+    margin = "5 bar"
     [accumulator.main]
     volume = "1 l"
     precharge = "90 bar"

@@ -195,6 +195,7 @@ fn lines<T: Number>(
         load_sensing,
         accumulator: None,
         tank_line: None,
+        priority: None,
     };
     if mains.pump.control.is_none() || mains.relief_pressure.plain() > supply.pressure.plain() {
         return Ok(mains);

@@ -19,6 +19,7 @@ pub mod metering;
 pub mod orifice;
 pub mod pilot_check;
 pub mod port_valves;
+pub mod priority;
 pub mod pump;
 pub mod relief_valve;
 pub mod spool;

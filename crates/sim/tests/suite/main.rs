@@ -30,6 +30,7 @@ mod phases;
 mod plausibility;
 mod port_valves;
 mod prime_mover;
+mod priority;
 mod ride_through;
 mod sampled_loop;
 mod schedule;

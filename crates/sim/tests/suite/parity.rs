@@ -36,7 +36,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, lines, accumulators and
+/// Fixed pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, accumulators and
 /// measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
@@ -124,6 +124,8 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         [tank-line.filter]\nnominal-flow = \"60 l/min\"\nnominal-pressure-drop = \"1 bar\"\n";
     let bypassed = format!("{returning}bypass-pressure = \"2 bar\"\n");
     let held = unloaded.clone() + &on_both_sides;
+    let first =
+        |cylinder: &str| format!("[priority]\ncylinder = \"{cylinder}\"\nmargin = \"3 bar\"\nrange = \"20 bar\"\n");
     let lifting = sharing.clone() + &holding("lift", "piston-side") + &holding("tilt", "rod-side");
     let curve = |valve: &str, edge: &str, points: &str| format!("[valve.{valve}.metering.{edge}]\n{points}\n");
     let notch = "travel = [0, 0.1, 0.2, 0.6, 1]\narea = [0, 0, 0.05, 0.3, 0.9]";
@@ -148,6 +150,9 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         ("hiab-xs031", sharing.clone() + &resisting("lift") + &resisting("tilt") + &at_ports.concat()),
         ("hiab-xs031", lifting.clone() + &alone("lift", "piston-side") + &resisting("extension")),
         ("single-cylinder", unloaded.clone() + &checked("test") + &alone("test", "piston-side")),
+        ("hiab-xs031", sharing.clone() + &first("tilt")),
+        ("rottne-f9-lab", unloaded.clone() + &first("jib")),
+        ("hiab-xs031", lifting.clone() + &first("lift") + &resisting("extension") + &bypassed),
         ("single-cylinder", crossing("test")),
         ("hiab-xs031", crossing("lift")),
         (
