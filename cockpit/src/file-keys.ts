@@ -138,6 +138,11 @@ export type MachineKey =
   | `port-relief.${string}.setting`
   | `port-relief.${string}.nominal-flow`
   | `port-relief.${string}.overpressure`
+  | `crossover-relief.${string}.cylinder`
+  | `crossover-relief.${string}.side`
+  | `crossover-relief.${string}.setting`
+  | `crossover-relief.${string}.nominal-flow`
+  | `crossover-relief.${string}.overpressure`
   | `anti-cavitation.${string}.cylinder`
   | `anti-cavitation.${string}.side`
   | `anti-cavitation.${string}.nominal-flow`
@@ -196,6 +201,9 @@ export type MachineKey =
   | "tank-line.filter.nominal-pressure-drop"
   | "tank-line.filter.bypass-pressure"
   | "tank-line.filter.bypass-overpressure"
+  | "priority.cylinder"
+  | "priority.margin"
+  | "priority.range"
   | "payload.mass"
   | "payload.hang"
   | "payload.hang-growth"

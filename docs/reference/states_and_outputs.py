@@ -34,9 +34,15 @@ A machine with valves at the ports of its cylinders has `cylinder.<name>.relieve
 a port through its relief valve to the tank, negative through its anti-cavitation valve), and in the ledger
 `ledger.valves.port_relief` and `ledger.valves.anti_cavitation` (sign -1).
 
+A machine with cross-over relief valves has `cylinder.<name>.crossed` (m^3/s, flow from the piston-side port to the
+rod-side port, negative the other way), and in the ledger `ledger.valves.crossover_relief` (sign -1).
+
 A machine with a line that has a resistance has `cylinder.<name>.line_drop1` and `line_drop2` (Pa, drop over the line to
 the piston side and to the rod side, positive while oil flows to the cylinder), and in the ledger
 `ledger.lines.resistance` (sign -1).
+
+A machine with a section that is served first has `mains.priority` (1, share of its flow that each other section gets),
+and in the ledger `ledger.valves.priority` (sign -1).
 
 A machine with a tank line has the state `tank_line.p` (Pa, its pressure), `tank_line.returned` and `tank_line.flow`
 (m^3/s, flows into the line and from it into the tank), `tank_line.filter_drop` (Pa) and `tank_line.bypass_flow`

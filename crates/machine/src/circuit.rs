@@ -78,10 +78,10 @@ impl<T> PortValves<T> {
     }
 }
 
-/// Relief (shock) valve of a port.
+/// Relief (shock) valve of a port, to the tank or, as a cross-over valve, to the other port.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PortRelief<T = f64> {
-    /// Pressure over the tank at which it opens, Pa.
+    /// Pressure over the tank, or over the other port, at which it opens, Pa.
     pub setting: T,
     /// Flow, m^3/s, at a pressure beyond the setting, Pa.
     pub nominal_flow: T,
@@ -124,6 +124,25 @@ pub struct FilterBypass<T = f64> {
     /// Drop over the filter that opens it, Pa, and the rise beyond it at which the nominal flow of the filter passes.
     pub pressure: T,
     pub overpressure: T,
+}
+
+/// The load-sensing line, which transmits the highest load pressure to the pump.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadSensing<T = f64> {
+    /// Margin of the pump above that pressure, Pa.
+    pub margin: T,
+    /// Of the line, s.
+    pub time_constant: T,
+}
+
+/// The section that is served first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Priority<T = f64> {
+    /// Index of its cylinder.
+    pub cylinder: usize,
+    /// Pressure over the load-sensing line at which the other sections are shut, Pa, and the rise beyond it that frees them.
+    pub margin: T,
+    pub range: T,
 }
 
 /// Gas behind a bladder or a piston, joined to the mains.

@@ -154,6 +154,8 @@ pub struct Cylinder<T = f64> {
     pub lines: [Option<Line<T>>; 2],
     /// Between the same two sides and the tank.
     pub port_valves: [PortValves<T>; 2],
+    /// Relief valves from each of the two sides to the other one.
+    pub crossover: [Option<PortRelief<T>>; 2],
     pub friction: Friction<T>,
 }
 
@@ -161,6 +163,11 @@ impl<T> Cylinder<T> {
     /// Whether a line to it has a resistance.
     pub fn has_line_resistance(&self) -> bool {
         self.lines.iter().flatten().any(|line| line.resistance.is_some())
+    }
+
+    /// Whether a relief valve leads from one of its ports to the other one.
+    pub fn has_crossover_relief(&self) -> bool {
+        self.crossover.iter().any(Option::is_some)
     }
 
     /// Whether a relief or anti-cavitation valve stands at one of its ports.
@@ -406,15 +413,7 @@ pub struct Mains<T = f64> {
     pub accumulator: Option<Accumulator<T>>,
     /// `None`: what returns is at the pressure of the tank.
     pub tank_line: Option<TankLine<T>>,
-}
-
-/// The load-sensing line, which transmits the highest load pressure to the pump.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LoadSensing<T = f64> {
-    /// Margin of the pump above that pressure, Pa.
-    pub margin: T,
-    /// Of the line, s.
-    pub time_constant: T,
+    pub priority: Option<Priority<T>>,
 }
 
 #[derive(Debug, Clone, PartialEq)]

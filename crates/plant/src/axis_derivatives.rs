@@ -273,6 +273,7 @@ impl<L: Real> Lifted<L> {
         let outputs = LawOutputs {
             port_a,
             port_b,
+            crossed: self.crossed(supply_pressures, s),
             bulk: (self.bulk_modulus(s.p1).among([P1]), self.bulk_modulus(s.p2).among([P2])),
             friction: self.friction(s),
             stops: self.stops(s),
@@ -297,6 +298,17 @@ impl<L: Real> Lifted<L> {
         let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
         let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [Dual::constant(s.p1), p2]);
         self.ports.port_b(&ports, spool).map(|number| number.among([V, P2, SPOOL]))
+    }
+
+    /// Flow through the cross-over relief valves.
+    #[inline(always)]
+    fn crossed(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> WithDerivatives<L> {
+        if self.ports.crossover.is_none() {
+            return Dual::constant(L::c(0.0));
+        }
+        let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2)];
+        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, p2]);
+        self.ports.crossover.flow(ports.a, ports.b).among([V, P1, P2])
     }
 
     #[inline(always)]

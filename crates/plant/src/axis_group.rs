@@ -3,7 +3,7 @@
 use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives, TankDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
-use crate::ledger::{line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
+use crate::ledger::{crossover_power, line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
@@ -25,6 +25,8 @@ pub struct AxisPowers<L> {
     pub own: [L; LEDGER_PER_CYLINDER],
     pub compensators: L,
     pub port_valves: [L; PORT_VALVE_TERMS.len()],
+    pub crossover: L,
+    pub priority: L,
     pub lines: L,
     pub drawn: L,
     pub returned: L,
@@ -186,11 +188,14 @@ impl<L: Real> AxisGroup<L> {
             || {
                 let rates = self.unit.rates(&self.fluid, supply_pressures, s);
                 let lost = self.unit.valve.compensator_losses(&rates.at_valve(), &rates.edges);
+                let given = self.unit.priority_losses(&rates.at_valve(), &rates.edges);
                 let stored = [oil.energy_density(s.p1), oil.energy_density(s.p2)];
                 AxisPowers {
-                    own: powers(stored, s, &rates, &lost),
+                    own: powers(stored, s, &rates, &[lost[0] + given[0], lost[1] + given[1]]),
                     compensators: lost[0] + lost[1],
                     port_valves: port_valve_powers(&rates),
+                    crossover: crossover_power(&rates),
+                    priority: given[0] + given[1],
                     lines: line_power(&rates),
                     drawn: rates.edges.supply(),
                     returned: rates.returned(),

@@ -60,6 +60,7 @@ impl<const N: usize> Crane<N> {
                 && !metered
                 && c.holding.iter().all(Option::is_none)
                 && !c.has_port_valves()
+                && !c.has_crossover_relief()
                 && !c.has_line_resistance()
         };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);

@@ -94,7 +94,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         for (c, unit) in self.cylinders.iter().enumerate() {
             let (a, b) = (x[layout.p1(c)], x[layout.p2(c)]);
             let ports = PortPressures { supply: mains, load, tank, a, b };
-            let edges = unit.valve.flows(x[layout.xs(c)], &ports);
+            let edges = unit.edge_flows(x[layout.xs(c)], &ports);
             drawn += edges.supply();
             if layout.tank().is_some() {
                 let relieved = unit.port_valves[0].flow(a, tank) + unit.port_valves[1].flow(b, tank);

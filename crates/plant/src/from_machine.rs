@@ -18,6 +18,7 @@ use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::connector::{dynamic_pressure_coefficient, Connector};
 use hydrocrane_physics::hydraulics::counterbalance::Counterbalance;
+use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::hose_burst::HoseBurst;
@@ -31,6 +32,7 @@ use hydrocrane_physics::hydraulics::metering::{Edge, Metering};
 use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
 use hydrocrane_physics::hydraulics::pilot_check::PilotCheck;
 use hydrocrane_physics::hydraulics::port_valves::{AntiCavitation, PortValves};
+use hydrocrane_physics::hydraulics::priority::Priority;
 use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
 use hydrocrane_physics::hydraulics::spool::Spool;
@@ -240,7 +242,9 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
             elastic: c.lines.iter().flatten().any(|line| !line.compliance.always(0.0)),
         },
         valve: valve(m, c),
+        priority: priority(&m.supply, c),
         port_valves: std::array::from_fn(|side| port_valves(&c.port_valves[side])),
+        crossover: CrossoverRelief { from: std::array::from_fn(|side| c.crossover[side].as_ref().map(port_relief)) },
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
@@ -300,17 +304,30 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
     }
 }
 
+/// `None` for the section that is served first, and where there is none.
+fn priority<T: Number>(of: &file::Supply<T>, c: &file::Cylinder<T>) -> Option<Priority<T>> {
+    let mains = of.mains.as_ref()?;
+    let (own, sensing) = (mains.priority.as_ref()?, mains.load_sensing.as_ref()?);
+    (own.cylinder != c.joint).then(|| Priority {
+        highest: if mains.pump.control.is_some() { of.pressure } else { mains.relief_pressure },
+        margin: sensing.margin,
+        kept: own.margin,
+        range: own.range,
+    })
+}
+
 fn port_valves<T: Number>(v: &file::PortValves<T>) -> PortValves<T> {
     PortValves {
-        relief: v
-            .relief
-            .as_ref()
-            .map(|v| ReliefValve { pressure: v.setting, gradient: v.nominal_flow / v.overpressure }),
+        relief: v.relief.as_ref().map(port_relief),
         anti_cavitation: v.anti_cavitation.as_ref().map(|v| AntiCavitation {
             opening_pressure: v.opening_pressure,
             coefficient: v.nominal_flow / (v.nominal_pressure_drop - v.opening_pressure).sqrt(),
         }),
     }
+}
+
+fn port_relief<T: Number>(v: &file::PortRelief<T>) -> ReliefValve<T> {
+    ReliefValve { pressure: v.setting, gradient: v.nominal_flow / v.overpressure }
 }
 
 fn load_holding<T: Number>(v: &file::LoadHolding<T>) -> LoadHolding<T> {

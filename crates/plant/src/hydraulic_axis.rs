@@ -5,10 +5,12 @@ use hydrocrane_physics::friction::lugre::{Friction, LuGre};
 use hydrocrane_physics::friction::{static_map, StaticParameters};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::connector::Connector;
+use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::leakage::Leakage;
 use hydrocrane_physics::hydraulics::port_valves::PortValves;
+use hydrocrane_physics::hydraulics::priority::Priority;
 use hydrocrane_physics::hydraulics::spool::Spool;
 use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures, SpoolValve};
 
@@ -35,8 +37,11 @@ pub enum FrictionLaw<T> {
 pub struct HydraulicAxis<T> {
     pub chambers: Chambers<T>,
     pub valve: SpoolValve<T>,
+    /// `None`: the section gives way to no other one.
+    pub priority: Option<Priority<T>>,
     /// At the piston side and at the rod side.
     pub port_valves: [PortValves<T>; 2],
+    pub crossover: CrossoverRelief<T>,
     pub spool: Spool<T>,
     pub leakage: Leakage<T>,
     pub connector: Connector<T>,
@@ -91,6 +96,8 @@ pub struct LocalRates<T> {
     pub edges: EdgeFlows<T>,
     /// From each port through its own valves to the tank, m^3/s.
     pub relieved: [T; 2],
+    /// From the piston-side port through a cross-over relief valve to the rod-side port, m^3/s.
+    pub crossed: T,
     /// Leakage from chamber 1 to 2 and from chamber 2 outside, m^3/s.
     pub internal_leakage: T,
     pub external_leakage: T,
@@ -121,6 +128,7 @@ impl<T: Copy> LocalRates<T> {
                 b_to_tank: f(e.b_to_tank),
             },
             relieved: [f(self.relieved[0]), f(self.relieved[1])],
+            crossed: f(self.crossed),
             internal_leakage: f(self.internal_leakage),
             external_leakage: f(self.external_leakage),
             ports: PortPressures { supply: f(p.supply), load: f(p.load), tank: f(p.tank), a: f(p.a), b: f(p.b) },
@@ -132,10 +140,12 @@ impl<T: Copy> LocalRates<T> {
 }
 
 impl<T: Real> LocalRates<T> {
-    /// Flow into the piston side and out of the rod side, m^3/s: that of the spool valve less that of the ports' own valves.
+    /// Flow into the piston side and out of the rod side, m^3/s: that of the spool valve less that of the ports' own valves and from
+    /// port to port.
     #[inline(always)]
     pub fn through_ports(&self) -> (T, T) {
-        (self.edges.port_a() - self.relieved[0], self.edges.port_b() + self.relieved[1])
+        let (a, b) = (self.edges.port_a() - self.relieved[0], self.edges.port_b() + self.relieved[1]);
+        (a - self.crossed, b - self.crossed)
     }
 
     /// Flow to the tank, m^3/s: through the spool valve, the ports' own valves, and past the rod.
@@ -196,6 +206,8 @@ impl<T: Real> FrictionLaw<T> {
 pub struct LawOutputs<T> {
     pub port_a: Port<T>,
     pub port_b: Port<T>,
+    /// From port to port, m^3/s.
+    pub crossed: T,
     /// Bulk moduli of the oil in both chambers, Pa.
     pub bulk: (T, T),
     pub friction: FrictionOutput<T>,
@@ -259,6 +271,7 @@ impl<T: Real> HydraulicAxis<T> {
         let outputs = LawOutputs {
             port_a: self.port_a(&ports, s.spool),
             port_b: self.port_b(&ports, s.spool),
+            crossed: self.crossover.flow(ports.a, ports.b),
             bulk: (fluid.bulk_modulus(s.p1), fluid.bulk_modulus(s.p2)),
             friction: self.friction.evaluate(s.v, s.z),
             stops: self.end_stop.force(s.x, s.v),
@@ -270,14 +283,48 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn port_a(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_a(spool, ports);
-        self.port(0, ports.a, ports.tank, (fed, drained))
+        self.port(0, ports.a, ports.tank, (self.left_by_priority(ports, fed), drained))
     }
 
     /// Flows of port B, likewise.
     #[inline(always)]
     pub fn port_b(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
         let (fed, drained) = self.valve.flows_at_b(spool, ports);
-        self.port(1, ports.b, ports.tank, (fed, drained))
+        self.port(1, ports.b, ports.tank, (self.left_by_priority(ports, fed), drained))
+    }
+
+    /// What a section that gives way gets of the flow `fed` from the supply, m^3/s.
+    #[inline(always)]
+    fn left_by_priority(&self, ports: &PortPressures<T>, fed: T) -> T {
+        match self.gives_way() {
+            Some(priority) => fed * priority.share(ports.supply, ports.load),
+            None => fed,
+        }
+    }
+
+    /// Where the section gives way to another one. Builds for the smallest chains only have none.
+    #[inline(always)]
+    fn gives_way(&self) -> Option<&Priority<T>> {
+        self.priority.as_ref().filter(|_| cfg!(feature = "chains"))
+    }
+
+    /// Flows through the edges of the valve, m^3/s.
+    pub fn edge_flows(&self, spool: T, ports: &PortPressures<T>) -> EdgeFlows<T> {
+        let flows = self.valve.flows(spool, ports);
+        EdgeFlows {
+            supply_to_a: self.left_by_priority(ports, flows.supply_to_a),
+            supply_to_b: self.left_by_priority(ports, flows.supply_to_b),
+            ..flows
+        }
+    }
+
+    /// Losses of the priority element at the edges to port A and to port B, W, at the pressures `p` at the valve.
+    #[inline(always)]
+    pub fn priority_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
+        let Some(priority) = self.gives_way() else { return [T::c(0.0); 2] };
+        let drop = |port: T| self.valve.compensator.drop(p.supply, p.load, port);
+        [(p.a, edges.supply_to_a), (p.b, edges.supply_to_b)]
+            .map(|(port, flow)| priority.loss(p.supply, p.load, drop(port), flow))
     }
 
     #[inline(always)]
@@ -307,7 +354,7 @@ impl<T: Real> HydraulicAxis<T> {
         s: &LocalState<T>,
         outputs: &LawOutputs<T>,
     ) -> LocalRates<T> {
-        let LawOutputs { port_a, port_b, friction, stops, .. } = outputs;
+        let LawOutputs { port_a, port_b, crossed, friction, stops, .. } = outputs;
         let edges = EdgeFlows {
             supply_to_a: port_a.fed,
             a_to_tank: port_a.drained,
@@ -315,10 +362,13 @@ impl<T: Real> HydraulicAxis<T> {
             b_to_tank: port_b.drained,
         };
         let (internal_leakage, external_leakage) = self.leakage.flows(s.p1, s.p2, supply_pressures.tank);
-        let inflow = (
+        let mut inflow = (
             edges.port_a() - internal_leakage - port_a.relieved,
             internal_leakage - external_leakage - edges.port_b() - port_b.relieved,
         );
+        if !self.crossover.is_none() {
+            inflow = (inflow.0 - *crossed, inflow.1 + *crossed);
+        }
         let (p1_rate, p2_rate) = self.chambers.pressure_rates(outputs.bulk, s.x, s.v, (s.p1, s.p2), inflow);
         LocalRates {
             force: self.chambers.force(s.p1, s.p2) + stops.0 + stops.1 - friction.force,
@@ -328,6 +378,7 @@ impl<T: Real> HydraulicAxis<T> {
             z_rate: friction.deflection_rate,
             edges,
             relieved: [port_a.relieved, port_b.relieved],
+            crossed: *crossed,
             internal_leakage,
             external_leakage,
             ports: PortPressures {
@@ -365,6 +416,8 @@ impl<T: Real> HydraulicAxis<T> {
             && compensator(self) == compensator(other)
             && held(self) == held(other)
             && at_ports(self) == at_ports(other)
+            && self.crossover.kinds() == other.crossover.kinds()
+            && self.priority.is_some() == other.priority.is_some()
             && curves(self) == curves(other)
             && out(self) == out(other)
             && lines(self) == lines(other)
@@ -384,7 +437,9 @@ impl<T: Copy> HydraulicAxis<T> {
         HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
+            priority: self.priority.map(|priority| priority.map(f)),
             port_valves: self.port_valves.map(|valves| valves.map(f)),
+            crossover: self.crossover.map(f),
             spool: self.spool.map(f),
             leakage: self.leakage.map(f),
             connector: self.connector.map(f),

@@ -7,8 +7,8 @@
 //! ```
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
 //! energy density at the chamber's pressure). Compensators add their losses; the loss of an edge from the supply is
-//! then that of its own drop. Relief and anti-cavitation valves of the ports are two more losses, the resistance of the
-//! lines is another one. With a pump, the energy of the mains is stored too:
+//! then that of its own drop. Relief and anti-cavitation valves of the ports are two more losses, cross-over relief valves, the
+//! resistance of the lines and the priority elements of sections that give way are others. With a pump, the energy of the mains is stored too:
 //! ```text
 //! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
 //! ```
@@ -59,6 +59,14 @@ pub const PORT_VALVE_TERMS: [Term; 2] = [
     ("anti_cavitation", "loss of the anti-cavitation valves of all ports", -1.0),
 ];
 
+/// The same for cross-over relief valves.
+pub const CROSSOVER_TERMS: [Term; 1] =
+    [("crossover_relief", "loss of the cross-over relief valves of all cylinders", -1.0)];
+
+/// The same for sections that give way to another one.
+pub const PRIORITY_TERMS: [Term; 1] =
+    [("priority", "loss of the priority elements of all sections that give way", -1.0)];
+
 /// The same for lines with a resistance.
 pub const LINE_TERMS: [Term; 1] = [("resistance", "loss of the resistance of all lines to the cylinders", -1.0)];
 
@@ -84,7 +92,7 @@ pub const TANK_LINE_TERMS: [Term; 7] = [
     ("carried", "elastic energy carried in with the oil", 1.0),
 ];
 
-/// Terms after those of the cylinders, each with its owner: of ground, compensators, port valves, lines, supply and tank line, if
+/// Terms after those of the cylinders, each with its owner: of ground, compensators, port valves, cross-over relief valves, priority, lines, supply and tank line, if
 /// the machine has them.
 pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let ground = machine.ground.iter().flat_map(|_| GROUND_TERMS.iter().map(|term| ("ground", term)));
@@ -93,11 +101,23 @@ pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let valves = COMPENSATOR_TERMS.iter().filter(|_| compensated).map(|term| ("valves", term));
     let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
     let ports = PORT_VALVE_TERMS.iter().filter(|_| at_ports).map(|term| ("valves", term));
+    let crossing = machine.cylinders.iter().any(Cylinder::has_crossover_relief);
+    let crossover = CROSSOVER_TERMS.iter().filter(|_| crossing).map(|term| ("valves", term));
+    let first = machine.supply.mains.as_ref().is_some_and(|mains| mains.priority.is_some());
+    let priority = PRIORITY_TERMS.iter().filter(|_| first).map(|term| ("valves", term));
     let resisting = machine.cylinders.iter().any(Cylinder::has_line_resistance);
     let lines = LINE_TERMS.iter().filter(|_| resisting).map(|term| ("lines", term));
     let returns = machine.supply.mains.iter().filter(|mains| mains.tank_line.is_some());
     let tank_line = returns.flat_map(|_| TANK_LINE_TERMS.iter().map(|term| ("tank_line", term)));
-    ground.chain(valves).chain(ports).chain(lines).chain(supply).chain(tank_line).collect()
+    ground
+        .chain(valves)
+        .chain(ports)
+        .chain(crossover)
+        .chain(priority)
+        .chain(lines)
+        .chain(supply)
+        .chain(tank_line)
+        .collect()
 }
 
 /// Power lost in both lines, W.
@@ -167,8 +187,14 @@ pub fn port_valve_powers<T: Real>(r: &LocalRates<T>) -> [T; PORT_VALVE_TERMS.len
     [a * out_a + b * out_b, -(a * in_a + b * in_b)]
 }
 
+/// Power lost in the cross-over relief valves, W.
+#[inline(always)]
+pub fn crossover_power<T: Real>(r: &LocalRates<T>) -> T {
+    (r.ports.a - r.ports.b) * r.crossed
+}
+
 /// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3, `compensated`
-/// the losses of the compensators before the two ports, W.
+/// the losses of compensators and priority elements before the two ports, W.
 #[inline(always)]
 pub fn powers<T: Real>(
     stored: [T; 2],

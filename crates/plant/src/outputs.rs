@@ -67,6 +67,10 @@ const OF_CONTROL: [(&str, &str, &str); 2] = [
     ("mains.shortfall", "Pa", "pressure that the mains lack; above zero while the pump cannot give what is asked for"),
 ];
 
+/// Further output if a section is served first.
+const OF_PRIORITY: [(&str, &str, &str); 1] =
+    [("mains.priority", "1", "share of its flow that each section gets that gives way to the one served first")];
+
 /// Further outputs if there is a tank line.
 const OF_TANK_LINE: [(&str, &str, &str); 4] = [
     ("tank_line.returned", "m^3/s", "flow of valves, leakage and main relief valve into the tank line"),
@@ -93,6 +97,13 @@ const AT_PORTS: [(&str, &str, &str); 2] = [
     ("relieved2", "m^3/s", "the same from the rod-side port"),
 ];
 
+/// Further output of each cylinder if any has cross-over relief valves.
+const CROSSED: [(&str, &str, &str); 1] = [(
+    "crossed",
+    "m^3/s",
+    "flow from the piston-side port through its cross-over relief valve to the rod-side port, negative the other way",
+)];
+
 /// Further outputs of each cylinder if the line to one has a resistance.
 const IN_LINES: [(&str, &str, &str); 2] = [
     ("line_drop1", "Pa", "pressure drop over the line to the piston side, positive while oil flows to the cylinder"),
@@ -111,14 +122,18 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let of_mains = if machine.supply.mains.is_some() { &OF_MAINS[..] } else { &[] };
     let controlled = |mains: &Mains| mains.pump.control.is_some() || mains.load_sensing.is_some();
     let of_control = if machine.supply.mains.as_ref().is_some_and(controlled) { &OF_CONTROL[..] } else { &[] };
+    let first = machine.supply.mains.as_ref().is_some_and(|mains| mains.priority.is_some());
+    let of_priority = if first { &OF_PRIORITY[..] } else { &[] };
     let returns = machine.supply.mains.as_ref().is_some_and(|mains| mains.tank_line.is_some());
     let of_tank_line = if returns { &OF_TANK_LINE[..] } else { &[] };
-    let global = GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control).chain(of_tank_line);
+    let global =
+        GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control).chain(of_priority).chain(of_tank_line);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
     let lines = machine.cylinders.iter().any(Cylinder::has_line_resistance);
-    let optional =
-        [(at_ports, &AT_PORTS[..]), (lines, &IN_LINES[..])].map(|(there, rows)| if there { rows } else { &[] });
+    let crossing = machine.cylinders.iter().any(Cylinder::has_crossover_relief);
+    let optional = [(at_ports, &AT_PORTS[..]), (crossing, &CROSSED[..]), (lines, &IN_LINES[..])];
+    let optional = optional.map(|(there, rows)| if there { rows } else { &[] });
     for rows in optional.into_iter().chain([&PER_CYLINDER[..]]) {
         for c in &machine.cylinders {
             for (name, unit, long_name) in rows {
@@ -194,6 +209,11 @@ pub fn write<T: Real, const N: usize>(
             of_control.copy_from_slice(&[setting, shortfall]);
             rest = others;
         }
+        if let Some(priority) = plant.priority() {
+            let (of_priority, others) = rest.split_at_mut(OF_PRIORITY.len());
+            of_priority[0] = priority.share(pressures.supply, pressures.load);
+            rest = others;
+        }
         if let Some(Return { whole, bypassed, filter_drop }) = unit.into_tank(pressures.tank) {
             let mut returned = relief_flow;
             rates.iter().for_each(|r| returned += r.returned());
@@ -205,6 +225,11 @@ pub fn write<T: Real, const N: usize>(
     if plant.has_port_valves() {
         let (relieved, others) = rest.split_at_mut(AT_PORTS.len() * N);
         relieved.iter_mut().zip(rates.iter().flat_map(|r| r.relieved)).for_each(|(out, flow)| *out = flow);
+        rest = others;
+    }
+    if plant.has_crossover_relief() {
+        let (crossed, others) = rest.split_at_mut(N);
+        crossed.iter_mut().zip(rates).for_each(|(out, r)| *out = r.crossed);
         rest = others;
     }
     if plant.has_line_resistance() {

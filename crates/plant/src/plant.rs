@@ -10,6 +10,7 @@ use hydrocrane_physics::geometry::frames::JointPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::priority::Priority;
 
 /// A crane of `N` joints, each moved by the cylinder of the same index.
 #[derive(Debug, Clone, Copy)]
@@ -68,6 +69,16 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Whether a port of a cylinder has valves of its own to the tank.
     pub fn has_port_valves(&self) -> bool {
         self.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| valves.kinds() != [false; 2]))
+    }
+
+    /// Whether a cylinder has cross-over relief valves. Builds for the smallest chains only have none.
+    pub fn has_crossover_relief(&self) -> bool {
+        cfg!(feature = "chains") && self.cylinders.iter().any(|c| !c.crossover.is_none())
+    }
+
+    /// What the sections that give way to another one have before their spools.
+    pub fn priority(&self) -> Option<&Priority<T>> {
+        self.cylinders.iter().find_map(|c| c.priority.as_ref()).filter(|_| cfg!(feature = "chains"))
     }
 
     /// Whether a line has a resistance.

@@ -391,10 +391,22 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             let beyond_line = ps - left(port, opening, ps - p);
             edge(opening, drop_to(beyond_line), 0.0) + edge(0.0, drop_to(p), sealed(port))
         };
+        // What a section that gives way to another one gets.
+        let share = match m.supply.mains.as_ref().and_then(|mains| Some((mains, mains.priority.as_ref()?))) {
+            Some((mains, first)) if first.cylinder != i => {
+                let highest = if mains.pump.control.is_some() { m.supply.pressure } else { mains.relief_pressure };
+                let margin = mains.load_sensing.as_ref().map_or(0.0, |sensing| sensing.margin);
+                let lacks = highest.min(load_pressure + margin) - ps;
+                let beyond = (margin - lacks - first.margin) / first.range;
+                rounded(beyond, 0.1) - rounded(beyond - 1.0, 0.1)
+            }
+            _ => 1.0,
+        };
         let from_supply = match valve.kind {
             ValveKind::FourThree => [checked(0, fed(0, pa, opened(0, xs))), checked(1, fed(1, pb, opened(2, -xs)))],
             ValveKind::Regenerative => [checked(0, fed(0, pa, opened(0, xs))), fed(1, pb, opened(2, xs.abs()))],
         };
+        let from_supply = from_supply.map(|flow| share * flow);
         // A separate edge to the tank, active while the section moves in this direction, holds the port's pressure.
         let drained = |port: usize, by_spool: f64, travel_that_way: f64| match &valve.meter_out[port] {
             Some(of) => {
@@ -428,7 +440,15 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             });
             relieved - refilled
         };
-        let (q_a, q_b) = (from_supply[0] - to_tank[0] - through(0), to_tank[1] - from_supply[1] + through(1));
+        // Through the cross-over relief valves from port A to port B.
+        let over = |port: usize, drop: f64| {
+            c.crossover[port]
+                .as_ref()
+                .map_or(0.0, |v| v.nominal_flow / v.overpressure * rounded(drop - v.setting, 0.5e5))
+        };
+        let across = over(0, pa - pb) - over(1, pb - pa);
+        let q_a = from_supply[0] - to_tank[0] - through(0) - across;
+        let q_b = to_tank[1] - from_supply[1] + through(1) - across;
         drawn += from_supply[0] + from_supply[1];
         // The load-sensing line sees the ports before the lines to the cylinder.
         let before_line = |port: usize, p: f64| p + over_line(port, from_supply[port] - to_tank[port]);

@@ -217,12 +217,15 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let (pressures, mut demand, mut compensated) =
             (self.pressures(layout, x), self.plant.no_demand(tank), T::c(0.0));
         let (mut at_ports, mut in_lines) = ([T::c(0.0); PORT_VALVE_TERMS.len()], T::c(0.0));
+        let (mut crossing, mut given_way) = (T::c(0.0), T::c(0.0));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let powers = group.powers(oil, &pressures, &local);
             group.write_powers(&powers.own, out);
             compensated += group.sum(powers.compensators);
             in_lines += group.sum(powers.lines);
+            crossing += group.sum(powers.crossover);
+            given_way += group.sum(powers.priority);
             demand.drawn += group.sum(powers.drawn);
             demand.returned += group.sum(powers.returned);
             for (sum, power) in at_ports.iter_mut().zip(powers.port_valves) {
@@ -237,6 +240,14 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         if self.plant.has_port_valves() {
             out[first..][..at_ports.len()].copy_from_slice(&at_ports);
             first += at_ports.len();
+        }
+        if self.plant.has_crossover_relief() {
+            out[first] = crossing;
+            first += 1;
+        }
+        if self.plant.priority().is_some() {
+            out[first] = given_way;
+            first += 1;
         }
         if self.plant.has_line_resistance() {
             out[first] = in_lines;

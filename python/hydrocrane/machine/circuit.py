@@ -11,10 +11,10 @@ from hydrocrane.machine.machine import Machine
 
 # Tables of parts on a line between a valve and a chamber, in the order from the valve to the cylinder. Each names its
 # `cylinder` and its `side`.
-ON_LINES = ("line", "hose-burst", "pilot-check", "counterbalance", "port-relief", "anti-cavitation")
+ON_LINES = ("line", "hose-burst", "pilot-check", "counterbalance", "port-relief", "crossover-relief", "anti-cavitation")
 SIDES = ("piston-side", "rod-side")
 # Tables of the circuit, and tables without relation to it. All others are reported as left out.
-READ = {"supply", "mains", "pump", "accumulator", "tank-line", "cylinder", "valve", *ON_LINES}
+READ = {"supply", "mains", "pump", "accumulator", "tank-line", "priority", "cylinder", "valve", *ON_LINES}
 OTHERS = {
     "extends", "include", "machine", "environment", "link", "joint", "friction", "fluid", "sensor", "payload",
     "equilibrium", "keep-out", "ground", "control", "errata",
@@ -63,12 +63,24 @@ class Section:
         Stroke of the piston, m.
     on_lines : tuple of (side, Table)
         Parts on the lines of the piston side (0) and of the rod side (1), from the valve to the cylinder.
+    priority : Table
+        ``[priority]`` of the machine.
     """
 
     cylinder: Table
     valve: Table
     stroke: float
     on_lines: tuple[tuple[int, Table], ...]
+    priority: Table
+
+    @property
+    def is_served_first(self) -> bool:
+        return self.priority.word("cylinder") == self.cylinder.name
+
+    @property
+    def gives_way(self) -> bool:
+        """Whether another section is served before this one."""
+        return self.priority.is_stated and not self.is_served_first
 
     @property
     def compensator(self) -> str:
@@ -164,4 +176,4 @@ def _section(machine: Machine, cylinder: str, stroke: float) -> Section:
     valve = next(valve for valve in named(machine, "valve") if valve.word("cylinder") == cylinder)
     found = [part for kind in ON_LINES for part in named(machine, kind) if part.word("cylinder") == cylinder]
     on_lines = tuple((SIDES.index(part.word("side")), part) for part in found)
-    return Section(table(machine, "cylinder", cylinder), valve, stroke, on_lines)
+    return Section(table(machine, "cylinder", cylinder), valve, stroke, on_lines, table(machine, "priority"))

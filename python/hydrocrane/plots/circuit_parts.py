@@ -196,6 +196,14 @@ def _compensator(sheet: Sheet, x: float, y: float, load: float, section: Section
     sheet.text(x - 9.0, y + 0.5 * LEADING, labels, side="right")
 
 
+def _priority(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+    symbols.priority_element(sheet, x, y)
+    sheet.line((load, y - 2.2), (x + 4.5, y - 2.2), kind="load")
+    sheet.dot(load, y - 2.2)
+    kept = stated("below load + {}", shown(section.priority.number("margin"), BAR))
+    sheet.text(x - 9.0, y + 0.5 * LEADING, ["gives way", kept], side="right")
+
+
 def _load_check(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
     symbols.check_valve(sheet, x, y)
 
@@ -207,6 +215,7 @@ def before_spool(section: Section) -> list[Inlet]:
     """The parts between the pump and the spool, from below."""
     edge = [_edge] if section.compensator == "behind-spool" else []
     return [
+        *([_priority] if section.gives_way else []),
         *edge,
         *([_compensator] if section.compensator != "none" else []),
         *([_load_check] if section.has_load_check else []),
@@ -289,13 +298,23 @@ def _port_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> 
     aside = x + out * 12.0
     symbols.to_tank(sheet, x, y + 9.0, aside)
     symbols.relief_valve(sheet, aside, y + 0.5)
-    flow, rise = shown(table.number("nominal-flow"), FLOW), shown(table.number("overpressure"), BAR)
-    labels = [
-        f"port relief {table.name}",
-        stated("{}", shown(table.number("setting"), BAR)),
-        stated("{} at + {}", flow, rise) or flow,
-    ]
+    labels = [f"port relief {table.name}", *_relief_labels(table)]
     _beside(sheet, aside + (12.0 if out > 0 else -9.0), y, out, labels)
+
+
+def _crossover_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    """From this line to the other one, between both."""
+    inside, level = x - out * 12.0, y - 9.0 + 0.9 * out
+    sheet.line((x, y + 9.0), (inside, y + 9.0), (inside, level), (-x, level))
+    symbols.relief_valve(sheet, inside, y)
+    sheet.dot(x, y + 9.0)
+    sheet.dot(-x, level)
+    _beside(sheet, x + out * 4.0, y, out, [f"cross-over relief {table.name}", *_relief_labels(table)])
+
+
+def _relief_labels(table: Table) -> list[str]:
+    flow, rise = shown(table.number("nominal-flow"), FLOW), shown(table.number("overpressure"), BAR)
+    return [shown(table.number("setting"), BAR), stated("{} at + {}", flow, rise) or flow]
 
 
 def _anti_cavitation(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
@@ -313,6 +332,7 @@ ON_LINE: dict[str, OnLine] = {
     "pilot-check": _pilot_check,
     "counterbalance": _counterbalance,
     "port-relief": _port_relief,
+    "crossover-relief": _crossover_relief,
     "anti-cavitation": _anti_cavitation,
 }
 
@@ -333,6 +353,7 @@ def valve_labels(section: Section) -> list[str]:
         stated("{} at {}", flow, drop) or stated("{} at {} per edge", flow, edge),
         stated("stroke {}", shown(valve.number("stroke"), LENGTH)) + stated(", overlap {}", overlap),
         "" if ratios is None else f"edges to tank × {ratios[0]:.3g}, {ratios[1]:.3g}",
+        "served first" if section.is_served_first else "",
     ]
 
 

@@ -79,6 +79,14 @@ def compensator(sheet: Sheet, x: float, y: float, behind: bool) -> None:
     spring(sheet, right, y + 1.8, 1.0, length=4.5)
 
 
+def priority_element(sheet: Sheet, x: float, y: float) -> None:
+    """In a vertical line that flows up: the pressure upstream opens it, spring and load at the right close it."""
+    pressure_valve(sheet, x, y, open_at_rest=True)
+    left, right, level = x - 0.5 * BOX, x + 0.5 * BOX, y - 0.5 * BOX - 1.8
+    sheet.line((x, level), (left - 2.2, level), (left - 2.2, y), (left, y), kind="pilot")
+    spring(sheet, right, y + 1.8, 1.0, length=4.5)
+
+
 def counterbalance_valve(sheet: Sheet, x: float, y: float, out: float) -> None:
     """In a vertical line from the cylinder above: a check valve lets oil up, the square down; spring towards `out`."""
     inside, reach = x - out * 10.0, 0.5 * BOX + 3.0

@@ -39,6 +39,8 @@ def lines_with_everything():
         **part("port-relief", "down", "lift", "rod-side", setting="230 bar"),
         **part("anti-cavitation", "boom", "lift", "piston-side", **drop),
         **part("anti-cavitation", "down", "lift", "rod-side", opening_pressure="0.3 bar", **drop),
+        **part("crossover-relief", "tip", "extension", "piston-side", setting="160 bar"),
+        **part("crossover-relief", "back", "extension", "rod-side", setting="170 bar", overpressure="12 bar"),
         **part("pilot-check", "jib", "jib", "rod-side", pilot_ratio=4.0, **drop),
         **part("hose-burst", "jib", "jib", "piston-side", closing_flow="66 l/min", bleed=0.01, **drop),
         "accumulator.main.volume": "0.5 l", "accumulator.main.precharge": "90 bar",
@@ -60,6 +62,7 @@ MACHINES = {
     "flow sharing": ("rottne-f9-pump", SHARING),
     "all parts": ("rottne-f9-ls", lines_with_everything()),
     "tank line": ("rottne-f9-ls", TANK_LINE),
+    "served first": ("rottne-f9-mobile", {"priority.cylinder": "jib", "priority.margin": "9 bar"}),
     "measured": ("hiab-xs031", {"supply.measured": "yes"}),
 }
 
@@ -168,6 +171,7 @@ def test_what_stands_on_lines_is_drawn_with_its_values():
     shown = texts(crane)
     for text in (
         "line boom", "6 m × Ø 12 mm", "0.08 cm³/bar", "walls at 60 l/min", "300 cm³", "60 l/min at 7 bar",
+        "cross-over relief tip", "160 bar", "60 l/min at + 12 bar",
         "port relief boom", "220 bar", "60 l/min at + 15 bar", "anti-cavitation down", "60 l/min at 5 bar",
         "opens at 0.3 bar", "pilot check jib", "pilot ratio 4", "hose burst jib", "closes above 66 l/min",
         "bleed 1 %", "accumulator main", "500 cm³", "precharge 90 bar",
@@ -192,6 +196,14 @@ def test_the_tank_line_is_drawn_with_its_filter_and_takes_the_oil_of_the_relief_
     assert with_line == without + 1
 
 
+def test_the_sections_that_give_way_are_told_from_the_one_served_first():
+    crane = hc.load_machine(*MACHINES["served first"])
+    assert circuits.read(crane).left_out == ()
+    shown = texts(crane)
+    assert shown.count("gives way") == shown.count("below load + 9 bar") == 2
+    assert shown.count("served first") == 1 and "served first" not in texts(hc.load_machine("rottne-f9-mobile"))
+
+
 def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_path):
     run("new", tmp_path / "crane", "--machine", "rottne-f9-lab", "--pump", "fixed")
     fixed = hc.load_machine(tmp_path / "crane" / "machine.toml")
@@ -203,7 +215,7 @@ def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_
 def test_only_a_pump_that_senses_the_load_has_a_line_for_it():
     kinds = {name: {stroke.kind for stroke in diagram(hc.load_machine(*MACHINES[name])).strokes} for name in MACHINES}
     assert {name for name, found in kinds.items() if "load" in found} == {
-        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts", "tank line",
+        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts", "tank line", "served first",
     }  # fmt: skip
 
 

@@ -1,5 +1,5 @@
-//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[anti-cavitation]`, `[accumulator]` and `[tank-line]`: what
-//! stands in a circuit beside cylinders, valves and pump.
+//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[crossover-relief]`, `[anti-cavitation]`, `[accumulator]`, `[tank-line]` and
+//! `[priority]`: what stands in a circuit beside cylinders, valves and pump.
 
 use super::Key;
 use super::Sign::{NonNegative, Positive};
@@ -148,6 +148,18 @@ pub static TANK_LINE: &[Key] = &[
     Key::table("filter", FILTER).otherwise("none").means("The return filter at the end of the line."),
 ];
 
+pub static PRIORITY: &[Key] = &[
+    Key::text("cylinder").required().means("The cylinder whose section is served first."),
+    Key::quantity("margin", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("2 bar", "50 bar", 10.0)])
+        .means("Pressure over the load-sensing line that is kept for that section: all other sections are shut there. At least the drop that it needs over its edge."),
+    Key::quantity("range", &[PRESSURE], Positive)
+        .defaults(&["2 bar"])
+        .usual(&[("0.5 bar", "20 bar", 10.0)])
+        .means("Rise beyond the margin at which the other sections are free."),
+];
+
 static FILTER: &[Key] = &[
     nominal_flow("Flow through the filter at its nominal pressure drop.").required(),
     Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
@@ -171,6 +183,20 @@ pub static PORT_RELIEF: &[Key] = &[
         .required()
         .usual(&[("20 bar", "500 bar", 4.0)])
         .means("Pressure over that of the tank at which it begins to open."),
+    nominal_flow("Flow at the overpressure.").required(),
+    Key::quantity("overpressure", &[PRESSURE], Positive)
+        .defaults(&["20 bar"])
+        .usual(&[("1 bar", "100 bar", 10.0)])
+        .means("Rise beyond the setting at which the nominal flow passes."),
+];
+
+pub static CROSSOVER_RELIEF: &[Key] = &[
+    cylinder("The cylinder that it protects."),
+    side("The side that it relieves; the oil flows to the other side."),
+    Key::quantity("setting", &[PRESSURE], Positive)
+        .required()
+        .usual(&[("20 bar", "500 bar", 4.0)])
+        .means("Pressure of that side over the other one at which it begins to open."),
     nominal_flow("Flow at the overpressure.").required(),
     Key::quantity("overpressure", &[PRESSURE], Positive)
         .defaults(&["20 bar"])

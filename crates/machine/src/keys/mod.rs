@@ -51,6 +51,10 @@ pub static MACHINE: &[Key] = &[
         .otherwise("none")
         .means("A relief (shock) valve from one side of a cylinder to the tank.")
         .source("theory/hydraulics/port_valves.md"),
+    Key::tables("crossover-relief", circuit::CROSSOVER_RELIEF)
+        .otherwise("none")
+        .means("A cross-over relief valve from one side of a cylinder to the other one.")
+        .source("theory/hydraulics/crossover_relief.md"),
     Key::tables("anti-cavitation", circuit::ANTI_CAVITATION)
         .otherwise("none")
         .means("A check valve from the tank to one side of a cylinder: it feeds a chamber that a load empties faster than the valve fills it.")
@@ -74,6 +78,10 @@ pub static MACHINE: &[Key] = &[
         .otherwise("what returns is at the pressure of the tank")
         .means("The line through which oil returns to the tank, with its filter; only with [mains].")
         .source("theory/hydraulics/tank_line.md"),
+    Key::table("priority", circuit::PRIORITY)
+        .otherwise("no section is served first")
+        .means("The section that is served first when the pump cannot give what all ask for; only with a pump that senses the load.")
+        .source("theory/hydraulics/priority.md"),
     Key::table("payload", structure::PAYLOAD).means("The load at the tip."),
     Key::table("equilibrium", hydraulics::EQUILIBRIUM).means("Pressures of a crane at rest."),
     Key::tables("sensor", sensor::SENSOR)

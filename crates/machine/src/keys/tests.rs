@@ -29,7 +29,8 @@ const MACHINE_WITH_MORE: &str = r#"
     [machine]
     class = "assumed"
     [pump.main]
-    type = "pressure-compensated"
+    type = "load-sensing"
+    ls-margin = "20 bar"
     displacement = "45 ml"
     speed = "1500 rpm"
     droop = "5 %"
@@ -70,6 +71,11 @@ const MACHINE_WITH_MORE: &str = r#"
     side = "piston-side"
     setting = "250 bar"
     nominal-flow = "40 l/min"
+    [crossover-relief.jib]
+    cylinder = "jib"
+    side = "piston-side"
+    setting = "120 bar"
+    nominal-flow = "40 l/min"
     [anti-cavitation.lift]
     cylinder = "lift"
     side = "rod-side"
@@ -83,6 +89,9 @@ const MACHINE_WITH_MORE: &str = r#"
     nominal-flow = "60 l/min"
     nominal-pressure-drop = "0.5 bar"
     bypass-pressure = "1.5 bar"
+    [priority]
+    cylinder = "jib"
+    margin = "5 bar"
     [accumulator.main]
     volume = "1 l"
     precharge = "90 bar"

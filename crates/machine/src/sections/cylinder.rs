@@ -78,6 +78,7 @@ fn read_cylinder<T: Number>(
         holding: [None, None],
         lines: [None, None],
         port_valves: std::array::from_fn(|_| PortValves { relief: None, anti_cavitation: None }),
+        crossover: [None, None],
         friction,
     })
 }

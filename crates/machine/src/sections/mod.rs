@@ -17,8 +17,10 @@ mod load_holding;
 mod metering;
 mod on_a_side;
 mod port_valves;
+mod priority;
 mod reference;
 mod resistance;
+mod return_pressure;
 mod sensor;
 mod signal_chain;
 mod supply;
@@ -51,6 +53,7 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
 
     let mut supply = supply::read(&root)?;
     tank_line::read(&root, &fluid, &mut supply)?;
+    priority::read(&root, &cylinders, &mut supply)?;
 
     let mut machine = Machine {
         name: head.text("name")?.into(),
@@ -76,6 +79,8 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
     };
     errata::check_printed_viscosity(&root, &machine)?;
     supply::check(&root, &machine)?;
+    return_pressure::check(&root, &machine)?;
+    priority::check(&root, &machine)?;
     machine.warnings = log.unusual();
     machine.words = log.words();
     machine.provenance = log.in_order_of(tree);

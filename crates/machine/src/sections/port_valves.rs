@@ -1,4 +1,5 @@
-//! `[port-relief.<name>]` and `[anti-cavitation.<name>]`: valves between a side of a cylinder and the tank.
+//! `[port-relief.<name>]` and `[anti-cavitation.<name>]`: valves between a side of a cylinder and the tank; `[crossover-relief.<name>]`: between
+//! both sides.
 
 use crate::errors::ErrorKind;
 use crate::model::{AntiCavitation, Cylinder, PortRelief};
@@ -11,6 +12,10 @@ pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>]) -> Result<(
     for (_, table) in root.named_tables("port-relief")? {
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;
         on_a_side::put(&table, &cylinder.name, &mut cylinder.port_valves[side].relief, relief(&table)?)?;
+    }
+    for (_, table) in root.named_tables("crossover-relief")? {
+        let (cylinder, side) = on_a_side::place(&table, cylinders)?;
+        on_a_side::put(&table, &cylinder.name, &mut cylinder.crossover[side], relief(&table)?)?;
     }
     for (_, table) in root.named_tables("anti-cavitation")? {
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;

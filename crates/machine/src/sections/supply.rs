@@ -87,25 +87,10 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     check_size(root, machine, mains)
 }
 
-/// At full stroke the compensator of a section leaves the edge its setting; without one the supply pressure falls over both edges, if
-/// there is no load.
+/// Warns if one section takes more than the pump gives.
 fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
-    let (pump, supply) = (&mains.pump, &machine.supply);
-    let idle = pump.displacement.plain() / TAU * pump.speed.plain();
-    let rise = supply.pressure.plain() - supply.tank_pressure.plain();
-    let torque = pump.displacement.plain() / TAU * rise / pump.hydromechanical_efficiency.plain();
-    // Speed loss of an engine at the supply pressure.
-    let lost = pump.engine.as_ref().map_or(0.0, |of| of.droop.plain() * torque / of.rated_torque.plain());
-    let given = idle * (pump.volumetric_efficiency.plain() - lost.min(1.0));
-    let asked = |valve: &Valve<T>| {
-        let drop = match (&valve.compensator, &mains.load_sensing) {
-            (Compensator::Before(setting), _) => setting.plain(),
-            (Compensator::Behind, Some(sensing)) => sensing.margin.plain(),
-            _ => 0.5 * (supply.pressure.plain() - supply.tank_pressure.plain()),
-        };
-        valve.largest_feed() * valve.nominal_flow.plain() * libm::sqrt(drop / valve.edge_pressure_drop.plain())
-    };
-    let asked = machine.cylinders.iter().map(|cylinder| (asked(&cylinder.valve), &cylinder.valve.name));
+    let given = given(machine, mains);
+    let asked = machine.cylinders.iter().map(|c| (asked(machine, mains, &c.valve), &c.valve.name));
     let Some((most, valve)) = asked.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(most, _)| *most > given) else {
         return Ok(());
     };
@@ -117,6 +102,28 @@ fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) 
         "use a larger one, or expect the mains pressure to fall".into(),
     );
     Ok(())
+}
+
+/// Flow of the pump at full displacement and the supply pressure, m^3/s.
+pub fn given<T: Number>(machine: &Machine<T>, mains: &Mains<T>) -> f64 {
+    let (pump, supply) = (&mains.pump, &machine.supply);
+    let idle = pump.displacement.plain() / TAU * pump.speed.plain();
+    let rise = supply.pressure.plain() - supply.tank_pressure.plain();
+    let torque = pump.displacement.plain() / TAU * rise / pump.hydromechanical_efficiency.plain();
+    // Speed loss of an engine at the supply pressure.
+    let lost = pump.engine.as_ref().map_or(0.0, |of| of.droop.plain() * torque / of.rated_torque.plain());
+    idle * (pump.volumetric_efficiency.plain() - lost.min(1.0))
+}
+
+/// Flow that a section takes at full stroke, m^3/s. Its compensator leaves the edge its setting; without one the supply pressure falls
+/// over both edges, if there is no load.
+pub fn asked<T: Number>(machine: &Machine<T>, mains: &Mains<T>, valve: &Valve<T>) -> f64 {
+    let drop = match (&valve.compensator, &mains.load_sensing) {
+        (Compensator::Before(setting), _) => setting.plain(),
+        (Compensator::Behind, Some(sensing)) => sensing.margin.plain(),
+        _ => 0.5 * (machine.supply.pressure.plain() - machine.supply.tank_pressure.plain()),
+    };
+    valve.largest_feed() * valve.nominal_flow.plain() * libm::sqrt(drop / valve.edge_pressure_drop.plain())
 }
 
 /// Warns if a compensator needs the whole margin.
@@ -188,6 +195,7 @@ fn lines<T: Number>(
         load_sensing,
         accumulator: None,
         tank_line: None,
+        priority: None,
     };
     if mains.pump.control.is_none() || mains.relief_pressure.plain() > supply.pressure.plain() {
         return Ok(mains);

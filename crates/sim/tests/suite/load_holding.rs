@@ -205,7 +205,7 @@ fn a_hose_burst_valve_closes_above_its_flow_and_leaves_its_bleed() {
 
 /// Net oil that a cylinder takes, stores and passes on, m^3/s, by what its pressures do: flows into both chambers less what is
 /// stored and what makes room; and the largest flow.
-fn oil_that_is_lost(m: &dyn Model, c: usize, x: &[f64], u: &[f64], payload: f64) -> (f64, f64) {
+pub fn oil_that_is_lost(m: &dyn Model, c: usize, x: &[f64], u: &[f64], payload: f64) -> (f64, f64) {
     let cylinder = &m.machine().cylinders[c];
     let mut dx = vec![0.0; x.len()];
     m.derivative(x, u, payload, &mut dx);

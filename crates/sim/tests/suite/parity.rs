@@ -36,7 +36,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding and port valves, lines, accumulators and
+/// Fixed pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, accumulators and
 /// measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
@@ -85,6 +85,14 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         )
     });
     let at = |cylinder: &str, side: &str| format!("cylinder = \"{cylinder}\"\nside = \"{side}\"\n");
+    let crossing = |cylinder: &str| {
+        format!(
+            "[crossover-relief.{cylinder}]\n{}setting = \"30 bar\"\nnominal-flow = \"60 l/min\"\n\
+             [crossover-relief.{cylinder}-2]\n{}setting = \"45 bar\"\nnominal-flow = \"40 l/min\"\noverpressure = \"10 bar\"\n",
+            at(cylinder, "piston-side"),
+            at(cylinder, "rod-side")
+        )
+    };
     let passing = "nominal-flow = \"40 l/min\"\nnominal-pressure-drop = \"5 bar\"\n";
     let checked = |cylinder: &str| {
         format!(
@@ -116,6 +124,8 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         [tank-line.filter]\nnominal-flow = \"60 l/min\"\nnominal-pressure-drop = \"1 bar\"\n";
     let bypassed = format!("{returning}bypass-pressure = \"2 bar\"\n");
     let held = unloaded.clone() + &on_both_sides;
+    let first =
+        |cylinder: &str| format!("[priority]\ncylinder = \"{cylinder}\"\nmargin = \"3 bar\"\nrange = \"20 bar\"\n");
     let lifting = sharing.clone() + &holding("lift", "piston-side") + &holding("tilt", "rod-side");
     let curve = |valve: &str, edge: &str, points: &str| format!("[valve.{valve}.metering.{edge}]\n{points}\n");
     let notch = "travel = [0, 0.1, 0.2, 0.6, 1]\narea = [0, 0, 0.05, 0.3, 0.9]";
@@ -140,6 +150,20 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         ("hiab-xs031", sharing.clone() + &resisting("lift") + &resisting("tilt") + &at_ports.concat()),
         ("hiab-xs031", lifting.clone() + &alone("lift", "piston-side") + &resisting("extension")),
         ("single-cylinder", unloaded.clone() + &checked("test") + &alone("test", "piston-side")),
+        ("hiab-xs031", sharing.clone() + &first("tilt")),
+        ("rottne-f9-lab", unloaded.clone() + &first("jib")),
+        ("hiab-xs031", lifting.clone() + &first("lift") + &resisting("extension") + &bypassed),
+        ("single-cylinder", crossing("test")),
+        ("hiab-xs031", crossing("lift")),
+        (
+            "hiab-xs031",
+            lifting.clone()
+                + &crossing("tilt")
+                + &crossing("lift")
+                + &at_ports.concat()
+                + &resisting("extension")
+                + &bypassed,
+        ),
         ("single-cylinder", on_both_sides),
         ("hiab-xs031", at_ports[0].clone()),
         ("hiab-xs031", checked("lift") + &lines("tilt")),

@@ -14,20 +14,20 @@ fn relief(cylinder: &str, side: &str, setting: &str) -> String {
 }
 
 /// An anti-cavitation valve of 80 l/min at 2 bar.
-fn feeding(cylinder: &str, side: &str) -> String {
+pub fn feeding(cylinder: &str, side: &str) -> String {
     format!("[anti-cavitation.{cylinder}-{side}]\ncylinder = \"{cylinder}\"\nside = \"{side}\"\nnominal-flow = \"80 l/min\"\nnominal-pressure-drop = \"2 bar\"\n")
 }
 
 const GRADIENT: f64 = 10e-3 / 60.0 / 20e5;
 
-fn areas(m: &dyn Model) -> [f64; 2] {
+pub fn areas(m: &dyn Model) -> [f64; 2] {
     let cylinder = &m.machine().cylinders[0];
     let area = FRAC_PI_4 * cylinder.bore.powi(2);
     [area, area - FRAC_PI_4 * cylinder.rod_diameter.powi(2)]
 }
 
 /// The loader crane lowers 300 kg with its valve wide open, and stops.
-fn lowering(more: &str) -> (Arc<dyn Model>, Run) {
+pub fn lowering(more: &str) -> (Arc<dyn Model>, Run) {
     let m = extended("hiab-xs031", more);
     let options = RunOptions { payload: 300.0, ..options("rodas5p") };
     let start = m.equilibrium(&[1.0, -0.6, 0.5], EquilibriumMode::Hold, options.payload).expect("a pose");

@@ -162,3 +162,32 @@ fn a_tank_line_that_cannot_be_is_said() {
     let half = LINE.replace("nominal-pressure-drop = \"3 bar\"\n", "");
     assert!(refused("rottne-f9-pump", &half).contains("nominal-pressure-drop"));
 }
+
+#[test]
+fn a_high_return_pressure_is_said() {
+    let warned = |base: &str, more: &str| {
+        let text = format!(
+            "extends = \"{base}\"\n[machine]\nclass = \"assumed\"\n[supply]\ntank-pressure = \"0.5 bar\"\n{more}"
+        );
+        parse(&text, "tank-line.toml", &[]).unwrap_or_else(|error| panic!("{error}")).warnings
+    };
+    assert!(warned("rottne-f9-mobile", LINE).is_empty());
+    // The pump gives 24.53 l/min, less than the sections take. The jib takes 12 of them, and returns 4/3 of that as it retracts.
+    let given = 18e-6 * 1450.0 / 60.0 * 0.94;
+    let [line, filter] = by_hand(given + 4.0 / 60e3, false);
+    assert!((given * 60e3 - 24.534).abs() < 1e-9 && line > filter);
+    let narrow = LINE.replace("\"3 bar\"", "\"12 bar\"");
+    let found = warned("rottne-f9-mobile", &narrow);
+    let [warning] = &found[..] else { panic!("{found:?}") };
+    assert_eq!(warning.key, "tank-line.nominal-pressure-drop");
+    let text = format!(
+        "{:.1} bar while 29 l/min return, which happens when `jib` retracts",
+        (0.5e5 + 4.0 * line + filter) / 1e5
+    );
+    assert!(warning.text.contains(&text), "{text}: {}", warning.text);
+    // Of the filter; with a bypass valve there is nothing to say.
+    let fine = LINE.replace("\"2 bar\"", "\"9 bar\"");
+    let found = warned("rottne-f9-mobile", &fine);
+    assert_eq!(found.iter().map(|of| of.key.as_str()).collect::<Vec<_>>(), ["tank-line.filter.nominal-pressure-drop"]);
+    assert!(warned("rottne-f9-mobile", &format!("{fine}{BYPASS}")).is_empty());
+}
