@@ -108,6 +108,17 @@ pub enum Fault {
     Fatal(String),
 }
 
+/// [`Controller::copied`] of a controller that can be cloned.
+macro_rules! copied_by_clone {
+    () => {
+        #[cfg(feature = "std")]
+        fn copied(&self) -> Option<Box<dyn Controller>> {
+            Some(Box::new(self.clone()))
+        }
+    };
+}
+pub(crate) use copied_by_clone;
+
 /// A sampled controller.
 pub trait Controller: Send {
     /// Fixed time between samples, s.
@@ -125,6 +136,11 @@ pub trait Controller: Send {
         spool: &mut [f64],
     ) -> Result<(), Fault> {
         self.step(measured, stick, spool)
+    }
+    /// Another one in the same state, which goes on alike; `None` where it cannot be copied.
+    #[cfg(feature = "std")]
+    fn copied(&self) -> Option<Box<dyn Controller>> {
+        None
     }
     /// Whether it needs the chamber pressures.
     fn reads_pressures(&self) -> bool {

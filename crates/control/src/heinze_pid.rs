@@ -7,7 +7,7 @@
 //! of the right-hand side (E22). Steps 6 and 8, which the program leaves out, are settings: the
 //! [working area](crate::working_area) and the [penalty](crate::penalty).
 
-use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::controller::{copied_by_clone, Controller, Fault, Measurement, Stick};
 use crate::controller_model::ControllerModel;
 use crate::inverse_kinematics::{branches, Printed, TooFewRevolute};
 use crate::penalty::{self, Weights};
@@ -62,6 +62,7 @@ pub fn printed_gains<const N: usize>() -> [Gains; N] {
     core::array::from_fn(|i| of(if i == 0 { 1e-4 } else { 5e-3 }))
 }
 
+#[derive(Clone)]
 pub struct HeinzePid<const N: usize> {
     model: ControllerModel<N>,
     settings: Settings<N>,
@@ -158,6 +159,8 @@ impl<const N: usize> HeinzePid<N> {
 }
 
 impl<const N: usize> Controller for HeinzePid<N> {
+    copied_by_clone!();
+
     fn period(&self) -> f64 {
         self.settings.period
     }

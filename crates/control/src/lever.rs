@@ -2,7 +2,7 @@
 //!
 //! What an operator without crane-tip control has. Nothing is measured, nothing is corrected.
 
-use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::controller::{copied_by_clone, Controller, Fault, Measurement, Stick};
 use crate::slow_down::checked_levers;
 
 /// Spool command = deflection times the full spool stroke.
@@ -22,6 +22,8 @@ impl<const N: usize> Lever<N> {
 }
 
 impl<const N: usize> Controller for Lever<N> {
+    copied_by_clone!();
+
     fn period(&self) -> f64 {
         self.period
     }

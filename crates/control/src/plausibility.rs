@@ -115,6 +115,7 @@ const SPEEDS: [f64; 2] = [0.01, 0.1];
 /// Share of the load that accelerations may add.
 const DYNAMIC: f64 = 0.25;
 
+#[derive(Clone)]
 pub struct Monitor<const N: usize> {
     model: ControllerModel<N>,
     settings: Settings<N>,

@@ -8,9 +8,10 @@ use crate::controller::{Controller, Fault, Measurement, Stick};
 use crate::plausibility::{Kind, Monitor, Returned};
 use crate::signal::Signal;
 use crate::valve_learning::LearntValve;
+use std::sync::Arc;
 
 /// Spool position (m) that a command (m) to the valve of a cylinder asks for.
-pub type SpoolOf = Box<dyn Fn(usize, f64) -> f64 + Send>;
+pub type SpoolOf = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync>;
 
 /// Longest time that a controller takes to stop without a sensor, s; then the valves close.
 const STOPPING: f64 = 1.5;
@@ -162,6 +163,17 @@ const ROUNDING: f64 = 1e-6;
 impl<const N: usize> Controller for SafeState<N> {
     fn period(&self) -> f64 {
         self.inner.period()
+    }
+
+    fn copied(&self) -> Option<Box<dyn Controller>> {
+        Some(Box::new(SafeState {
+            inner: self.inner.copied()?,
+            monitor: self.monitor.clone(),
+            spool_of: self.spool_of.clone(),
+            names: self.names.clone(),
+            notices: self.notices.clone(),
+            ..*self
+        }))
     }
 
     fn reset(&mut self, first: &Measurement) {

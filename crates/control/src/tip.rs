@@ -4,7 +4,7 @@
 //! (set-point, redundancy, scaling that keeps the direction) -> modelled load forces -> spool commands.
 
 use crate::chamber_estimate::Pressures;
-use crate::controller::{Controller, Fault, Goal, Measurement, Stick};
+use crate::controller::{copied_by_clone, Controller, Fault, Goal, Measurement, Stick};
 use crate::controller_model::{ControllerModel, Posture};
 use crate::damping::{Damping, DampingGains};
 use crate::drive::{Demand, Drive, DriveGains};
@@ -51,6 +51,7 @@ hydrocrane_num::stored!([const N: usize] Settings<N> {
     settling: f64,
 });
 
+#[derive(Clone)]
 pub struct Tip<const N: usize> {
     model: ControllerModel<N>,
     settings: Settings<N>,
@@ -60,6 +61,7 @@ pub struct Tip<const N: usize> {
     names: Names,
 }
 
+#[derive(Clone)]
 struct State<const N: usize> {
     reference: Reference<N>,
     drives: [Drive; N],
@@ -518,6 +520,7 @@ impl<const N: usize> State<N> {
 }
 
 impl<const N: usize> Controller for Tip<N> {
+    copied_by_clone!();
     fn period(&self) -> f64 {
         self.settings.period
     }
@@ -555,9 +558,7 @@ impl<const N: usize> Controller for Tip<N> {
             self.state = None;
             return Err(Fault::NoCommand);
         }
-        for (out, u) in spool.iter_mut().zip(command) {
-            *out = u;
-        }
+        spool.iter_mut().zip(command).for_each(|(out, u)| *out = u);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! One instance of an FMU, with the common part of FMI 2.0 and 3.0: modes, values, steps, states, messages.
 
-use hydrocrane_fmu::{open, Fault, Kind, Part, Resources, Use};
+use hydrocrane_fmu::{open, Fault, Kept, Kind, Part, Resources, Use};
 use std::ffi::{c_int, c_void, CString};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::path::Path;
@@ -49,6 +49,28 @@ impl Mode {
 pub enum Interface {
     ModelExchange,
     CoSimulation,
+}
+
+/// A state of an instance that a tool keeps.
+pub struct State {
+    mode: Mode,
+    /// s
+    start: f64,
+    part: Kept,
+}
+
+impl State {
+    pub fn bytes(&self) -> Result<Vec<u8>, Problem> {
+        Ok([&[self.mode as u8][..], &self.start.to_le_bytes(), &self.part.bytes()?].concat())
+    }
+
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self, Problem> {
+        let damaged = || Problem::from("this is no state of this FMU".to_string());
+        let (head, rest) = bytes.split_first_chunk::<1>().ok_or_else(damaged)?;
+        let (start, part) = rest.split_first_chunk::<8>().ok_or_else(damaged)?;
+        let mode = Mode::ALL.get(usize::from(head[0])).copied().ok_or_else(damaged)?;
+        Ok(State { mode, start: f64::from_le_bytes(*start), part: Kept::Bytes(part.to_vec()) })
+    }
 }
 
 /// Sends a message to the tool.
@@ -202,11 +224,11 @@ impl Component {
 
     pub fn exit_initialisation(&mut self) -> Done {
         self.require(&[Mode::Initialising])?;
-        let doubts = self.part.begin(self.start)?;
+        let mut doubts = self.part.begin(self.start)?;
         self.mode = match self.interface {
             Interface::CoSimulation => Mode::Stepping,
             Interface::ModelExchange => {
-                self.part.exchange()?;
+                doubts.extend(self.part.exchange()?);
                 Mode::Event
             }
         };
@@ -386,20 +408,13 @@ impl Component {
     }
 
     /// The changing state of the instance.
-    pub fn save(&mut self) -> Result<Vec<u8>, Problem> {
-        let bytes = self.part.save().ok_or_else(|| "this FMU cannot keep its state".to_string())?;
-        let head = [self.mode as u8];
-        Ok([&head[..], &self.start.to_le_bytes(), &bytes].concat())
+    pub fn keep(&mut self) -> Result<State, Problem> {
+        Ok(State { mode: self.mode, start: self.start, part: self.part.keep()? })
     }
 
-    pub fn load(&mut self, state: &[u8]) -> Done {
-        let damaged = || Problem::from("this is no state of this FMU".to_string());
-        let (head, rest) = state.split_at_checked(1).ok_or_else(damaged)?;
-        let (start, bytes) = rest.split_at_checked(8).ok_or_else(damaged)?;
-        let mode = Mode::ALL.get(head[0] as usize).copied().ok_or_else(damaged)?;
-        self.part.load(bytes)?;
-        self.mode = mode;
-        self.start = f64::from_le_bytes(start.try_into().map_err(|_| damaged())?);
+    pub fn put_back(&mut self, state: &State) -> Done {
+        self.part.put_back(&state.part)?;
+        (self.mode, self.start) = (state.mode, state.start);
         Ok(Status::Ok)
     }
 }

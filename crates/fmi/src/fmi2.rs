@@ -1,6 +1,6 @@
 //! The functions of FMI 2.0.
 
-use crate::component::{call, free, instantiate, Component, Interface, Logger, Status};
+use crate::component::{call, free, instantiate, Component, Interface, Logger, State, Status};
 use crate::fmi3::{forget, keep, kept, write_state};
 use crate::pointers::{answer, given, room, text};
 use std::ffi::{c_char, c_int, c_void, CString};
@@ -157,21 +157,21 @@ functions! {
         component.set(given(references, count)?, given(values, count)?)
     };
     fmi2GetFMUstate(state: *mut *mut c_void) |component| {
-        keep(state, component.save()?)
+        keep(state, component.keep()?)
     };
     fmi2SetFMUstate(state: *mut c_void) |component| {
-        component.load(kept(state)?)
+        component.put_back(kept(state)?)
     };
     fmi2FreeFMUstate(state: *mut *mut c_void) |_component| forget(state);
     fmi2SerializedFMUstateSize(state: *mut c_void, size: *mut usize) |_component| {
-        answer(size, kept(state)?.len());
+        answer(size, kept(state)?.bytes()?.len());
         Ok(Status::Ok)
     };
     fmi2SerializeFMUstate(state: *mut c_void, bytes: *mut u8, size: usize) |_component| {
-        write_state(kept(state)?, room(bytes, size)?)
+        write_state(&kept(state)?.bytes()?, room(bytes, size)?)
     };
     fmi2DeSerializeFMUstate(bytes: *const u8, size: usize, state: *mut *mut c_void) |_component| {
-        keep(state, given(bytes, size)?.to_vec())
+        keep(state, State::of_bytes(given(bytes, size)?)?)
     };
     fmi2GetDirectionalDerivative(
         unknowns: References,

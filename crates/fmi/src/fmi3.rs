@@ -1,6 +1,6 @@
 //! The functions of FMI 3.0.
 
-use crate::component::{call, free, instantiate, Component, Done, Interface, Logger, Problem, Status};
+use crate::component::{call, free, instantiate, Component, Done, Interface, Logger, Problem, State, Status};
 use crate::pointers::{answer, given, room, text};
 use std::ffi::{c_char, c_int, c_void};
 use std::path::Path;
@@ -169,21 +169,21 @@ functions! {
         _count: usize,
     ) |component| no_dependencies(component);
     fmi3GetFMUState(state: *mut *mut c_void) |component| {
-        keep(state, component.save()?)
+        keep(state, component.keep()?)
     };
     fmi3SetFMUState(state: *mut c_void) |component| {
-        component.load(kept(state)?)
+        component.put_back(kept(state)?)
     };
     fmi3FreeFMUState(state: *mut *mut c_void) |_component| forget(state);
     fmi3SerializedFMUStateSize(state: *mut c_void, size: *mut usize) |_component| {
-        answer(size, kept(state)?.len());
+        answer(size, kept(state)?.bytes()?.len());
         Ok(Status::Ok)
     };
     fmi3SerializeFMUState(state: *mut c_void, bytes: *mut u8, size: usize) |_component| {
-        write_state(kept(state)?, room(bytes, size)?)
+        write_state(&kept(state)?.bytes()?, room(bytes, size)?)
     };
     fmi3DeserializeFMUState(bytes: *const u8, size: usize, state: *mut *mut c_void) |_component| {
-        keep(state, given(bytes, size)?.to_vec())
+        keep(state, State::of_bytes(given(bytes, size)?)?)
     };
     fmi3GetDirectionalDerivative(
         unknowns: References,
@@ -297,16 +297,13 @@ fn no_dependencies(_component: &Component) -> Done {
     Err("dependencies are those of modelDescription.xml: nothing changes them".to_string().into())
 }
 
-/// A state that the tool keeps.
-type Kept = Vec<u8>;
-
 /// Hands a state over; one that the tool had there is replaced.
 ///
 /// # Safety
 /// `place` is null or points to null or to what this function wrote.
-pub unsafe fn keep(place: *mut *mut c_void, state: Kept) -> Done {
+pub unsafe fn keep(place: *mut *mut c_void, state: State) -> Done {
     let Some(place) = place.as_mut() else { return Err("no place for the state (a null pointer)".to_string().into()) };
-    match place.cast::<Kept>().as_mut() {
+    match place.cast::<State>().as_mut() {
         Some(kept) => *kept = state,
         None => *place = Box::into_raw(Box::new(state)).cast(),
     }
@@ -315,19 +312,15 @@ pub unsafe fn keep(place: *mut *mut c_void, state: Kept) -> Done {
 
 /// # Safety
 /// `state` is null or what [`keep`] wrote.
-pub unsafe fn kept<'a>(state: *mut c_void) -> Result<&'a [u8], Problem> {
-    state
-        .cast::<Kept>()
-        .as_ref()
-        .map(Vec::as_slice)
-        .ok_or_else(|| "there is no state (a null pointer)".to_string().into())
+pub unsafe fn kept<'a>(state: *mut c_void) -> Result<&'a State, Problem> {
+    state.cast::<State>().as_ref().ok_or_else(|| "there is no state (a null pointer)".to_string().into())
 }
 
 /// # Safety
 /// `place` is null or points to null or to what [`keep`] wrote.
 pub unsafe fn forget(place: *mut *mut c_void) -> Done {
     if let Some(place) = place.as_mut().filter(|place| !place.is_null()) {
-        drop(Box::from_raw(place.cast::<Kept>()));
+        drop(Box::from_raw(place.cast::<State>()));
         *place = std::ptr::null_mut();
     }
     Ok(Status::Ok)

@@ -1,11 +1,14 @@
 //! A controller by name: measurements and sticks in, spool commands out, sample by sample.
 
+use crate::controller_state::{ControllerState, Going, Inputs};
+use crate::history::History;
+use crate::kept::{Kept, NO_STATE};
 use crate::parameters::{overrides, parameters, Parameter};
 use crate::part::{Fault, Part};
 use crate::resources::{Resources, MACHINE};
 use crate::variable::{Kind, Use, Variable};
 use hydrocrane_machine::{Machine, Template};
-use hydrocrane_sim::controller::{Controller, Measurement, Stick};
+use hydrocrane_sim::controller::{Measurement, Stick};
 use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, LEVER, TIP_GAINS};
 use hydrocrane_sim::{build, EquilibriumMode, Model, Sensors};
 use std::sync::Arc;
@@ -17,6 +20,7 @@ pub struct ControllerPart {
     template: Template,
     name: String,
     monitor: bool,
+    token: String,
     variables: Vec<Variable>,
     parameters: Vec<Parameter>,
     stale: bool,
@@ -27,18 +31,11 @@ pub struct ControllerPart {
     /// m
     command: Vec<f64>,
     going: Option<Going>,
+    history: History,
     began: f64,
     /// Since the beginning, s.
     time: f64,
     period: f64,
-}
-
-/// A running controller.
-struct Going {
-    controller: Box<dyn Controller>,
-    /// Number of samples so far.
-    samples: u64,
-    fault: Option<String>,
 }
 
 impl ControllerPart {
@@ -56,6 +53,7 @@ impl ControllerPart {
             period: model.controller(&name)?.period(),
             template,
             monitor: settings.monitor,
+            token: settings.token.clone(),
             variables: Vec::new(),
             parameters: all,
             stale: false,
@@ -65,9 +63,11 @@ impl ControllerPart {
             model,
             name,
             going: None,
+            history: History::new(0),
             began: 0.0,
             time: 0.0,
         };
+        part.history = part.no_history();
         part.variables = part.described();
         Ok(part)
     }
@@ -105,6 +105,46 @@ impl ControllerPart {
         all
     }
 
+    fn no_history(&self) -> History {
+        History::new(self.inputs().width())
+    }
+
+    fn inputs(&self) -> Inputs {
+        Inputs {
+            token: self.token.clone(),
+            parameters: self.parameters.iter().map(|parameter| parameter.value).collect(),
+            readings: self.readings.clone(),
+            sticks: self.sticks.clone(),
+            began: self.began,
+            time: self.time,
+        }
+    }
+
+    /// Takes all values of `inputs` over.
+    fn take_over(&mut self, inputs: Inputs) {
+        for (parameter, value) in self.parameters.iter_mut().zip(inputs.parameters) {
+            self.stale |= parameter.value != value;
+            parameter.value = value;
+        }
+        (self.readings, self.sticks) = (inputs.readings, inputs.sticks);
+        (self.began, self.time) = (inputs.began, inputs.time);
+    }
+
+    /// Begins anew and takes these samples, of time, readings and sticks.
+    fn repeat(&mut self, samples: &[Vec<f64>]) -> Result<(), Fault> {
+        (self.going, self.history) = (None, self.no_history());
+        self.command.fill(0.0);
+        let (readings, sticks) = (self.readings.clone(), self.sticks.clone());
+        for sample in samples {
+            let (values, sticks) = sample[1..].split_at(readings.len());
+            self.readings.copy_from_slice(values);
+            self.sticks.copy_from_slice(sticks);
+            self.sample(sample[0])?;
+        }
+        (self.readings, self.sticks) = (readings, sticks);
+        Ok(())
+    }
+
     fn measured(&self) -> (Vec<f64>, Vec<[f64; 2]>) {
         let (q, p) = self.readings.split_at(self.model.layout().joints());
         (q.to_vec(), p.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect())
@@ -135,6 +175,7 @@ impl ControllerPart {
 
     /// A sample at time `t` (s); returns messages for the tool.
     fn sample(&mut self, t: f64) -> Result<Vec<String>, Fault> {
+        self.history.push([t].iter().chain(&self.readings).chain(&self.sticks).copied());
         let (q, p) = self.measured();
         let measured = Measurement { t, q: &q, p: &p };
         let mut going = self.begun(&measured)?;
@@ -211,7 +252,8 @@ impl Part for ControllerPart {
         }
         self.sticks.fill(0.0);
         self.command.fill(0.0);
-        (self.going, self.began, self.time) = (None, 0.0, 0.0);
+        (self.going, self.history) = (None, self.no_history());
+        (self.began, self.time) = (0.0, 0.0);
     }
 
     fn get(&mut self, kind: Kind) -> Result<f64, Fault> {
@@ -265,5 +307,37 @@ impl Part for ControllerPart {
 
     fn time(&self) -> f64 {
         self.began + self.time
+    }
+
+    fn keep(&mut self) -> Result<Kept, Fault> {
+        Ok(Kept::Controller(Box::new(ControllerState {
+            inputs: self.inputs(),
+            command: self.command.clone(),
+            going: self.going.as_ref().map(Going::copied).transpose()?,
+            history: self.history.clone(),
+        })))
+    }
+
+    fn put_back(&mut self, state: &Kept) -> Result<(), Fault> {
+        match state {
+            Kept::Controller(state) if state.inputs.token == self.token => {
+                self.take_over(state.inputs.clone());
+                self.command.clone_from(&state.command);
+                self.going = state.going.as_ref().map(Going::copied).transpose()?;
+                self.history = state.history.clone();
+            }
+            Kept::Controller(_) => return Err(NO_STATE.to_string().into()),
+            Kept::Bytes(bytes) => {
+                let (inputs, samples) = self.inputs().read(bytes)?;
+                self.take_over(inputs);
+                self.repeat(&samples)?;
+            }
+        }
+        self.refresh()?;
+        self.period = match &self.going {
+            Some(going) => going.controller.period(),
+            None => self.model.controller(&self.name)?.period(),
+        };
+        Ok(())
     }
 }

@@ -4,6 +4,9 @@
 //! `crates/fmi`.
 
 mod controller;
+mod controller_state;
+mod history;
+mod kept;
 mod names;
 mod parameters;
 mod part;
@@ -11,6 +14,7 @@ mod plant;
 mod resources;
 mod variable;
 
+pub use kept::Kept;
 pub use part::{Fault, Part};
 pub use resources::{Resources, Role, Settings};
 pub use variable::{Kind, Use, Variable};

@@ -1,5 +1,6 @@
 //! The common interface of all FMUs.
 
+use crate::kept::Kept;
 use crate::variable::{Kind, Variable};
 
 /// An error; its text states cause and cure.
@@ -35,8 +36,8 @@ pub trait Part: Send {
     fn step(&mut self, duration: f64) -> Result<Vec<String>, Fault>;
     /// s
     fn time(&self) -> f64;
-    /// Begins model exchange.
-    fn exchange(&mut self) -> Result<(), Fault> {
+    /// Begins model exchange. Returns warnings.
+    fn exchange(&mut self) -> Result<Vec<String>, Fault> {
         Err(NO_EXCHANGE.to_string().into())
     }
     fn set_time(&mut self, _time: f64) {}
@@ -56,14 +57,10 @@ pub trait Part: Send {
     fn nominals(&self) -> Vec<f64> {
         Vec::new()
     }
-    /// The changing state as bytes; `None` if it cannot be saved.
-    fn save(&mut self) -> Option<Vec<u8>> {
-        None
-    }
-    /// Restores a state from [`Self::save`]. After an error the part must be reset.
-    fn load(&mut self, _bytes: &[u8]) -> Result<(), Fault> {
-        Err("this FMU cannot keep its state".to_string().into())
-    }
+    /// The changing state.
+    fn keep(&mut self) -> Result<Kept, Fault>;
+    /// Puts back a state from [`Self::keep`], or its bytes. After an error the part must be reset.
+    fn put_back(&mut self, state: &Kept) -> Result<(), Fault>;
     /// Exact directional derivatives of `unknowns` `along` a direction of the known variables.
     fn directional(&mut self, _unknowns: &[Kind], _along: &[(Kind, f64)]) -> Result<Vec<f64>, Fault> {
         Err("a controller has no derivatives: it is sampled".to_string().into())

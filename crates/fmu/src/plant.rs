@@ -1,12 +1,14 @@
 //! A crane or a cylinder with spool commands, stepped by our loop (co-simulation) or integrated by the tool (model
 //! exchange).
 
+use crate::kept::{sound, Kept, NO_STATE};
 use crate::parameters::{overrides, parameters, Parameter, PAYLOAD};
 use crate::part::{Fault, Part};
 use crate::resources::{Resources, MACHINE, SCENARIO};
 use crate::variable::{Kind, Use, Variable};
+use hydrocrane_machine::model::FrictionModel;
 use hydrocrane_machine::scenario::{parse_scenario_with, Scenario, Solver};
-use hydrocrane_machine::Template;
+use hydrocrane_machine::{Machine, Template};
 use hydrocrane_sim::assembly::{options, start, RunSettings};
 use hydrocrane_sim::{
     at_spools, build, change_payload, longest_delay, Archive, Model, OutcomeKind, SensorMode, Sensors, Simulator, Task,
@@ -263,6 +265,22 @@ impl PlantPart {
 
 const OUTSIDE: &str = "a piston is outside its cylinder: the state is beyond an end of a stroke";
 
+/// Keys of the printed laws of a machine that have a jump; every other law is continuous.
+fn laws_that_jump(machine: &Machine) -> impl Iterator<Item = &'static str> {
+    // A smoothing velocity takes the jump out of the friction.
+    let mut frictions = machine.cylinders.iter().map(|cylinder| &cylinder.friction);
+    let stick = frictions.any(|f| f.model == FrictionModel::Static && f.smoothing_velocity.is_none());
+    let jumps = [("friction-map", !machine.errata.friction_map && stick), ("orifice-law", !machine.errata.orifice_law)];
+    jumps.into_iter().filter(|(_, jumps)| *jumps).map(|(key, _)| key)
+}
+
+fn in_words_of_a_jump(key: &str) -> String {
+    format!(
+        "`errata.{key}` is \"as-printed\", a law with a jump, at which a method with error control takes very many steps; let \
+         hydrocrane step this FMU (co-simulation), with fixed steps (`solver.step` of a scenario)"
+    )
+}
+
 /// A key of the file can be the name of a state as well: the share of a pump's displacement, and its size. The parameter then
 /// stands below `parameter`.
 fn set_apart(variables: &mut [Variable]) {
@@ -386,7 +404,7 @@ impl Part for PlantPart {
         }
     }
 
-    fn exchange(&mut self) -> Result<(), Fault> {
+    fn exchange(&mut self) -> Result<Vec<String>, Fault> {
         if !self.exchanges() {
             return Err(crate::part::NO_EXCHANGE.to_string().into());
         }
@@ -394,7 +412,7 @@ impl Part for PlantPart {
             let x = self.start()?.x.clone();
             self.motion = Motion::Exchanged { time: self.began, x, payload: self.payload };
         }
-        Ok(())
+        Ok(laws_that_jump(self.model.machine()).map(in_words_of_a_jump).collect())
     }
 
     fn set_time(&mut self, now: f64) {
@@ -442,19 +460,17 @@ impl Part for PlantPart {
         self.model.layout().scales.clone()
     }
 
-    fn save(&mut self) -> Option<Vec<u8>> {
+    fn keep(&mut self) -> Result<Kept, Fault> {
         let mut archive = Archive::writing();
-        self.archive(&mut archive).ok()?;
-        Some(archive.into_bytes())
+        self.archive(&mut archive)?;
+        Ok(Kept::Bytes(archive.into_bytes()))
     }
 
-    fn load(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        let mut archive = Archive::reading(bytes);
+    fn put_back(&mut self, state: &Kept) -> Result<(), Fault> {
+        let bytes = state.bytes()?;
+        let mut archive = Archive::reading(&bytes);
         self.archive(&mut archive)?;
-        match archive.is_sound() {
-            true => Ok(()),
-            false => Err("these bytes are no state of this FMU".to_string().into()),
-        }
+        sound(&archive)
     }
 
     fn directional(&mut self, unknowns: &[Kind], along: &[(Kind, f64)]) -> Result<Vec<f64>, Fault> {
@@ -514,7 +530,7 @@ impl PlantPart {
             0 => self.motion = Motion::Start(None),
             1 => self.archive_simulator(archive)?,
             2 => self.archive_state(archive),
-            _ => return Err("these bytes are no state of this FMU".to_string().into()),
+            _ => return Err(NO_STATE.to_string().into()),
         }
         Ok(())
     }

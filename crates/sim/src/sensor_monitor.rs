@@ -10,6 +10,7 @@ use hydrocrane_machine::model::{Cylinder, Sensor};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
 use hydrocrane_plant::{Crane, Kinematics, StateSpace};
+use std::sync::Arc;
 
 /// Default thresholds, SI.
 pub const PLAUSIBILITY: [(&str, f64); 9] = [
@@ -39,7 +40,7 @@ pub(crate) fn with_sensor_monitor<const N: usize>(
         apply_signal_chain(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
     };
     let neutral = controller_model(crane).cylinders.map(|c| c.chain.command(0.0));
-    Box::new(SafeState::new(controller, monitor, Box::new(spool_of), neutral, names))
+    Box::new(SafeState::new(controller, monitor, Arc::new(spool_of), neutral, names))
 }
 
 /// Names for messages; `revolute`: whether a joint is revolute.

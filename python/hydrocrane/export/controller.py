@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import platform
 from importlib.metadata import version
 from os import PathLike
 from pathlib import Path
@@ -11,21 +10,25 @@ from hydrocrane import _core
 from hydrocrane.control.controllers import NAMES
 from hydrocrane.control.named import NamedController
 from hydrocrane.errors import translated, unknown
+from hydrocrane.export.platforms import present
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 # Written as they stand.
 _FILES = Path(__file__).parent / "embedded"
-LIBRARY = "libhydrocrane_controller.a"
-_LIBRARIES = Path(__file__).parents[1] / "controller_library"
+LIBRARIES = Path(__file__).parents[1] / "controller_library"
 # Bytes of a number, and of a line of the parameters.
 _WORD = 8
 
 
+def library_name(platform: str) -> str:
+    """Name of the static library on a platform: Microsoft's compilers have one of their own."""
+    return "hydrocrane_controller.lib" if platform.startswith("windows") else "libhydrocrane_controller.a"
+
+
 def installed_library() -> Path | None:
     """The static library for the present computer, if the installation has it."""
-    place = f"{platform.system()}-{platform.machine()}".lower().replace("arm64", "aarch64")
-    library = _LIBRARIES / place / LIBRARY
+    library = LIBRARIES / present() / library_name(present())
     return library if library.is_file() else None
 
 
@@ -34,7 +37,8 @@ def export_controller(machine: MachineLike, folder: str | PathLike[str], *, cont
 
     The folder gets the parameters (``hydrocrane_parameters.c`` and ``.h``), the header ``hydrocrane_controller.h``,
     ``example.c``, ``README.md`` with the line that compiles them, and the static library for the present computer where
-    the installation has it. The library needs neither a heap nor an operating system.
+    the installation has it (for Microsoft's compilers on Windows). The library needs neither a heap nor an operating
+    system.
 
     The controller has no monitor of the sensors: it is that of ``NamedController(..., monitor=False)``.
 
@@ -81,7 +85,7 @@ def export_controller(machine: MachineLike, folder: str | PathLike[str], *, cont
         with written_whole(place / name) as beside:
             beside.write_text(text, encoding="utf-8")
     if library is not None:
-        with written_whole(place / LIBRARY) as beside:
+        with written_whole(place / library.name) as beside:
             beside.write_bytes(library.read_bytes())
     return place
 
@@ -125,17 +129,23 @@ def _source(block: bytes) -> str:
 
 def _readme(machine: Machine, controller: str, memory: int, library: bool) -> str:
     joints = len(machine.joint_names)
+    name = library_name(present())
+    compiling = (
+        f"cl /O2 example.c hydrocrane_parameters.c {name}"
+        if name.endswith(".lib")
+        else "cc -O2 example.c hydrocrane_parameters.c -L. -lhydrocrane_controller -o example"
+    )
     there = (
-        f"`{LIBRARY}` is for the computer that wrote this folder."
+        f"`{name}` is for the computer that wrote this folder."
         if library
-        else f"This installation had no `{LIBRARY}`: `make controller` in a clone of hydrocrane builds it."
+        else f"This installation had no `{name}`: `make controller` in a clone of hydrocrane builds it."
     )
     return f"""\
 # {controller} of {machine.name} in C
 
 {there} This compiles the example:
 
-    cc -O2 example.c hydrocrane_parameters.c -L. -lhydrocrane_controller -o example
+    {compiling}
 
 For a target without an operating system, build the library in a clone of hydrocrane {version("hydrocrane")},
 for example for a Cortex-M4F or M7F:

@@ -30,13 +30,10 @@ def model_description(description: Description) -> bytes:
         numberOfEventIndicators="0",
     )
     abilities = {"modelIdentifier": description.identifier}
+    abilities |= dict.fromkeys(("canGetAndSetFMUstate", "canSerializeFMUstate"), "true")
     if description.exchanges:
-        abilities |= dict.fromkeys(
-            ("canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative"), "true"
-        )
+        abilities["providesDirectionalDerivative"] = "true"
         SubElement(root, "ModelExchange", abilities, completedIntegratorStepNotNeeded="true")
-    elif description.period is None:
-        abilities |= dict.fromkeys(("canGetAndSetFMUstate", "canSerializeFMUstate"), "true")
     SubElement(root, "CoSimulation", abilities, canHandleVariableCommunicationStepSize="true")
     root.extend([unit_definitions(description), log_categories(), experiment(description)])
     rates = description.rates

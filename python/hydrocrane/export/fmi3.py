@@ -29,13 +29,10 @@ def model_description(description: Description) -> bytes:
         variableNamingConvention="structured",
     )
     abilities = {"modelIdentifier": description.identifier}
+    abilities |= dict.fromkeys(("canGetAndSetFMUState", "canSerializeFMUState"), "true")
     if description.exchanges:
-        abilities |= dict.fromkeys(
-            ("canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives"), "true"
-        )
+        abilities["providesDirectionalDerivatives"] = "true"
         SubElement(root, "ModelExchange", abilities)
-    elif description.period is None:
-        abilities |= dict.fromkeys(("canGetAndSetFMUState", "canSerializeFMUState"), "true")
     SubElement(root, "CoSimulation", abilities, canHandleVariableCommunicationStepSize="true")
     root.extend([unit_definitions(description), log_categories(), experiment(description)])
     rates = description.rates

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from ctypes import c_double
+from ctypes import c_double, c_void_p
 from pathlib import Path
 
 import numpy as np
@@ -82,27 +82,27 @@ class Unit:
     def step(self, now: float, duration: float = STEP) -> None:
         self.fmu.doStep(currentCommunicationPoint=now, communicationStepSize=duration)
 
+    def keep(self) -> c_void_p:
+        """The state, which the library holds until it is let go."""
+        return self.fmu.getFMUstate() if self.fmi == 2 else self.fmu.getFMUState()
+
+    def put_back(self, state: c_void_p) -> None:
+        (self.fmu.setFMUstate if self.fmi == 2 else self.fmu.setFMUState)(state)
+
+    def let_go(self, state: c_void_p) -> None:
+        (self.fmu.freeFMUstate if self.fmi == 2 else self.fmu.freeFMUState)(state)
+
     def save(self) -> bytes:
         """The state, as bytes."""
-        if self.fmi == 2:
-            state = self.fmu.getFMUstate()
-            kept = self.fmu.serializeFMUstate(state)
-            self.fmu.freeFMUstate(state)
-        else:
-            state = self.fmu.getFMUState()
-            kept = self.fmu.serializeFMUState(state)
-            self.fmu.freeFMUState(state)
+        state = self.keep()
+        kept = (self.fmu.serializeFMUstate if self.fmi == 2 else self.fmu.serializeFMUState)(state)
+        self.let_go(state)
         return bytes(kept)
 
     def load(self, kept: bytes) -> None:
-        if self.fmi == 2:
-            state = self.fmu.deSerializeFMUstate(kept)
-            self.fmu.setFMUstate(state)
-            self.fmu.freeFMUstate(state)
-        else:
-            state = self.fmu.deserializeFMUState(kept)
-            self.fmu.setFMUState(state)
-            self.fmu.freeFMUState(state)
+        state = (self.fmu.deSerializeFMUstate if self.fmi == 2 else self.fmu.deserializeFMUState)(kept)
+        self.put_back(state)
+        self.let_go(state)
 
     def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Sequence[float]) -> np.ndarray:
         unknown, known = self.references(unknowns), self.references(knowns)

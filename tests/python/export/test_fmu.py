@@ -220,6 +220,58 @@ def test_model_exchange_in_cvode_is_within_a_millionth(crane, fmi, tmp_path):
     assert np.abs(obs.q - crane.home).max() > 0.01
 
 
+# A spool that changes its side while a piston runs into its end stop; `t` in s, commands in m.
+KINKS = np.array(
+    [(0.0, -0.05, 0.05), (0.4, -0.05, 0.05), (0.4, 0.02, 0.05), (0.6, 0.02, 0.05)],
+    dtype=[("time", float), ("cylinder.lift.command", float), ("cylinder.extension.command", float)],
+)
+
+
+@pytest.mark.evidence
+def test_model_exchange_needs_no_events_where_laws_have_kinks(crane, fmi, tmp_path):
+    """The error falls with CVODE's tolerance over the edges of a spool, an end stop and chambers that cavitate."""
+    crane = crane.changed({"equilibrium.back-pressure": 5e4})
+    entry = crane.joint_limits[2, 1] - 0.0355
+    start = entry - 0.01
+    file = hc.export_fmu(crane, tmp_path / "one.fmu", fmi=fmi)
+    native = hc.Simulator(crane, 0.01, rtol=1e-11)
+    native.reset(q=[*crane.home[:2], start])
+    lifts = np.repeat(KINKS["cylinder.lift.command"][[0, 2]], [40, 20])
+    seen = [native.step([lift, 0.0, 0.05]) for lift in lifts]
+    assert seen[-1].q[2] > entry + 1e-3 and min(obs.p.min() for obs in seen) < -0.5e5
+
+    def errors(tolerance: float) -> tuple[float, float]:
+        """Of coordinates and of rates."""
+        found = simulate_fmu(
+            str(file),
+            fmi_type="ModelExchange",
+            solver="CVode",
+            stop_time=0.6,
+            output_interval=0.01,
+            relative_tolerance=tolerance,
+            start_values={"initial.joint.extension": start},
+            input=KINKS,
+            output=[f"joint.{joint}.{kind}" for joint in crane.joint_names for kind in ("q", "qd")],
+            record_events=False,
+        )
+        q, qd = (np.array([found[f"joint.{joint}.{kind}"][1:] for joint in crane.joint_names]) for kind in ("q", "qd"))
+        return np.abs(q - np.array([o.q for o in seen]).T).max(), np.abs(qd - np.array([o.qd for o in seen]).T).max()
+
+    loose, tight = errors(1e-7), errors(1e-9)
+    assert tight[0] < 1e-6 and tight[1] < 1e-5
+    assert tight[0] < 0.2 * loose[0] and tight[1] < 0.2 * loose[1]
+
+
+def test_laws_that_jump_are_told_to_who_integrates(fmi, tmp_path):
+    """The printed laws of 2007; the other machines have none."""
+    for name, jumps in (("heinze-2007", {"friction-map", "orifice-law"}), ("single-cylinder", set())):
+        file = hc.export_fmu(name, tmp_path / f"{name}.fmu", fmi=fmi)
+        unit = Unit(file, tmp_path / name, exchange=True).begin()
+        texts = [text for text in unit.messages.texts if "jump" in text]
+        assert {text.partition("errata.")[2].partition("`")[0] for text in texts} == jumps
+        unit.close()
+
+
 def test_crane_and_controller_coupled_are_the_native_closed_loop(crane, fmi, tmp_path):
     """The controller first, then the crane: its commands count from the sample on."""
     plant = Unit(hc.export_fmu(crane, tmp_path / "crane.fmu", fmi=fmi), tmp_path / "plant").begin()
@@ -259,3 +311,71 @@ def test_a_controller_samples_by_its_own_period(crane, tmp_path):
         unit.close()
     assert len(set(told[0])) == 10
     assert told[0][-1] == told[1][-1] != 0.0
+
+
+def test_a_controller_that_is_put_back_goes_on_with_the_same_bits(crane, fmi, tmp_path):
+    """From its copy more than once, and from its bytes in a fresh instance, in the middle of a motion."""
+    file = hc.export_fmu(crane, tmp_path / "tip.fmu", fmi=fmi, controller="tip")
+    check_states_of_controller(crane, "tip", file, tmp_path)
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize(
+    ("name", "controller", "settings"),
+    [
+        ("rottne-f9-lab", "tip", {"monitor": False}),
+        ("rottne-f9-lab", "heinze-pid", {}),
+        ("rottne-f9-mobile", "lever", {}),
+        ("hiab-xs031", "tip", {"parameters": ["supply"]}),
+    ],
+)
+def test_every_controller_can_be_put_back(name, controller, settings, fmi, tmp_path):
+    machine = hc.load_machine(name)
+    file = hc.export_fmu(machine, tmp_path / "one.fmu", fmi=fmi, controller=controller, **settings)
+    check_states_of_controller(machine, controller, file, tmp_path)
+
+
+def check_states_of_controller(machine, controller, file, folder):
+    """Readings of a native run drive instances without a loop, so that only their states can make a difference."""
+    units = [Unit(file, folder / "unzipped").begin() for _ in range(2)]
+    unit, other = units
+    period = hc.NamedController(controller, machine, monitor=False).period
+    native, own = hc.Simulator(machine, period), hc.NamedController(controller, machine)
+    obs = native.reset(q=machine.home)
+    own.reset(machine, obs)
+    axes = [name.partition(".")[2] for name in unit.variables if name.startswith("stick.")]
+    moves = []
+    for i in range(90):
+        stick = 0.4 * np.sin(0.07 * i + np.arange(len(axes)))
+        sticks = {f"stick.{axis}": value for axis, value in zip(axes, stick, strict=True)}
+        moves.append({f"measured.{name}": value for name, value in obs.measured.items()} | sticks)
+        obs = native.step(own.step(obs, hc.Stick("lever" if controller == "lever" else "tip", stick)))
+    names = [v.name for v in unit.description.modelVariables if v.causality in ("output", "independent")]
+
+    def drive(driven: Unit, first: int, last: int, change: float = 0.0) -> bytes:
+        seen = []
+        for i in range(first, last):
+            driven.set({name: value + (change if "stick" in name else 0.0) for name, value in moves[i].items()})
+            driven.step(i * period, period)
+            seen.append(driven.get(names))
+        return np.array(seen).tobytes()
+
+    before = unit.save()
+    drive(unit, 0, 50)
+    state, kept = unit.keep(), unit.save()
+    seen = drive(unit, 50, 90)
+    unit.put_back(state)
+    assert drive(unit, 50, 90, 0.1) != seen
+    unit.put_back(state)
+    assert drive(unit, 50, 90) == seen
+    # The instance that was copied is of no account: bytes are enough, and so is the start.
+    drive(other, 0, 3, 0.1)
+    other.load(kept)
+    assert drive(other, 50, 90) == seen
+    assert other.save() == unit.save()
+    other.load(before)
+    drive(other, 0, 50)
+    assert other.save() == kept
+    unit.let_go(state)
+    for one in units:
+        one.close()

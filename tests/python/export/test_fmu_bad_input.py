@@ -246,6 +246,23 @@ def test_damaged_states_are_refused(unit):
     unit.step(STEP)
 
 
+def test_damaged_states_of_a_controller_are_refused_and_its_own_is_taken_after_that(fmi, tmp_path):
+    file = hc.export_fmu("single-cylinder", tmp_path / "one.fmu", fmi=fmi, controller="lever")
+    unit = Unit(file, tmp_path / "u").begin()
+    unit.set({"stick.test": 0.5})
+    for i in range(5):
+        unit.step(i * 0.01, 0.01)
+    kept = unit.save()
+    other = Unit(hc.export_fmu("single-cylinder", tmp_path / "two.fmu", controller="tip"), tmp_path / "v").begin()
+    for damaged in (b"", kept[:9], kept[:-3], kept + bytes(8), b"\xff" * len(kept), other.save()):
+        assert "no state of this FMU" in told(unit, unit.load, damaged)
+    unit.load(kept)
+    unit.step(0.05, 0.01)
+    assert unit.get(["cylinder.test.command"])[0] > 0.0
+    unit.close()
+    other.close()
+
+
 @pytest.mark.evidence
 def test_a_controller_tells_why_the_spools_are_centred(fmi, tmp_path):
     unit = Unit(hc.export_fmu("rottne-f9-lab", tmp_path / "tip.fmu", fmi=fmi, controller="tip"), tmp_path / "u").begin()

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import runpy
+import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 import yaml
 
+from hydrocrane.export import controller, platforms
 from hydrocrane.export.platforms import PLATFORMS
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -61,6 +65,99 @@ def test_wheels_hold_the_fmu_library_of_every_platform():
     assert built == {name: platform.library.name for name, platform in PLATFORMS.items()}
     tried = "\n".join(step.get("run", "") for step in jobs["wheels"]["steps"])
     assert re.findall(r"--platform (\S+)", tried) == list(PLATFORMS)
+
+
+# What the operating systems call themselves and their processors, and the platform here.
+COMPUTERS = {
+    ("Linux", "x86_64"): "linux-x86_64",
+    ("Linux", "aarch64"): "linux-aarch64",
+    ("Darwin", "x86_64"): "darwin-x86_64",
+    ("Darwin", "arm64"): "darwin-aarch64",
+    ("Windows", "AMD64"): "windows-x86_64",
+}
+
+
+def on(monkeypatch, system, machine):
+    """As on another computer, to the package and to the recipe's script."""
+    for module in (platforms, sys.modules["platform"]):
+        monkeypatch.setattr(module, "system", lambda: system)
+        monkeypatch.setattr(module, "machine", lambda: machine)
+
+
+@pytest.mark.parametrize(("system", "machine"), COMPUTERS)
+def test_an_installed_wheel_finds_the_controller_library_that_was_built_for_it(system, machine, tmp_path, monkeypatch):
+    """The workflow puts it where the package looks on such a computer."""
+    jobs = yaml.safe_load(text_of(".github/workflows/wheels.yml"))["jobs"]
+    built = {entry["platform"]: entry["library"] for entry in jobs["controller"]["strategy"]["matrix"]["include"]}
+    on(monkeypatch, system, machine)
+    monkeypatch.setattr(controller, "LIBRARIES", tmp_path)
+    assert controller.installed_library() is None
+    library = tmp_path / COMPUTERS[system, machine] / built[COMPUTERS[system, machine]]
+    library.parent.mkdir()
+    library.write_bytes(b"")
+    assert controller.installed_library() == library
+
+
+def test_every_wheel_holds_the_controller_library_of_its_platform():
+    jobs = yaml.safe_load(text_of(".github/workflows/wheels.yml"))["jobs"]
+    built = [entry["platform"] for entry in jobs["controller"]["strategy"]["matrix"]["include"]]
+    wheels = {entry["name"]: entry["platform"] for entry in jobs["wheels"]["strategy"]["matrix"]["include"]}
+    assert set(built) == set(wheels.values()) == set(COMPUTERS.values())
+    taken = [step["with"].get("name", "") for step in jobs["wheels"]["steps"] if "download" in step.get("uses", "")]
+    assert "controller-${{ matrix.platform }}" in taken
+    included = tomllib.loads(text_of("pyproject.toml"))["tool"]["maturin"]["include"]
+    carried = {entry["path"] for entry in included if "wheel" in entry["format"]}
+    for folder in (controller.LIBRARIES, platforms.LIBRARIES):
+        assert f"{folder.relative_to(ROOT).as_posix()}/**/*" in carried
+
+
+# Cargo as far as the recipe's script knows it: it tells what it made, a library among crates without one.
+CARGO = """#!{python}
+import json, os, sys
+embedded = "--manifest-path" in sys.argv
+name, kind = ("hydrocrane_controller", "staticlib") if embedded else ("hydrocrane_fmu", "cdylib")
+files = [os.environ["MADE"] + "/" + file for file in os.environ[kind].split()]
+for name, kind, files in (("libm", "lib", []), (name, kind, files)):
+    target = {{"name": name, "crate_types": [kind]}}
+    print(json.dumps({{"reason": "compiler-artifact", "target": target, "filenames": files}}))
+print(json.dumps({{"reason": "build-finished", "success": True}}))
+"""
+FILES = {
+    "Linux": ("libhydrocrane_fmu.so", "libhydrocrane_controller.a"),
+    "Darwin": ("libhydrocrane_fmu.dylib", "libhydrocrane_controller.a"),
+    "Windows": ("hydrocrane_fmu.dll.lib hydrocrane_fmu.dll", "hydrocrane_controller.lib"),
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the stand-in for cargo is a script of Unix")
+@pytest.mark.parametrize(("system", "machine"), COMPUTERS)
+def test_the_recipe_puts_the_libraries_where_the_package_looks(system, machine, tmp_path, monkeypatch):
+    made, root = tmp_path / "made", tmp_path / "root"
+    made.mkdir(), root.mkdir()
+    for kind, files in zip(("cdylib", "staticlib"), FILES[system], strict=True):
+        monkeypatch.setenv(kind, files)
+        for file in files.split():
+            (made / file).write_bytes(kind.encode())
+    monkeypatch.setenv("MADE", str(made))
+    (tmp_path / "cargo").write_text(CARGO.format(python=sys.executable))
+    (tmp_path / "cargo").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    on(monkeypatch, system, machine)
+    put = runpy.run_path(str(ROOT / "conda/libraries.py"))["build"](root)
+    package = root / "python/hydrocrane"
+    monkeypatch.setattr(controller, "LIBRARIES", package / "controller_library")
+    monkeypatch.setattr(platforms, "LIBRARIES", package / "fmu_library")
+    assert controller.installed_library() == put[1] and put[1].read_bytes() == b"staticlib"
+    here = COMPUTERS[system, machine]
+    # No FMU is for Macs with processors of Intel.
+    assert platforms.installed() == ((here,) if here in PLATFORMS else ()) and put[0].read_bytes() == b"cdylib"
+
+
+def test_the_recipe_builds_the_libraries_and_tries_them():
+    recipe = yaml.safe_load(text_of("conda/recipe.yaml"))
+    assert recipe["build"]["script"][0] == "python conda/libraries.py"
+    tried = "\n".join(line for test in recipe["tests"] for line in test.get("script", ()))
+    assert "export fmu" in tried and "installed_library()" in tried
 
 
 def test_there_is_one_version():
