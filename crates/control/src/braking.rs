@@ -11,7 +11,7 @@
 //!
 //! Near a dead centre the lever arm g vanishes, and with it what a cylinder can do against the mass that it moves.
 
-use crate::controller_model::{ControllerModel, CylinderModel};
+use crate::controller_model::{At, ControllerModel, CylinderModel};
 use crate::set_point::Means;
 use core::cell::LazyCell;
 use hydrocrane_num::bisect;
@@ -50,12 +50,12 @@ impl CylinderModel {
 }
 
 impl<const N: usize> ControllerModel<N> {
-    /// Share of the joint `rates` (rad/s or m/s) of a reference at `q` that the cylinders can bring to rest behind two lags of this
+    /// Share of the joint `rates` (rad/s or m/s) of a reference that is `at` a place that the cylinders can bring to rest behind two lags of this
     /// `bandwidth` (rad/s).
-    pub fn braking_share(&self, q: &[f64; N], rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> f64 {
+    pub fn braking_share(&self, at: &At<N>, rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> f64 {
         let borne = |share: f64| {
             let rates = rates.map(|rate| share * rate);
-            STAGES.iter().all(|stage| self.brakes(q, &rates, now.payload, bandwidth, stage))
+            STAGES.iter().all(|stage| self.brakes(at, &rates, now.payload, bandwidth, stage))
                 && self.ends_held(&rates, bandwidth, now)
         };
         if rates.iter().all(|rate| *rate == 0.0) || borne(1.0) {
@@ -64,21 +64,25 @@ impl<const N: usize> ControllerModel<N> {
         bisect(0.0, 1.0, HALVINGS, borne)
     }
 
-    /// Whether the cylinders bear the deceleration of a motion from `q` at one of its stages.
-    fn brakes(&self, q: &[f64; N], rates: &[f64; N], payload: f64, bandwidth: f64, stage: &Stage) -> bool {
-        let time = stage.way / bandwidth;
-        let place: [f64; N] = core::array::from_fn(|i| {
-            let [low, high] = self.joint_limits[i];
-            (q[i] + time * rates[i]).clamp(low.min(q[i]), high.max(q[i]))
-        });
-        let pose = self.mechanics.pose(&place);
+    /// Whether the cylinders bear the deceleration of a motion that is `at` a place at one of its stages.
+    fn brakes(&self, at: &At<N>, rates: &[f64; N], payload: f64, bandwidth: f64, stage: &Stage) -> bool {
+        let there: At<N>;
+        let there = if stage.way == 0.0 {
+            at
+        } else {
+            there = self.at(&core::array::from_fn(|i| {
+                let [low, high] = self.joint_limits[i];
+                (at.q[i] + stage.way / bandwidth * rates[i]).clamp(low.min(at.q[i]), high.max(at.q[i]))
+            }));
+            &there
+        };
         let steepest = SWING * bandwidth / core::f64::consts::E;
         let (speed, acceleration) = (rates.map(|rate| stage.speed * rate), rates.map(|rate| -steepest * rate));
         // Hardly ever asked for: usual motions are borne in full.
-        let still = LazyCell::new(|| self.mechanics.inverse_dynamics(&pose, &[0.0; N], None, payload));
-        let stopping = self.mechanics.inverse_dynamics(&pose, &speed, Some(&acceleration), payload);
+        let still = LazyCell::new(|| self.mechanics.inverse_dynamics(&there.pose, &[0.0; N], None, payload));
+        let stopping = self.mechanics.inverse_dynamics(&there.pose, &speed, Some(&acceleration), payload);
         (0..N).all(|c| {
-            let lever_arm = self.lever_arm(&pose, c);
+            let lever_arm = there.lever_arm[c];
             let [low, high] = self.cylinders[c].braking_forces(self.supply, self.tank, lever_arm * rates[c]);
             let least = LEAST * (high - low);
             let force = stopping[c] / lever_arm;
@@ -91,8 +95,8 @@ impl<const N: usize> ControllerModel<N> {
     /// Whether closed valves hold the joints where a motion of the crane ends.
     fn ends_held(&self, rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> bool {
         let time = WAY_HELD / bandwidth;
-        let end = core::array::from_fn(|i| now.observed[i] + time * rates[i]);
-        let there = self.holding(&end, now.payload, &now.stiffness);
-        (0..N).all(|i| there[i].share >= HELD.min(now.held[i]))
+        let end = self.at(&core::array::from_fn(|i| now.observed[i] + time * rates[i]));
+        let there = self.held(&end, now.payload, &now.stiffness);
+        (0..N).all(|i| there[i] >= HELD.min(now.held[i]))
     }
 }

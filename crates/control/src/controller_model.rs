@@ -112,13 +112,32 @@ impl<const N: usize> Posture<N> {
     }
 }
 
+/// Where the joints stand, with what follows of it and is asked for again and again.
+#[derive(Debug, Clone, Copy)]
+pub struct At<const N: usize> {
+    pub q: [f64; N],
+    pub pose: ChainPose<f64, N>,
+    /// dx/dq per cylinder.
+    pub lever_arm: [f64; N],
+}
+
 impl<const N: usize> ControllerModel<N> {
+    pub fn at(&self, q: &[f64; N]) -> At<N> {
+        let pose = self.mechanics.pose(q);
+        At { q: *q, pose, lever_arm: core::array::from_fn(|c| self.lever_arm(&pose, c)) }
+    }
+
     pub fn tip(&self, q: &[f64; N]) -> [f64; 2] {
         let tip = self.mechanics.tip_position(&self.mechanics.pose(q));
         [tip.x, tip.z]
     }
 
     pub fn posture(&self, q: &[f64; N]) -> Posture<N> {
+        self.posture_at(q).0
+    }
+
+    /// The posture with where the joints stand in it.
+    pub fn posture_at(&self, q: &[f64; N]) -> (Posture<N>, At<N>) {
         let pose = self.mechanics.pose(q);
         let tip = self.mechanics.tip_position(&pose);
         let mut jacobian = [[0.0; N]; 2];
@@ -127,7 +146,11 @@ impl<const N: usize> ControllerModel<N> {
             (jacobian[0][j], jacobian[1][j]) = (column.x, column.z);
         }
         let strokes: [(f64, f64); N] = core::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));
-        Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), lever_arm: strokes.map(|s| s.1) }
+        let lever_arm = strokes.map(|s| s.1);
+        (
+            Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), lever_arm },
+            At { q: *q, pose, lever_arm },
+        )
     }
 
     /// Piston position (m) per cylinder, and dx/dq.

@@ -219,10 +219,15 @@ impl Drive {
         drive
     }
 
+    /// Bandwidth of the observers where the crane's lowest natural frequency on its oil is `slowest`, rad/s.
+    pub fn observer_bandwidth(gains: &DriveGains, slowest: f64) -> f64 {
+        gains.observer.min(OBSERVER_PER_MODE * slowest)
+    }
+
     /// Takes in a sample whose position has the resolution `count`, m; `seen`: it was measured; `slowest`: lowest natural frequency
-    /// of the crane on its oil at the last sample, rad/s.
-    pub fn measure(&mut self, now: &Moment, count: f64, seen: bool, slowest: f64) {
-        self.observing = observer::Gains::new(self.gains.observer.min(OBSERVER_PER_MODE * slowest), self.period);
+    /// of the crane on its oil at the last sample, rad/s; `observing`: the gains for it, those of all drives.
+    pub fn measure(&mut self, now: &Moment, count: f64, seen: bool, slowest: f64, observing: observer::Gains) {
+        self.observing = observing;
         let p = self.take_pressures(now, count);
         for (slow, p) in self.moment.p.iter_mut().zip(p) {
             *slow += self.pressure_share * (p - *slow);

@@ -10,7 +10,7 @@
 //!
 //! and a drive must correct the more gently the slower the joint swings.
 
-use crate::controller_model::ControllerModel;
+use crate::controller_model::{At, ControllerModel};
 use hydrocrane_num::Real;
 use hydrocrane_physics::geometry::chain::ChainPose;
 
@@ -79,11 +79,10 @@ impl Stiffness {
 }
 
 impl<const N: usize> ControllerModel<N> {
-    /// How closed valves hold each joint with `payload` (kg) at the tip and oil of these stiffnesses (N/m) at the cylinders.
-    pub fn holding(&self, q: &[f64; N], payload: f64, oil: &[f64; N]) -> [Hold; N] {
-        let pose = self.mechanics.pose(q);
-        let mass = self.mechanics.mass_matrix(&pose, payload);
-        let stiffness = self.stiffness(&pose, q, payload, oil);
+    /// How closed valves hold each joint of a crane of this `mass` matrix with `payload` (kg) at the tip and oil of these stiffnesses
+    /// (N/m) at the cylinders.
+    pub fn holding(&self, at: &At<N>, mass: &[[f64; N]; N], payload: f64, oil: &[f64; N]) -> [Hold; N] {
+        let stiffness = self.stiffness(at, payload, oil);
         core::array::from_fn(|i| Hold {
             share: stiffness[i].share(),
             frequency: (stiffness[i].oil + stiffness[i].load) / mass[i][i],
@@ -91,29 +90,32 @@ impl<const N: usize> ControllerModel<N> {
         })
     }
 
-    fn stiffness(&self, pose: &ChainPose<f64, N>, q: &[f64; N], payload: f64, oil: &[f64; N]) -> [Stiffness; N] {
+    /// h of each joint.
+    pub fn held(&self, at: &At<N>, payload: f64, oil: &[f64; N]) -> [f64; N] {
+        self.stiffness(at, payload, oil).map(|stiffness| stiffness.share())
+    }
+
+    fn stiffness(&self, at: &At<N>, payload: f64, oil: &[f64; N]) -> [Stiffness; N] {
         let torque = |pose: &ChainPose<f64, N>| self.mechanics.inverse_dynamics(pose, &[0.0; N], None, payload);
-        let load = torque(pose);
+        let load = torque(&at.pose);
         core::array::from_fn(|i| {
             // One joint moves: the others stand as they do.
-            let mut joints = pose.joints;
-            joints[i] = self.mechanics.joints[i].pose(q[i] + STEP);
+            let mut joints = at.pose.joints;
+            joints[i] = self.mechanics.joints[i].pose(at.q[i] + STEP);
             let beside = ChainPose::of(joints);
-            let (here, there) = (self.lever_arm(pose, i), self.lever_arm(&beside, i));
+            let (here, there) = (at.lever_arm[i], self.lever_arm(&beside, i));
             let slope = (torque(&beside)[i] / there - load[i] / here) * there / STEP;
             let away = if there.abs() == here.abs() { 0.0 } else { (there.abs() - here.abs()).signum() };
             Stiffness { oil: oil[i] * here.square(), load: slope, away }
         })
     }
 
-    /// For a step of the reference from `q` to `next`, on which h may fall by the share `most` of its way to where the reference
+    /// For a step of the reference from where it is `at` to `next`, on which h may fall by the share `most` of its way to where the reference
     /// stands. Of the reference's h and that of the crane itself, `held`, the lower one counts: a joint that is ahead of its
     /// reference must not be led on.
-    pub fn leave(&self, [q, next]: [&[f64; N]; 2], held: &[f64; N], payload: f64, oil: &[f64; N], most: f64) -> Leave {
+    pub fn leave(&self, [at, next]: [&At<N>; 2], held: &[f64; N], payload: f64, oil: &[f64; N], most: f64) -> Leave {
         let mut least = Leave { share: 1.0, joint: 0 };
-        let shares =
-            |q: &[f64; N]| self.stiffness(&self.mechanics.pose(q), q, payload, oil).map(|stiffness| stiffness.share());
-        let [here, there] = [q, next].map(shares);
+        let [here, there] = [at, next].map(|at| self.held(at, payload, oil));
         for joint in (0..N).filter(|&i| there[i] < here[i]) {
             let share = most * (here[joint].min(held[joint]) - STANDING).max(0.0) / (here[joint] - there[joint]);
             if share < least.share {

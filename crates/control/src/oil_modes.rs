@@ -3,7 +3,7 @@
 //! M dq'' + G^2 K dq = 0 with the mass matrix M, the lever arms G = dx/dq and the stiffness K of the oil of each cylinder. With
 //! shapes Phi, Phi' M Phi = I: Phi' G^2 K Phi = diag(omega^2).
 
-use crate::controller_model::ControllerModel;
+use crate::controller_model::{At, ControllerModel};
 use hydrocrane_num::symmetric::{cholesky, eigen};
 use hydrocrane_num::{portable, Real};
 
@@ -54,13 +54,11 @@ impl<const N: usize> OilModes<N> {
 }
 
 impl<const N: usize> ControllerModel<N> {
-    /// The modes at `q`, where the cylinders have these lever arms and oil of this
-    /// `stiffness` (N/m), with `payload` (kg) at the tip; not finite where the mass
-    /// matrix is singular.
-    pub fn oil_modes(&self, q: &[f64; N], lever_arm: &[f64; N], payload: f64, stiffness: &[f64; N]) -> OilModes<N> {
-        let mass = self.mechanics.mass_matrix(&self.mechanics.pose(q), payload);
+    /// The modes of a crane of this `mass` matrix, whose cylinders have these lever arms and oil of this `stiffness` (N/m); not finite
+    /// where the mass matrix is singular.
+    pub fn oil_modes(&self, mass: &[[f64; N]; N], lever_arm: &[f64; N], stiffness: &[f64; N]) -> OilModes<N> {
         let spring: [f64; N] = core::array::from_fn(|i| stiffness[i] * lever_arm[i].square());
-        let l = cholesky(&mass);
+        let l = cholesky(mass);
         // L^-1, by columns of the unit matrix.
         let mut inverse = [[0.0; N]; N];
         for j in 0..N {
@@ -78,15 +76,14 @@ impl<const N: usize> ControllerModel<N> {
         OilModes { frequency: squares.map(|square: f64| portable::sqrt(square.max(0.0))), shapes, momenta }
     }
 
-    /// Mass at the tip (kg) that explains the cylinder forces (N) at these lever arms best, zero at least; `None` where no joint feels it.
-    pub fn payload_of(&self, q: &[f64; N], lever_arm: &[f64; N], force: &[f64; N]) -> Option<f64> {
-        let pose = self.mechanics.pose(q);
+    /// Mass at the tip (kg) that explains the cylinder forces (N) best, zero at least; `None` where no joint feels it.
+    pub fn payload_of(&self, at: &At<N>, force: &[f64; N]) -> Option<f64> {
         let rest = [0.0; N];
-        let [empty, laden] = [0.0, 1.0].map(|payload| self.mechanics.inverse_dynamics(&pose, &rest, None, payload));
+        let [empty, laden] = [0.0, 1.0].map(|payload| self.mechanics.inverse_dynamics(&at.pose, &rest, None, payload));
         let (mut product, mut square) = (0.0, 0.0);
         for i in 0..N {
             let own = laden[i] - empty[i];
-            product += own * (lever_arm[i] * force[i] - empty[i]);
+            product += own * (at.lever_arm[i] * force[i] - empty[i]);
             square += own * own;
         }
         (square > 0.0).then(|| (product / square).max(0.0))

@@ -230,7 +230,7 @@ impl<const N: usize> Reference<N> {
         for i in (0..N).filter(|&i| self.joint_lags.is_none() && !self.leaders[i]) {
             self.q[i] = now.observed[i];
         }
-        let posture = model.posture(&self.q);
+        let (posture, at) = model.posture_at(&self.q);
         self.posture = posture;
         if self.joint_lags.is_some() {
             // Nothing but the height is held.
@@ -243,13 +243,13 @@ impl<const N: usize> Reference<N> {
         let speed = Vec2::<f64>::c(velocity).norm();
         let prefer = self.preference(model, shape, &posture, &now.piston, speed);
         let Motion { rates, scale } = self.motion(shape, &slowed, correction, &prefer);
-        let next = core::array::from_fn(|i| self.q[i] + rates[i] * self.period);
+        let next = model.at(&core::array::from_fn(|i| self.q[i] + rates[i] * self.period));
         let most = self.caution.rate * self.period;
-        let leave = model.leave([&self.q, &next], &now.held, now.payload, &now.stiffness, most);
+        let leave = model.leave([&at, &next], &now.held, now.payload, &now.stiffness, most);
         // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
         self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
         let pistons = core::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
-        let held = model.braking_share(&self.q, &rates, bandwidth, now);
+        let held = model.braking_share(&at, &rates, bandwidth, now);
         if held < 1.0 {
             // Lags that were wound up meanwhile would not let the set-point stop in time.
             self.lags = Lags(self.lags.0.map(|lag| lag.map(|v| v * held)));

@@ -11,6 +11,7 @@ use crate::drive::{Demand, Drive, DriveGains};
 use crate::feed_forward::{Moment, SupplyPressures};
 use crate::holding::Hold;
 use crate::notice::{Aim, Cause, Indices, News, Notice};
+use crate::observer;
 use crate::oil_modes::OilModes;
 use crate::point_to_point::{Stretch, Travel};
 use crate::readings::Readings;
@@ -179,7 +180,7 @@ impl<const N: usize> State<N> {
 
     /// At rest, as first measured.
     fn at(n: &ControllerModel<N>, s: &Settings<N>, q: [f64; N], p: &[[f64; 2]; N]) -> Self {
-        let reference = Reference::at(n, s.period, q);
+        let (reference, at) = (Reference::at(n, s.period, q), n.at(&q));
         let load = n.cylinder_force(&q, &[0.0; N], n.payload);
         let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
         let drives: [Drive; N] = core::array::from_fn(|c| {
@@ -194,7 +195,7 @@ impl<const N: usize> State<N> {
             damping: Damping::at(s.damping, &excess),
             readings: q.map(Readings::at),
             settled: [0.0; N],
-            payload: n.payload_of(&q, &reference.posture.lever_arm, &force).unwrap_or(n.payload),
+            payload: n.payload_of(&at, &force).unwrap_or(n.payload),
             weighing: Weighing::new(n.mechanics.bodies.iter().map(|body| body.mass).sum(), s.period),
             slowest: f64::INFINITY,
             forces_known: true,
@@ -415,7 +416,8 @@ impl<const N: usize> State<N> {
         stick: Wanted<N>,
     ) -> [f64; N] {
         let q = &self.filled(model, q, gaps);
-        let measured = model.posture(q);
+        let (measured, at) = model.posture_at(q);
+        let observing = observer::Gains::new(Drive::observer_bandwidth(&s.drive, self.slowest), s.period);
         let (mut counts, mut piston_counts) = ([0.0; N], [0.0; N]);
         for c in 0..N {
             let missing = gaps.contains(&Signal::Joint(c));
@@ -424,7 +426,7 @@ impl<const N: usize> State<N> {
             counts[c] = resolution;
             piston_counts[c] = resolution * measured.lever_arm[c].abs();
             let moment = Moment { stroke: measured.stroke[c], p: p[c] };
-            self.drives[c].measure(&moment, piston_counts[c], !missing, self.slowest);
+            self.drives[c].measure(&moment, piston_counts[c], !missing, self.slowest, observing);
         }
         self.blur = HALF_A_COUNT * (0..N).map(|i| measured.tip_per_joint(i) * counts[i]).sum::<f64>();
         let stiffness = self.of_each(Drive::stiffness);
@@ -432,12 +434,13 @@ impl<const N: usize> State<N> {
         self.forces_known = !gaps.iter().any(|gap| matches!(gap, Signal::Pressure(..)));
         if s.drive.pressures != Pressures::Measured {
             self.payload = self.weighing.payload(model, &mut self.drives, q, &piston_counts, self.payload);
-        } else if let Some(payload) = model.payload_of(q, &measured.lever_arm, &force).filter(|_| self.forces_known) {
+        } else if let Some(payload) = model.payload_of(&at, &force).filter(|_| self.forces_known) {
             self.payload += (s.period / WEIGHING).min(1.0) * (payload - self.payload);
         }
-        let modes = model.oil_modes(q, &measured.lever_arm, self.payload, &stiffness);
+        let mass = model.mechanics.mass_matrix(&at.pose, self.payload);
+        let modes = model.oil_modes(&mass, &measured.lever_arm, &stiffness);
         self.slowest = modes.slowest();
-        let holding = model.holding(q, self.payload, &stiffness);
+        let holding = model.holding(&at, &mass, self.payload, &stiffness);
         self.look_for_runaways(&holding);
         let wish = self.wish(s, stick);
         self.asked = if let Wish::Tip(velocity) = wish { velocity } else { [0.0; 2] };
