@@ -41,6 +41,9 @@ A machine with a line that has a resistance has `cylinder.<name>.line_drop1` and
 the piston side and to the rod side, positive while oil flows to the cylinder), and in the ledger
 `ledger.lines.resistance` (sign -1).
 
+A machine with several pumps has `pump.<name>.flow` (m^3/s), `pump.<name>.shaft_power` (W) and `pump.<name>.shaft_speed`
+(rad/s) of each.
+
 A machine with a section that is served first has `mains.priority` (1, share of its flow that each other section gets),
 and in the ledger `ledger.valves.priority` (sign -1).
 

@@ -135,6 +135,18 @@ pub struct LoadSensing<T = f64> {
     pub time_constant: T,
 }
 
+/// An edge to the tank that holds the pressure of its port.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeterOut<T = f64> {
+    /// Pa
+    pub pressure: T,
+    /// Rise beyond that which opens the edge fully, Pa.
+    pub range: T,
+}
+
+/// Largest number of pumps that feed the mains.
+pub const MOST_PUMPS: usize = 3;
+
 /// The section that is served first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Priority<T = f64> {

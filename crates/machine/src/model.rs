@@ -282,15 +282,6 @@ impl<T: Number> Valve<T> {
     }
 }
 
-/// An edge to the tank that holds the pressure of its port.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeterOut<T = f64> {
-    /// Pa
-    pub pressure: T,
-    /// Rise beyond that which opens the edge fully, Pa.
-    pub range: T,
-}
-
 /// Pressure compensator of a valve section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Compensator<T = f64> {
@@ -408,12 +399,20 @@ pub struct Mains<T = f64> {
     pub relief_pressure: T,
     pub relief_gradient: T,
     pub pump: Pump<T>,
-    /// `None`: the pump does not follow the load.
+    /// Pumps beside it, of the same type.
+    pub further: Vec<Pump<T>>,
+    /// `None`: the pumps do not follow the load.
     pub load_sensing: Option<LoadSensing<T>>,
     pub accumulator: Option<Accumulator<T>>,
     /// `None`: what returns is at the pressure of the tank.
     pub tank_line: Option<TankLine<T>>,
     pub priority: Option<Priority<T>>,
+}
+
+impl<T> Mains<T> {
+    pub fn pumps(&self) -> impl Iterator<Item = &Pump<T>> {
+        std::iter::once(&self.pump).chain(&self.further)
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]

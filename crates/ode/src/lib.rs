@@ -29,6 +29,6 @@ pub use linear::{Factored, Linearisation};
 pub use method::{Effort, Method, Restart, Target, FLUSH};
 pub use methods::{method, METHODS};
 pub use schur::SchurFactors;
-pub use shared::{SharedDerivatives, SharedStates, MAX_ACTING};
+pub use shared::{SharedDerivatives, SharedStates, MAX_ACTING, MAX_SHARED};
 pub use stepper::{StepControl, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
 pub use system::System;

@@ -14,7 +14,9 @@ use crate::axis::{AxisDerivatives, Row, ScalarOver, MAX_BORDER};
 use hydrocrane_num::{small, Field, Real};
 
 /// Largest number of shared states.
-pub const MAX_SHARED: usize = 4;
+pub const MAX_SHARED: usize = 6;
+/// Number of them that most systems have at most.
+const FEW: usize = 4;
 /// Largest number of those that act on axes.
 pub const MAX_ACTING: usize = 3;
 
@@ -143,21 +145,41 @@ impl<T: Field> SharedFactors<T> {
             }
             solve(answer);
         }
-        let mut matrix = [[T::c(0.0); MAX_SHARED]; MAX_SHARED];
-        for i in 0..MAX_SHARED {
+        if count <= FEW {
+            self.invert::<S, FEW>(axes, shared, shift)
+        } else {
+            self.invert::<S, MAX_SHARED>(axes, shared, shift)
+        }
+    }
+
+    /// The inverse of the Schur complement, with ones on the diagonal beyond the shared states up to `M`.
+    #[inline(always)]
+    fn invert<S: Copy, const M: usize>(
+        &mut self,
+        axes: &[AxisDerivatives<S>],
+        shared: &SharedDerivatives<S>,
+        shift: T,
+    ) -> T::Mask
+    where
+        T: ScalarOver<S>,
+    {
+        let SharedStates { count, acting, .. } = shared.at;
+        let mut matrix = [[T::c(0.0); M]; M];
+        for i in 0..M {
             matrix[i][i] = if i < count { shift } else { T::c(1.0) };
-            for j in 0..MAX_SHARED {
+            for j in 0..M {
                 matrix[i][j] = matrix[i][j] - shared.own[i][j];
             }
             for j in 0..acting {
                 matrix[i][j] -= shared.by_axes_of(axes, i, &self.answers[j]);
             }
         }
-        self.inverse = small::inverse(matrix);
+        let inverse = small::inverse(matrix);
         let mut sound = T::c(0.0).finite();
-        for row in &self.inverse {
-            for number in row {
+        for (own, row) in self.inverse.iter_mut().zip(inverse) {
+            for (own, number) in own.iter_mut().zip(row) {
                 sound = sound & number.finite();
+                *own = number;
             }
         }
         sound

@@ -47,7 +47,7 @@ impl<const N: usize> Crane<N> {
             })
             .collect();
         let pump = machine.supply.mains.as_ref().map(|mains| PumpUnit {
-            name: mains.pump.name.clone(),
+            names: mains.pumps().map(|pump| pump.name.clone()).collect(),
             senses: mains.load_sensing.is_some(),
             swivels: mains.pump.control.is_some(),
             returns: mains.tank_line.is_some(),

@@ -101,14 +101,12 @@ impl<T: Real, const N: usize> Plant<T, N> {
                 returned += edges.tank() + relieved + unit.leakage.flows(a, b, tank).1;
             }
         }
-        let (pressure, share) = supply.at_rest(tank, drawn);
+        let (pressure, shares) = supply.at_rest(tank, drawn);
         x[p] = pressure;
         if let Some(load) = layout.load() {
             x[load] = tank;
         }
-        if let Some(swivel) = layout.swivel() {
-            x[swivel] = share;
-        }
+        layout.swivels().zip(shares).for_each(|(at, share)| x[at] = share);
         let settled = SupplyPressures { supply: pressure, load: tank, tank };
         if let (Some(at), Some(p)) = (layout.tank(), supply.tank_line_at_rest(&settled, returned)) {
             x[at] = p;

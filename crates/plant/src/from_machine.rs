@@ -3,7 +3,7 @@
 use crate::errors::BuildError;
 use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
 use crate::plant::Plant;
-use crate::supply::Supply;
+use crate::supply::{FurtherPump, Supply};
 use hydrocrane_machine::{model as file, Number};
 use hydrocrane_num::curve::MonotoneCurve;
 use hydrocrane_num::{portable, smooth, Real, Vec2};
@@ -77,23 +77,14 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
 
 /// The efficiencies of a data sheet are those at full displacement and the supply pressure.
 fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> {
-    let p = &mains.pump;
-    let (displacement, rise) = (p.displacement / TAU, of.pressure - of.tank_pressure);
-    let control = p.control.as_ref().map(|control| PressureControl {
-        range: control.range,
-        time_constant: control.time_constant,
-        torque_limit: control.torque_limit.unwrap_or(T::c(f64::INFINITY)),
-    });
+    let rise = of.pressure - of.tank_pressure;
     Supply {
-        pump: Pump {
-            displacement,
-            speed: p.speed,
-            droop: p.engine.as_ref().map_or(T::c(0.0), |engine| engine.droop * p.speed / engine.rated_torque),
-            leakage: (T::c(1.0) - p.volumetric_efficiency) * displacement * p.speed / rise,
-            rubbing: T::c(1.0) / p.hydromechanical_efficiency - 1.0,
-        },
+        pump: pump(&mains.pump, rise),
+        further: std::array::from_fn(|i| {
+            mains.further.get(i).map(|p| FurtherPump { pump: pump(p, rise), control: control(p) })
+        }),
         highest: of.pressure,
-        control,
+        control: control(&mains.pump),
         sensing: mains
             .load_sensing
             .as_ref()
@@ -107,6 +98,26 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
         }),
         tank_line: mains.tank_line.as_ref().map(|line| tank_line(line, of.tank_pressure)),
     }
+}
+
+/// Its efficiencies are those at full displacement and the pressure `rise` (Pa).
+fn pump<T: Number>(p: &file::Pump<T>, rise: T) -> Pump<T> {
+    let displacement = p.displacement / TAU;
+    Pump {
+        displacement,
+        speed: p.speed,
+        droop: p.engine.as_ref().map_or(T::c(0.0), |engine| engine.droop * p.speed / engine.rated_torque),
+        leakage: (T::c(1.0) - p.volumetric_efficiency) * displacement * p.speed / rise,
+        rubbing: T::c(1.0) / p.hydromechanical_efficiency - 1.0,
+    }
+}
+
+fn control<T: Number>(p: &file::Pump<T>) -> Option<PressureControl<T>> {
+    p.control.as_ref().map(|control| PressureControl {
+        range: control.range,
+        time_constant: control.time_constant,
+        torque_limit: control.torque_limit.unwrap_or(T::c(f64::INFINITY)),
+    })
 }
 
 /// A filter passes its nominal flow at its nominal drop, and its bypass valve as much at the overpressure.

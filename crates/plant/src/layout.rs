@@ -2,7 +2,7 @@
 //!
 //! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump or a
 //! measured supply, the pressure of the mains, where the pump senses the load that of the load-sensing line, with a tank line its
-//! pressure, and where the pump swivels the share of its displacement.
+//! pressure, and where the pumps swivel the share of each one's displacement.
 
 use hydrocrane_ode::{AxisStates, SharedStates, StateBlocks};
 
@@ -34,13 +34,13 @@ pub struct Unit {
     pub spool: (f64, f64),
 }
 
-/// Properties of a pump that the layout needs.
+/// Properties of the pumps that the layout needs.
 #[derive(Debug, Clone)]
 pub struct PumpUnit {
-    pub name: String,
-    /// Whether it senses the load.
+    pub names: Vec<String>,
+    /// Whether they sense the load.
     pub senses: bool,
-    /// Whether its displacement changes.
+    /// Whether their displacements change.
     pub swivels: bool,
     /// Whether the oil returns through a tank line.
     pub returns: bool,
@@ -95,8 +95,10 @@ impl Layout {
             }
         }
         let acting = layout.names.len() - first;
-        if let Some(PumpUnit { name, swivels: true, .. }) = pump {
-            layout.push(format!("pump.{name}.displacement"), "1", format!("{name} share of the displacement"), 0.1);
+        if let Some(PumpUnit { names, swivels: true, .. }) = pump {
+            for name in names {
+                layout.push(format!("pump.{name}.displacement"), "1", format!("{name} share of the displacement"), 0.1);
+            }
         }
         layout.blocks.shared = SharedStates { first, count: layout.names.len() - first, acting };
         layout
@@ -157,10 +159,14 @@ impl Layout {
     pub fn tank(&self) -> Option<usize> {
         self.tank
     }
-    /// The share of the pump's displacement; `None` where it is fixed.
+    /// The share of the first pump's displacement; `None` where it is fixed.
     pub fn swivel(&self) -> Option<usize> {
+        self.swivels().next()
+    }
+    /// The shares of the displacements of all pumps.
+    pub fn swivels(&self) -> std::ops::Range<usize> {
         let SharedStates { first, count, acting } = self.blocks.shared;
-        (count > acting).then_some(first + acting)
+        first + acting..first + count
     }
     /// All states of a cylinder.
     pub fn own(&self, cylinder: usize) -> AxisStates {

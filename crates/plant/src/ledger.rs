@@ -19,7 +19,7 @@
 //! where `returned` is the `tank` of all cylinders. `work` (net force times velocity) is a transfer within the sum.
 
 use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
-use crate::supply::{Supply, SupplyRates};
+use crate::supply::{Shares, Supply, SupplyRates};
 use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{smooth, Real};
@@ -70,7 +70,7 @@ pub const PRIORITY_TERMS: [Term; 1] =
 /// The same for lines with a resistance.
 pub const LINE_TERMS: [Term; 1] = [("resistance", "loss of the resistance of all lines to the cylinders", -1.0)];
 
-/// The same for a pump with its mains. What the mains deliver is the work of the supply on all cylinders.
+/// The same for a pump with its mains, or for the sums over all pumps. What the mains deliver is the work of the supply on all cylinders.
 pub const SUPPLY_TERMS: [Term; 7] = [
     ("shaft", "work of the shaft on the pump", 1.0),
     ("suction", "work of the tank on what the pump draws less what the relief valve returns", 1.0),
@@ -126,13 +126,13 @@ pub fn line_power<T: Real>(r: &LocalRates<T>) -> T {
     r.line_drops[0] * r.edges.port_a() - r.line_drops[1] * r.edges.port_b()
 }
 
-/// Powers (W) in the order of [`SUPPLY_TERMS`]; `stored` is the oil's energy density in the mains, J/m^3, `e` the share of the
-/// displacement, `drawn` the flow to the valves, m^3/s.
+/// Powers (W) in the order of [`SUPPLY_TERMS`]; `stored` is the oil's energy density in the mains, J/m^3, `e` the shares of the
+/// displacements, `drawn` the flow to the valves, m^3/s.
 #[inline(always)]
 pub fn supply_powers<T: Real>(
     stored: T,
     pressures: &SupplyPressures<T>,
-    e: T,
+    e: &Shares<T>,
     drawn: T,
     supply: &Supply<T>,
     rates: &SupplyRates<T>,
@@ -140,13 +140,17 @@ pub fn supply_powers<T: Real>(
     let SupplyPressures { supply: p, tank, .. } = *pressures;
     let reservoir = supply.reservoir(tank);
     let rise = p - reservoir;
-    let (leaked, rubbed) = supply.pump.losses(e, rise);
+    let ((mut leaked, mut rubbed), mut shaft) = (supply.pump.losses(e[0], rise), supply.pump.shaft_power(e[0], rise));
+    for (of, e) in supply.further.iter().flatten().zip(&e[1..]) {
+        let lost = of.pump.losses(*e, rise);
+        (leaked, rubbed, shaft) = (leaked + lost.0, rubbed + lost.1, shaft + of.pump.shaft_power(*e, rise));
+    }
     let suction = match supply.tank_line {
         Some(_) => reservoir * rates.pump_flow - tank * rates.relief_flow,
         None => tank * (rates.pump_flow - rates.relief_flow),
     };
     [
-        supply.pump.shaft_power(e, rise),
+        shaft,
         suction,
         rubbed,
         leaked,

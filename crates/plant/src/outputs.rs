@@ -55,10 +55,17 @@ const OF_GROUND: [(&str, &str, &str); 3] = [
 
 /// Further outputs if there is a pump.
 const OF_MAINS: [(&str, &str, &str); 4] = [
-    ("mains.pump_flow", "m^3/s", "flow of the pump into the mains"),
+    ("mains.pump_flow", "m^3/s", "flow of all pumps into the mains"),
     ("mains.relief_flow", "m^3/s", "flow through the main relief valve"),
-    ("mains.shaft_power", "W", "power of the pump's shaft"),
-    ("mains.shaft_speed", "rad/s", "speed of the pump's shaft"),
+    ("mains.shaft_power", "W", "power of the shafts of all pumps"),
+    ("mains.shaft_speed", "rad/s", "speed of the shaft of the first pump"),
+];
+
+/// Further outputs of each pump if there are several.
+const OF_PUMPS: [(&str, &str, &str); 3] = [
+    ("flow", "m^3/s", "flow into the mains"),
+    ("shaft_power", "W", "power of the shaft"),
+    ("shaft_speed", "rad/s", "speed of the shaft"),
 ];
 
 /// Further outputs if a pump follows its pressure or the load.
@@ -129,6 +136,15 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let global =
         GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control).chain(of_priority).chain(of_tank_line);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
+    let pumps: Vec<_> = machine.supply.mains.iter().flat_map(Mains::pumps).collect();
+    if pumps.len() > 1 {
+        for pump in pumps {
+            let own = OF_PUMPS.iter().map(|(name, unit, long_name)| {
+                owned(format!("pump.{}.{name}", pump.name), *unit, format!("{} {long_name}", pump.name))
+            });
+            all.extend(own);
+        }
+    }
     let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
     let lines = machine.cylinders.iter().any(Cylinder::has_line_resistance);
     let crossing = machine.cylinders.iter().any(Cylinder::has_crossover_relief);
@@ -197,14 +213,16 @@ pub fn write<T: Real, const N: usize>(
     }
     if let Some((unit, pressures, e)) = supply {
         let SupplyRates { pump_flow, relief_flow, .. } =
-            unit.rates(&plant.fluid, &pressures, e, Demand { drawn, ..plant.no_demand(pressures.tank) });
+            unit.rates(&plant.fluid, &pressures, &e, Demand { drawn, ..plant.no_demand(pressures.tank) });
         let (of_mains, others) = rest.split_at_mut(OF_MAINS.len());
         let rise = pressures.supply - unit.reservoir(pressures.tank);
-        let pump = &unit.pump;
-        of_mains.copy_from_slice(&[pump_flow, relief_flow, pump.shaft_power(e, rise), pump.shaft_speed(e, rise)]);
+        let pumps = || std::iter::once(&unit.pump).chain(unit.further.iter().flatten().map(|of| &of.pump)).zip(&e);
+        let mut shaft_power = T::c(0.0);
+        pumps().for_each(|(pump, e)| shaft_power += pump.shaft_power(*e, rise));
+        of_mains.copy_from_slice(&[pump_flow, relief_flow, shaft_power, unit.pump.shaft_speed(e[0], rise)]);
         rest = others;
         if unit.is_controlled() {
-            let (setting, shortfall) = unit.setting_and_shortfall(&pressures, e);
+            let (setting, shortfall) = unit.setting_and_shortfall(&pressures, &e);
             let (of_control, others) = rest.split_at_mut(OF_CONTROL.len());
             of_control.copy_from_slice(&[setting, shortfall]);
             rest = others;
@@ -219,6 +237,11 @@ pub fn write<T: Real, const N: usize>(
             rates.iter().for_each(|r| returned += r.returned());
             let (of_tank_line, others) = rest.split_at_mut(OF_TANK_LINE.len());
             of_tank_line.copy_from_slice(&[returned, whole, filter_drop, bypassed]);
+            rest = others;
+        }
+        for (pump, e) in pumps().filter(|_| unit.further[0].is_some()) {
+            let (of_pump, others) = rest.split_at_mut(OF_PUMPS.len());
+            of_pump.copy_from_slice(&[pump.flow(*e, rise), pump.shaft_power(*e, rise), pump.shaft_speed(*e, rise)]);
             rest = others;
         }
     }

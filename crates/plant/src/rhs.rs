@@ -254,10 +254,10 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             first += 1;
         }
         let Some((supply, pressures, e)) = self.plant.supply_at(layout, x) else { return };
-        let rates = supply.rates(&self.plant.fluid, &pressures, e, demand);
+        let rates = supply.rates(&self.plant.fluid, &pressures, &e, demand);
         let (stored, drawn) = (oil.energy_density(pressures.supply), demand.drawn);
         out[first..][..SUPPLY_TERMS.len()]
-            .copy_from_slice(&supply_powers(stored, &pressures, e, drawn, supply, &rates));
+            .copy_from_slice(&supply_powers(stored, &pressures, &e, drawn, supply, &rates));
         if let Some(line) = &supply.tank_line {
             let (stored, inflows) = (oil.energy_density(pressures.tank), [demand.returned, rates.relief_flow]);
             out[first + SUPPLY_TERMS.len()..][..TANK_LINE_TERMS.len()].copy_from_slice(&tank_line_powers(

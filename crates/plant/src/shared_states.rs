@@ -3,9 +3,9 @@
 use crate::hydraulic_axis::SupplyPressures;
 use crate::layout::Layout;
 use crate::plant::Plant;
-use crate::supply::{Demand, Supply};
+use crate::supply::{Demand, Shares, Supply, MAX_PUMPS};
 use hydrocrane_num::{Dual, Real};
-use hydrocrane_ode::{SharedDerivatives, MAX_ACTING};
+use hydrocrane_ode::{Row, SharedDerivatives, MAX_ACTING};
 
 /// Rows of the derivatives by the cylinders until they become those of rates: of the drawn flow, of the signal and of what returns.
 pub const DRAWN: usize = 0;
@@ -59,12 +59,13 @@ impl<T: Real, const N: usize> Plant<T, N> {
         }
     }
 
-    /// The supply with its pressures and the share of its displacement in the state `x`; `None` if its pressure is
+    /// The supply with its pressures and the shares of its displacements in the state `x`; `None` if its pressure is
     /// constant.
     #[inline(always)]
-    pub fn supply_at(&self, layout: &Layout, x: &[T]) -> Option<(&Supply<T>, SupplyPressures<T>, T)> {
+    pub fn supply_at(&self, layout: &Layout, x: &[T]) -> Option<(&Supply<T>, SupplyPressures<T>, Shares<T>)> {
         self.mains(layout)?;
-        let e = layout.swivel().map_or(T::c(1.0), |e| x[e]);
+        let mut e = [T::c(1.0); MAX_PUMPS];
+        e.iter_mut().zip(layout.swivels()).for_each(|(e, at)| *e = x[at]);
         self.supply.as_ref().map(|supply| (supply, self.pressures_at(layout, x), e))
     }
 
@@ -82,7 +83,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
             self.mains(layout).into_iter().for_each(|p| dx[p] = T::c(0.0));
             return;
         };
-        let rates = supply.rates(&self.fluid, &pressures, e, demand);
+        let rates = supply.rates(&self.fluid, &pressures, &e, demand);
         dx[layout.blocks().shared.first] = rates.pressure_rate;
         if let Some(load) = layout.load() {
             dx[load] = rates.load_rate;
@@ -90,9 +91,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         if let Some(tank) = layout.tank() {
             dx[tank] = rates.tank_rate;
         }
-        if let Some(swivel) = layout.swivel() {
-            dx[swivel] = rates.swivel_rate;
-        }
+        layout.swivels().zip(rates.swivel_rates).for_each(|(at, rate)| dx[at] = rate);
     }
 
     /// Writes the derivatives of the rates of the supply. `out.by_axes` holds those of the drawn flow ([`DRAWN`]), of the
@@ -111,7 +110,10 @@ impl<T: Real, const N: usize> Plant<T, N> {
             *out = SharedDerivatives { on_axes: out.on_axes, ..SharedDerivatives::new(out.at) };
             return;
         };
-        let by_tank_line = self.tank_line(layout).map(|_| self.by_tank_line(supply, &pressures, e, demand));
+        let by_tank_line = self.tank_line(layout).map(|_| self.by_tank_line(supply, &pressures, &e, demand));
+        for k in 1..layout.swivels().len() {
+            self.write_further_pump(layout, x, demand, k, out);
+        }
         let lift = &mut Dual::<T, 5>::constant;
         let pressures = SupplyPressures {
             supply: Dual::variable(pressures.supply, 0),
@@ -124,10 +126,12 @@ impl<T: Real, const N: usize> Plant<T, N> {
             signal: Dual::variable(demand.signal, 4),
             returned: Dual::constant(demand.returned),
         };
-        let rates = supply.rates(&fluid, &pressures, Dual::variable(e, 2), demand);
+        let mut shares = e.map(Dual::constant);
+        shares[0] = Dual::variable(e[0], 2);
+        let rates = supply.rates(&fluid, &pressures, &shares, demand);
         let first = layout.blocks().shared.first;
         let kinds = [layout.mains(), layout.load(), layout.tank(), layout.swivel()];
-        let of = [rates.pressure_rate, rates.load_rate, rates.tank_rate, rates.swivel_rate];
+        let of = [rates.pressure_rate, rates.load_rate, rates.tank_rate, rates.swivel_rates[0]];
         let rows = out.by_axes;
         for (k, (rate, at)) in of.iter().zip(kinds).enumerate() {
             let Some(i) = at.map(|at| at - first) else { continue };
@@ -154,9 +158,49 @@ impl<T: Real, const N: usize> Plant<T, N> {
         }
     }
 
+    /// Writes the derivatives of and by the share of displacement of pump `k`, beside the first one. It acts on the mains, and depends
+    /// on the pressures of mains and load-sensing line.
+    fn write_further_pump(
+        &self,
+        layout: &Layout,
+        x: &[T],
+        demand: Demand<T>,
+        k: usize,
+        out: &mut SharedDerivatives<T>,
+    ) {
+        let Some((supply, pressures, e)) = self.supply_at(layout, x) else { return };
+        let lift = &mut Dual::<T, 3>::constant;
+        let pressures = SupplyPressures {
+            supply: Dual::variable(pressures.supply, 0),
+            load: Dual::variable(pressures.load, 1),
+            tank: lift(pressures.tank),
+        };
+        let demand = Demand { drawn: lift(demand.drawn), signal: lift(demand.signal), returned: lift(demand.returned) };
+        let mut shares = e.map(Dual::constant);
+        shares[k] = Dual::variable(e[k], 2);
+        let rates = supply.map(lift).rates(&self.fluid.map(lift), &pressures, &shares, demand);
+        let first = layout.blocks().shared.first;
+        let (own, mains) = (layout.swivels().start + k - first, layout.mains().map_or(0, |p| p - first));
+        let [by_mains, by_load, by_own] = rates.swivel_rates[k].derivative;
+        out.by_axes[own] = [Row::default(); hydrocrane_ode::MAX_BORDER];
+        out.own[mains][own] = rates.pressure_rate.derivative[2];
+        out.own[own] = [T::c(0.0); hydrocrane_ode::MAX_SHARED];
+        out.own[own][mains] = by_mains;
+        out.own[own][own] = by_own;
+        if let Some(load) = layout.load() {
+            out.own[own][load - first] = by_load;
+        }
+    }
+
     /// Derivatives of the rates of mains, load-sensing line, tank line and swivel by the pressure of the tank line and by what returns.
     #[inline(always)]
-    fn by_tank_line(&self, supply: &Supply<T>, pressures: &SupplyPressures<T>, e: T, demand: Demand<T>) -> [[T; 2]; 4] {
+    fn by_tank_line(
+        &self,
+        supply: &Supply<T>,
+        pressures: &SupplyPressures<T>,
+        e: &Shares<T>,
+        demand: Demand<T>,
+    ) -> [[T; 2]; 4] {
         let lift = &mut Dual::<T, 2>::constant;
         let pressures = SupplyPressures { tank: Dual::variable(pressures.tank, 0), ..pressures.map(lift) };
         let demand = Demand {
@@ -164,7 +208,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
             signal: lift(demand.signal),
             returned: Dual::variable(demand.returned, 1),
         };
-        let rates = supply.map(lift).rates(&self.fluid.map(lift), &pressures, lift(e), demand);
-        [rates.pressure_rate, rates.load_rate, rates.tank_rate, rates.swivel_rate].map(|rate| rate.derivative)
+        let rates = supply.map(lift).rates(&self.fluid.map(lift), &pressures, &e.map(Dual::constant), demand);
+        [rates.pressure_rate, rates.load_rate, rates.tank_rate, rates.swivel_rates[0]].map(|rate| rate.derivative)
     }
 }

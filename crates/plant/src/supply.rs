@@ -10,10 +10,26 @@ use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
 use hydrocrane_physics::hydraulics::tank_line::{Return, TankLine};
 
+/// Largest number of pumps that feed the mains.
+pub const MAX_PUMPS: usize = hydrocrane_machine::model::MOST_PUMPS;
+
+/// Shares of the displacements of all pumps in use.
+pub type Shares<T> = [T; MAX_PUMPS];
+
+/// A pump beside the first one.
+#[derive(Debug, Clone, Copy)]
+pub struct FurtherPump<T> {
+    pub pump: Pump<T>,
+    /// As that of the first one: all have one, or none has.
+    pub control: Option<PressureControl<T>>,
+}
+
 /// A supply whose pressure follows from what flows in and out.
 #[derive(Debug, Clone, Copy)]
 pub struct Supply<T> {
     pub pump: Pump<T>,
+    /// Pumps beside it, from the first place on.
+    pub further: [Option<FurtherPump<T>>; MAX_PUMPS - 1],
     /// What the pump keeps at most, Pa.
     pub highest: T,
     /// `None`: the displacement is fixed.
@@ -30,14 +46,14 @@ pub struct Supply<T> {
 /// What happens in the supply at one state.
 #[derive(Debug, Clone, Copy)]
 pub struct SupplyRates<T> {
-    /// Of the pressure of the mains, Pa/s, and of the share of the displacement, 1/s.
+    /// Of the pressure of the mains, Pa/s, and of the shares of the displacements, 1/s.
     pub pressure_rate: T,
-    pub swivel_rate: T,
+    pub swivel_rates: Shares<T>,
     /// Of the pressure of the load-sensing line, Pa/s.
     pub load_rate: T,
     /// Of the pressure of the tank line, Pa/s.
     pub tank_rate: T,
-    /// Flows of the pump into the mains and of the relief valve out of them, m^3/s.
+    /// Flows of the pumps into the mains and of the relief valve out of them, m^3/s.
     pub pump_flow: T,
     pub relief_flow: T,
 }
@@ -47,6 +63,9 @@ impl<T: Copy> Supply<T> {
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Supply<U> {
         Supply {
             pump: self.pump.map(f),
+            further: self.further.map(|of| {
+                of.map(|of| FurtherPump { pump: of.pump.map(f), control: of.control.map(|control| control.map(f)) })
+            }),
             highest: f(self.highest),
             control: self.control.map(|control| control.map(f)),
             sensing: self.sensing.map(|sensing| sensing.map(f)),
@@ -73,24 +92,35 @@ pub struct Demand<T> {
 const ENGINE_ROUNDS: usize = 8;
 
 impl<T: Real> Supply<T> {
-    /// At the `pressures`, with the share `e` of the displacement.
+    /// At the `pressures`, with the shares `e` of the displacements.
     #[inline(always)]
     pub fn rates(
         &self,
         fluid: &Fluid<T>,
         pressures: &SupplyPressures<T>,
-        e: T,
+        e: &Shares<T>,
         Demand { drawn, signal, returned }: Demand<T>,
     ) -> SupplyRates<T> {
         let SupplyPressures { supply, load, tank } = *pressures;
         let reservoir = self.reservoir(tank);
-        let pump_flow = self.pump.flow(e, supply - reservoir);
+        let mut pump_flow = self.pump.flow(e[0], supply - reservoir);
+        for (of, e) in self.further.iter().flatten().zip(&e[1..]) {
+            pump_flow += of.pump.flow(*e, supply - reservoir);
+        }
         let relief_flow = self.relief(load).flow(supply);
         let stiffness = self.stiffness(fluid.bulk_modulus(supply), supply);
         let (zero, set) = (T::c(0.0), self.setting(load));
+        let swivels = |pump: &Pump<T>, control: &Option<PressureControl<T>>, e: T| {
+            control.as_ref().map_or(zero, |control| control.swivel_rate(pump, e, supply, set, reservoir))
+        };
+        let mut swivel_rates = [zero; MAX_PUMPS];
+        swivel_rates[0] = swivels(&self.pump, &self.control, e[0]);
+        for (of, (rate, e)) in self.further.iter().flatten().zip(swivel_rates[1..].iter_mut().zip(&e[1..])) {
+            *rate = swivels(&of.pump, &of.control, *e);
+        }
         SupplyRates {
             pressure_rate: stiffness * (pump_flow - relief_flow - drawn),
-            swivel_rate: self.control.as_ref().map_or(zero, |c| c.swivel_rate(&self.pump, e, supply, set, reservoir)),
+            swivel_rates,
             load_rate: self.sensing.as_ref().map_or(zero, |sensing| sensing.rate(signal, load)),
             tank_rate: self.tank_line.as_ref().map_or(zero, |line| {
                 let stiffness = line.volume.stiffness(fluid.bulk_modulus(tank), tank);
@@ -148,14 +178,20 @@ impl<T: Real> Supply<T> {
         self.control.is_some() || self.sensing.is_some()
     }
 
-    /// What the pump keeps at zero displacement, or a fixed one is unloaded at, and what the mains lack of it at the share `e` of
-    /// the displacement, Pa. Above zero the pump gives all it can and cannot keep the pressure, or has yet to swivel out.
-    pub fn setting_and_shortfall(&self, pressures: &SupplyPressures<T>, e: T) -> (T, T) {
+    /// What the pump keeps at zero displacement, or a fixed one is unloaded at, and what the mains lack of it at the shares `e` of
+    /// the displacements, Pa. Above zero the pumps give all they can and cannot keep the pressure, or have yet to swivel out.
+    pub fn setting_and_shortfall(&self, pressures: &SupplyPressures<T>, e: &Shares<T>) -> (T, T) {
         let SupplyPressures { supply, load, .. } = *pressures;
         match &self.control {
             Some(control) => {
                 let set = self.setting(load);
-                (set, set - e * control.range - supply)
+                let mut lacks = set - e[0] * control.range - supply;
+                // The pump that has most left says what the mains lack.
+                for (of, e) in self.further.iter().flatten().zip(&e[1..]) {
+                    let range = of.control.as_ref().map_or(T::c(0.0), |control| control.range);
+                    lacks = lacks.min(set - *e * range - supply);
+                }
+                (set, lacks)
             }
             None => {
                 let set = self.relief(load).pressure;
@@ -175,14 +211,14 @@ impl<T: Real> Supply<T> {
         }
     }
 
-    /// Pressure of the mains and share of the displacement at rest, with the load-sensing line at the pressure `tank` (Pa) of
+    /// Pressure of the mains and shares of the displacements at rest, with the load-sensing line at the pressure `tank` (Pa) of
     /// what returns, where the valves draw `drawn` (m^3/s).
-    pub fn at_rest(&self, tank: T, drawn: T) -> (T, T) {
+    pub fn at_rest(&self, tank: T, drawn: T) -> (T, Shares<T>) {
         let (idle, reservoir) = (T::c(0.0), self.reservoir(tank));
-        let mut found = self.at_rest_with(self.pump.full_flow(idle, idle), tank, drawn);
+        let mut found = self.at_rest_with(&self.full_flows(&[idle; MAX_PUMPS], idle), tank, drawn);
         for _ in 0..ENGINE_ROUNDS {
             let (p, e) = found;
-            found = self.at_rest_with(self.pump.full_flow(e, p - reservoir), tank, drawn);
+            found = self.at_rest_with(&self.full_flows(&e, p - reservoir), tank, drawn);
         }
         found
     }
@@ -193,18 +229,36 @@ impl<T: Real> Supply<T> {
         self.tank_line.as_ref().map(|line| line.at_rest(returned + relieved))
     }
 
-    /// The same while the pump gives `full` (m^3/s) at full displacement: all laws are linear then.
-    fn at_rest_with(&self, full: T, tank: T, drawn: T) -> (T, T) {
-        let (given, taken) = (self.pump.leakage * self.reservoir(tank) - drawn, self.pump.leakage);
+    /// Flows at full displacement without losses, m^3/s, at the pressure `rise` (Pa); zero where there is no pump.
+    fn full_flows(&self, e: &Shares<T>, rise: T) -> Shares<T> {
+        let mut full = [T::c(0.0); MAX_PUMPS];
+        full[0] = self.pump.full_flow(e[0], rise);
+        for (of, (full, e)) in self.further.iter().flatten().zip(full[1..].iter_mut().zip(&e[1..])) {
+            *full = of.pump.full_flow(*e, rise);
+        }
+        full
+    }
+
+    /// The same while the pumps give `full` (m^3/s) at full displacement: all laws are linear then.
+    fn at_rest_with(&self, full: &Shares<T>, tank: T, drawn: T) -> (T, Shares<T>) {
+        let mut leakage = self.pump.leakage;
+        self.further.iter().flatten().for_each(|of| leakage += of.pump.leakage);
+        let (given, taken) = (leakage * self.reservoir(tank) - drawn, leakage);
         match &self.control {
             Some(control) => {
-                let (set, steepness) = (self.setting(tank), full / control.range);
+                let (set, mut steepness) = (self.setting(tank), full[0] / control.range);
+                let further = || self.further.iter().flatten().filter_map(|of| of.control.as_ref());
+                further().zip(&full[1..]).for_each(|(of, full)| steepness += *full / of.range);
                 let p = (steepness * set + given) / (taken + steepness);
-                (p, (set - p) / control.range)
+                let mut shares = [(set - p) / control.range; MAX_PUMPS];
+                shares[1..].iter_mut().zip(further()).for_each(|(share, of)| *share = (set - p) / of.range);
+                (p, shares)
             }
             None => {
                 let ReliefValve { pressure, gradient } = self.relief(tank);
-                ((full + gradient * pressure + given) / (taken + gradient), T::c(1.0))
+                let mut sum = full[0];
+                full[1..].iter().for_each(|full| sum += *full);
+                ((sum + gradient * pressure + given) / (taken + gradient), [T::c(1.0); MAX_PUMPS])
             }
         }
     }

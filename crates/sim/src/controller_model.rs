@@ -3,6 +3,7 @@
 use hydrocrane_control::controller_model::{ControllerModel, CylinderModel, PumpModel};
 use hydrocrane_control::signal_chain::SignalChain;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
+use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 use hydrocrane_plant::hydraulic_axis::FrictionLaw;
 use hydrocrane_plant::supply::Supply;
@@ -24,10 +25,28 @@ pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> 
     }
 }
 
+/// Several pumps are one that has the sum of their flows, torques and leakages.
 fn pump_model(supply: &Supply<f64>) -> PumpModel {
+    let (mut pump, limit) =
+        (supply.pump, |of: &Option<PressureControl<f64>>| of.as_ref().map_or(f64::INFINITY, |of| of.torque_limit));
+    let mut torque_limit = limit(&supply.control);
+    for of in supply.further.iter().flatten() {
+        let displacement = pump.displacement + of.pump.displacement;
+        let mean = |a: f64, b: f64| (pump.displacement * a + of.pump.displacement * b) / displacement;
+        // Both droops at a torque that the pumps share by their displacements.
+        let droop = mean(pump.droop * pump.displacement, of.pump.droop * of.pump.displacement) / displacement;
+        pump = Pump {
+            displacement,
+            speed: mean(pump.speed, of.pump.speed),
+            droop,
+            leakage: pump.leakage + of.pump.leakage,
+            rubbing: mean(pump.rubbing, of.pump.rubbing),
+        };
+        torque_limit += limit(&of.control);
+    }
     PumpModel {
-        pump: supply.pump,
-        torque_limit: supply.control.as_ref().map_or(f64::INFINITY, |control| control.torque_limit),
+        pump,
+        torque_limit,
         highest: supply.highest,
         margin: supply.sensing.as_ref().map(|sensing| sensing.margin),
     }

@@ -38,12 +38,13 @@ fn fall_of_saturated_mains(model: &dyn Model, x: &[f64]) -> Option<f64> {
     let (p, mains) = (x[layout.mains()?], supply.mains.as_ref()?);
     let (set, least) = match (layout.load().map(|load| x[load]), &mains.load_sensing) {
         (Some(load), Some(sensing)) if load + sensing.margin < supply.pressure => {
-            let range = mains.pump.control.as_ref().map_or(0.0, |control| control.range);
+            let ranges = mains.pumps().filter_map(|pump| pump.control.as_ref());
+            let range = ranges.map(|control| control.range).fold(0.0, f64::max);
             (load + sensing.margin, load + MAINS_SHARE * (sensing.margin - range))
         }
         _ => (supply.pressure, MAINS_SHARE * supply.pressure),
     };
-    let full = layout.load().is_none() || layout.swivel().is_none_or(|e| x[e] > FULL_DISPLACEMENT);
+    let full = layout.load().is_none() || layout.swivels().all(|e| x[e] > FULL_DISPLACEMENT);
     (full && p < least).then_some(set - p)
 }
 

@@ -103,6 +103,8 @@ class Circuit:
         ``[supply]`` and ``[mains]``.
     pump : Table or None
         None if the supply pressure is constant or measured.
+    further : tuple of Table
+        Pumps beside it.
     relief_pressure : float or None
         Of the main relief valve, Pa, also if the file does not state it; None without a pump.
     accumulator : Table or None
@@ -117,6 +119,7 @@ class Circuit:
     supply: Table
     mains: Table
     pump: Table | None
+    further: tuple[Table, ...]
     relief_pressure: float | None
     accumulator: Table | None
     tank_line: Table
@@ -145,6 +148,7 @@ def read(machine: Machine) -> Circuit:
         table(machine, "supply"),
         table(machine, "mains"),
         pumps[0] if pumps and relief is not None else None,
+        tuple(pumps[1:]),
         relief,
         next(iter(named(machine, "accumulator")), None),
         table(machine, "tank-line"),

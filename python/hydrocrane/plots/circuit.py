@@ -21,6 +21,7 @@ from hydrocrane.plots.circuit_parts import (
     VOLUME,
     before_spool,
     cylinder_labels,
+    pumps,
     shown,
     stated,
     valve_labels,
@@ -55,7 +56,7 @@ def diagram(machine: Machine) -> Sheet:
     sections = [
         _section(section, found, levels, last=i == len(found.sections) - 1) for i, section in enumerate(found.sections)
     ]
-    hung = [part for make in SUPPLY if (part := make(found)) is not None]
+    hung = [*pumps(found), *(part for make in SUPPLY if (part := make(found)) is not None)]
     placed = _placed(hung, sections)
     _common_lines(sheet, placed, found)
     for part, shift in placed:
@@ -171,7 +172,7 @@ def _common_lines(sheet: Sheet, placed: list[tuple[Sheet, float]], found: Circui
         if not places:
             continue
         if name == "LS":
-            _load_line(sheet, placed)
+            _load_line(sheet, placed, found)
         else:
             sheet.line((places[0], level), (places[-1], level), kind=kind)
             for x in places[1:-1]:
@@ -180,15 +181,19 @@ def _common_lines(sheet: Sheet, placed: list[tuple[Sheet, float]], found: Circui
         sheet.labels += [letters, Label(letters.box[0] - 2.0, level, text, "right", colour=MUTED)]
 
 
-def _load_line(sheet: Sheet, placed: list[tuple[Sheet, float]]) -> None:
-    """From the last section to the first and on to the pump."""
+def _load_line(sheet: Sheet, placed: list[tuple[Sheet, float]], found: Circuit) -> None:
+    """From the last section to the first and on to the pumps."""
     own = [(part, shift) for part, shift in placed if "LS" in part.ports]
     places = sorted(part.ports["LS"][0] + shift for part, shift in own)
     back = sorted(
         part.ports["LS from the right"][0] + shift for part, shift in own if "LS from the right" in part.ports
     )
-    # The first port is that of the pump.
-    starts = [places[0], *back]
+    # The first ports are those of the pumps; of fixed ones the relief valve has the only one.
+    fixed = found.pump is not None and found.pump.word("type") == "fixed"
+    first = 1 if fixed else 1 + len(found.further)
+    starts = [*places[:first], *back]
+    for x in places[1:first]:
+        sheet.dot(x, LOAD_LINE)
     for start, end in zip(starts, places[1:], strict=False):
         sheet.line((start, LOAD_LINE), (end, LOAD_LINE), kind="load")
     for joined in set(back[:-1]) & set(places):

@@ -50,11 +50,14 @@ def source(circuit: Circuit) -> Sheet | None:
     return sheet
 
 
-def pump(circuit: Circuit) -> Sheet | None:
-    """The pump with its drive, and its control if it has one."""
-    if circuit.pump is None:
-        return None
-    table, kind = circuit.pump, circuit.pump.word("type")
+def pumps(circuit: Circuit) -> list[Sheet]:
+    """Each pump."""
+    return [] if circuit.pump is None else [_pump(circuit, table) for table in (circuit.pump, *circuit.further)]
+
+
+def _pump(circuit: Circuit, table: Table) -> Sheet:
+    """A pump with its drive, and its control if it has one."""
+    kind = table.word("type")
     sheet = Sheet(ports={"P": (0.0, PRESSURE_LINE)})
     symbols.shaft(sheet, -20.0, -8.0, HUNG)
     symbols.prime_mover(sheet, -26.0, HUNG)
@@ -175,7 +178,7 @@ def accumulator(circuit: Circuit) -> Sheet | None:
     return sheet
 
 
-SUPPLY: tuple[Callable[[Circuit], Sheet | None], ...] = (source, pump, main_relief, accumulator, return_tank)
+SUPPLY: tuple[Callable[[Circuit], Sheet | None], ...] = (source, main_relief, accumulator, return_tank)
 
 
 # --- between the pump and a spool, on a line that flows up; the load comes from the right at `load` -----------------

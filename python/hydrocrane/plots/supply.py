@@ -55,7 +55,8 @@ def supply_charts(run: Record) -> Figure:
 
 def _panels(run: Record) -> list[tuple[str, str, dict[str, str]]]:
     """Heading, quantity, and signals with their names."""
-    swivels = {name: "" for name in run.columns if name.startswith("pump.") and name.endswith(".displacement")}
+    names = _swivels(run.columns)
+    swivels = {name: name.split(".")[1] if len(names) > 1 else "" for name in names}
     drops = {f"cylinder.{c}.compensator_drop": c for c in run.cylinder_names}
     return [
         ("Pressures", "pressure", PRESSURES),
@@ -66,6 +67,11 @@ def _panels(run: Record) -> list[tuple[str, str, dict[str, str]]]:
         ("Shortfall: above zero the pump cannot deliver the demand", "pressure", {"mains.shortfall": ""}),
         ("What the compensators take", "pressure", drops),
     ]
+
+
+def _swivels(columns: Columns) -> list[str]:
+    """The shares of the displacements of all pumps."""
+    return [name for name in columns if name.startswith("pump.") and name.endswith(".displacement")]
 
 
 def _draw(panel: Axes, columns: Columns, names: dict[str, str]) -> None:
@@ -86,7 +92,7 @@ def _shade(panel: Axes, columns: Columns) -> None:
     if "mains.shortfall" not in columns:
         return
     lack, setting = columns["mains.shortfall"].values, columns["mains.setting"].values
-    swivels = [column.values for name, column in columns.items() if name.startswith("pump.")]
+    swivels = [columns[name].values for name in _swivels(columns)]
     full = np.all([share >= 0.99 for share in swivels], axis=0)
     lacks = (lack > 0.2 * setting) | (full & (lack > 0.01 * setting))
     low, high = panel.get_ylim()

@@ -56,6 +56,13 @@ TANK_LINE = {
 SHARING = {"pump.main.type": "load-sensing", "pump.main.ls-margin": "17 bar", "pump.main.torque-limit": "31 N m"} | {
     f"valve.{valve}.compensator": "behind-spool" for valve in ("lift", "jib")
 }
+SECOND = {
+    f"pump.aside.{key}": value
+    for key, value in {
+        "type": "load-sensing", "displacement": "9 ml", "speed": "1450 rpm", "volumetric-efficiency": 0.9,
+        "hydromechanical-efficiency": 0.9, "control-range": "6 bar", "ls-margin": "20 bar", "ls-time-constant": "20 ms",
+    }.items()
+}  # fmt: skip
 MACHINES = {
     **{name: (name, {}) for name in hc.bundled_machines()},
     "every line held": ("rottne-f9-mobile", HELD),
@@ -63,6 +70,7 @@ MACHINES = {
     "all parts": ("rottne-f9-ls", lines_with_everything()),
     "tank line": ("rottne-f9-ls", TANK_LINE),
     "served first": ("rottne-f9-mobile", {"priority.cylinder": "jib", "priority.margin": "9 bar"}),
+    "two pumps": ("rottne-f9-mobile", SECOND),
     "measured": ("hiab-xs031", {"supply.measured": "yes"}),
 }
 
@@ -204,6 +212,14 @@ def test_the_sections_that_give_way_are_told_from_the_one_served_first():
     assert shown.count("served first") == 1 and "served first" not in texts(hc.load_machine("rottne-f9-mobile"))
 
 
+def test_each_pump_is_drawn():
+    crane = hc.load_machine(*MACHINES["two pumps"])
+    assert circuits.read(crane).left_out == ()
+    shown = texts(crane)
+    assert {"pump main", "pump aside", "18 cm³ per turn", "9 cm³ per turn"} <= set(shown)
+    assert shown.count("load-sensing") == shown.count("load + 20 bar") == 2 and shown.count("relief valve") == 1
+
+
 def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_path):
     run("new", tmp_path / "crane", "--machine", "rottne-f9-lab", "--pump", "fixed")
     fixed = hc.load_machine(tmp_path / "crane" / "machine.toml")
@@ -215,7 +231,8 @@ def test_a_fixed_pump_is_unloaded_and_a_relief_pressure_by_default_is_shown(tmp_
 def test_only_a_pump_that_senses_the_load_has_a_line_for_it():
     kinds = {name: {stroke.kind for stroke in diagram(hc.load_machine(*MACHINES[name])).strokes} for name in MACHINES}
     assert {name for name, found in kinds.items() if "load" in found} == {
-        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts", "tank line", "served first",
+        "rottne-f9-mobile", "rottne-f9-ls", "every line held", "flow sharing", "all parts", "tank line",
+        "served first", "two pumps",
     }  # fmt: skip
 
 

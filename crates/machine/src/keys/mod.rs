@@ -66,7 +66,7 @@ pub static MACHINE: &[Key] = &[
     Key::table("supply", hydraulics::SUPPLY).required().means("Pressures of pump and tank."),
     Key::tables("pump", hydraulics::PUMP)
         .otherwise("a supply at constant pressure")
-        .means("The pump that feeds the mains; at most one."),
+        .means("A pump that feeds the mains; up to three, of one type."),
     Key::table("mains", hydraulics::MAINS)
         .otherwise("required with a pump that is not `constant-pressure`")
         .means("The lines between pump and valves, with the main relief valve."),

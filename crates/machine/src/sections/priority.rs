@@ -4,7 +4,7 @@ use crate::errors::ErrorKind;
 use crate::model::{Compensator, Cylinder, Machine, Mains, Priority, Supply};
 use crate::number::Number;
 use crate::reader::Reader;
-use crate::sections::{reference, Result};
+use crate::sections::{reference, supply, Result};
 
 /// Share of the range beyond which the others are free: the end is rounded.
 const FREE: f64 = 1.1;
@@ -71,6 +71,5 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
 
 /// Margin over the load-sensing line at full displacement, Pa.
 fn left_when_exhausted<T: Number>(mains: &Mains<T>) -> f64 {
-    let fall = mains.pump.control.as_ref().map_or(0.0, |control| control.range.plain());
-    mains.load_sensing.as_ref().map_or(0.0, |sensing| sensing.margin.plain()) - fall
+    mains.load_sensing.as_ref().map_or(0.0, |sensing| sensing.margin.plain()) - supply::control_range(mains)
 }

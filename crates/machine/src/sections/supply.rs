@@ -1,7 +1,9 @@
 //! `[supply]`, `[pump.<name>]` and `[mains]`: the oil supply.
 
-use crate::errors::ErrorKind;
-use crate::model::{Compensator, Engine, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve};
+use crate::errors::{ErrorKind, MachineError};
+use crate::model::{
+    Compensator, Engine, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve, MOST_PUMPS,
+};
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{accumulator, required_table, Result};
@@ -104,9 +106,12 @@ fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) 
     Ok(())
 }
 
-/// Flow of the pump at full displacement and the supply pressure, m^3/s.
+/// Flow of all pumps at full displacement and the supply pressure, m^3/s.
 pub fn given<T: Number>(machine: &Machine<T>, mains: &Mains<T>) -> f64 {
-    let (pump, supply) = (&mains.pump, &machine.supply);
+    mains.pumps().map(|pump| given_by(&machine.supply, pump)).sum()
+}
+
+fn given_by<T: Number>(supply: &Supply<T>, pump: &Pump<T>) -> f64 {
     let idle = pump.displacement.plain() / TAU * pump.speed.plain();
     let rise = supply.pressure.plain() - supply.tank_pressure.plain();
     let torque = pump.displacement.plain() / TAU * rise / pump.hydromechanical_efficiency.plain();
@@ -130,8 +135,7 @@ pub fn asked<T: Number>(machine: &Machine<T>, mains: &Mains<T>, valve: &Valve<T>
 fn check_margin<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
     let Some(sensing) = &mains.load_sensing else { return Ok(()) };
     // At full displacement the margin of a controlled pump is smaller.
-    let fall = mains.pump.control.as_ref().map_or(0.0, |control| control.range.plain());
-    let left = sensing.margin.plain() - fall;
+    let left = sensing.margin.plain() - control_range(mains);
     for valve in machine.cylinders.iter().map(|cylinder| &cylinder.valve) {
         let Compensator::Before(setting) = valve.compensator else { continue };
         if setting.plain() > left {
@@ -145,6 +149,12 @@ fn check_margin<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>
     Ok(())
 }
 
+/// Fall of the mains at which all pumps are at full displacement, Pa.
+pub fn control_range<T: Number>(mains: &Mains<T>) -> f64 {
+    let ranges = mains.pumps().filter_map(|pump| pump.control.as_ref());
+    ranges.map(|control| control.range.plain()).fold(0.0, f64::max)
+}
+
 fn pump_table<'a, T>(root: &Reader<'a>, mains: &Mains<T>) -> Result<Reader<'a>> {
     let tables = root.named_tables("pump")?;
     let own = tables.into_iter().find(|(name, _)| *name == mains.pump.name);
@@ -152,17 +162,8 @@ fn pump_table<'a, T>(root: &Reader<'a>, mains: &Mains<T>) -> Result<Reader<'a>> 
 }
 
 fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>>> {
-    let pumps = root.named_tables("pump")?;
     let table = root.table("mains")?;
-    let pump = match &pumps[..] {
-        [] => None,
-        [(name, table)] => pump(name, table, supply)?.map(|pump| Ok((pump, load_sensing(table)?))).transpose()?,
-        [_, (second, _), ..] => {
-            let message = format!("a second pump, `{second}`: one pump feeds all valves");
-            return Err(root.error(ErrorKind::TooLarge, "pump", message).help("keep one [pump.<name>]"));
-        }
-    };
-    match (pump, table) {
+    match (pumps(root, supply)?, table) {
         (None, None) => accumulator::refuse_without_mains(root),
         (Some(_), None) => Err(root.missing("mains", "add the table [mains] with the `volume` of the lines")),
         (None, Some(_)) => Err(root
@@ -172,8 +173,8 @@ fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>
             let message = "the supply pressure equals the tank pressure: its pump has nothing to do";
             Err(root.error(ErrorKind::OutOfRange, "supply", message).help("raise `supply.pressure`"))
         }
-        (Some((pump, load_sensing)), Some(table)) => {
-            let mains = lines(&table, supply, pump, load_sensing)?;
+        (Some((pumps, load_sensing)), Some(table)) => {
+            let mains = lines(&table, supply, pumps, load_sensing)?;
             Ok(Some(Mains { accumulator: accumulator::read(root, supply, &mains)?, ..mains }))
         }
     }
@@ -182,9 +183,10 @@ fn mains<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Mains<T>
 fn lines<T: Number>(
     table: &Reader,
     supply: &Supply<T>,
-    pump: Pump<T>,
+    mut pumps: Vec<Pump<T>>,
     load_sensing: Option<LoadSensing<T>>,
 ) -> Result<Mains<T>> {
+    let pump = pumps.remove(0);
     let default = supply.pressure * if pump.control.is_some() { RELIEF } else { 1.0 };
     let mains = Mains {
         volume: table.quantity("volume")?,
@@ -192,6 +194,7 @@ fn lines<T: Number>(
         relief_pressure: table.optional_quantity("relief-pressure")?.unwrap_or(default),
         relief_gradient: table.quantity_or_default("relief-gradient")?,
         pump,
+        further: pumps,
         load_sensing,
         accumulator: None,
         tank_line: None,
@@ -207,6 +210,48 @@ fn lines<T: Number>(
             "the relief valve opens before the pump reduces its displacement",
         )
         .help("set it some 10 to 20 % above `supply.pressure`"))
+}
+
+/// All pumps, and the load-sensing line that they feel; `None` without a pump, or with an ideal one.
+type Pumps<T> = (Vec<Pump<T>>, Option<LoadSensing<T>>);
+
+fn pumps<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Pumps<T>>> {
+    let tables = root.named_tables("pump")?;
+    let Some((first, others)) = tables.split_first() else { return Ok(None) };
+    if tables.len() > MOST_PUMPS {
+        let message = format!("{} pumps: the mains have {MOST_PUMPS} at most", tables.len());
+        return Err(root.error(ErrorKind::TooLarge, "pump", message).help("join the smallest ones in one"));
+    }
+    let Some(pump_of_first) = pump(first.0, &first.1, supply)? else {
+        return match others.first() {
+            Some((name, table)) => {
+                Err(unlike(table, "type", name, first.0, "a supply at constant pressure needs no other pump"))
+            }
+            None => Ok(None),
+        };
+    };
+    let (kind, sensing) = (first.1.text("type")?, load_sensing::<T>(&first.1)?);
+    let mut pumps = vec![pump_of_first];
+    for (name, table) in others {
+        let own = pump(name, table, supply)?.filter(|_| table.text("type").is_ok_and(|own| own == kind));
+        let Some(own) = own else {
+            return Err(unlike(table, "type", name, first.0, "pumps that feed the same mains are of one type"));
+        };
+        let plain = |of: &Option<LoadSensing<T>>| of.as_ref().map(|of| [of.margin.plain(), of.time_constant.plain()]);
+        if plain(&load_sensing(table)?) != plain(&sensing) {
+            let message = "pumps that feed the same mains feel one load-sensing line, and keep one margin over it";
+            return Err(unlike(table, "ls-margin", name, first.0, message));
+        }
+        pumps.push(own);
+    }
+    Ok(Some((pumps, sensing)))
+}
+
+/// A pump that does not fit beside the first one.
+fn unlike(table: &Reader, key: &str, name: &str, first: &str, message: &str) -> MachineError {
+    table
+        .error(ErrorKind::ConflictingKeys, key, format!("pump `{name}` differs from pump `{first}`: {message}"))
+        .help(format!("state the same `{key}` in both, or leave one pump out"))
 }
 
 /// `None`: an ideal one.

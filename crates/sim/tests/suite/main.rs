@@ -35,6 +35,7 @@ mod ride_through;
 mod sampled_loop;
 mod schedule;
 mod sensitivity_inputs;
+mod several_pumps;
 mod steady_friction;
 mod stick;
 mod supply;

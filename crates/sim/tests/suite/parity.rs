@@ -36,7 +36,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, accumulators and
+/// Fixed pumps, several pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, accumulators and
 /// measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
@@ -67,6 +67,17 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let unloaded = fixed.replace("[mains]", "ls-margin = \"15 bar\"\n[mains]");
     let sharing = limited.replace("pressure-compensated", "load-sensing").replace("[mains]", "ls-margin = \"25 bar\"\n[mains]")
         + "[valve.lift]\ncompensator = \"behind-spool\"\n[valve.tilt]\ncompensator = \"before-spool\"\ncompensator-setting = \"9 bar\"\n";
+    let beside = |name: &str, of: &str, size: &str| {
+        let pump = of.split("[mains]").next().expect("a pump").replace("main", name);
+        pump.replace("40 ml", size).replace("20 ml", size)
+    };
+    let two = beside("aside", limited, "25 ml")
+        .replace("droop = \"12 %\"", "control-range = \"3 bar\"\ndroop = \"5 %\"")
+        + limited;
+    let three = beside("third", fixed, "13 ml") + &beside("aside", fixed, "8 ml") + fixed;
+    let sensing =
+        limited.replace("pressure-compensated", "load-sensing").replace("[mains]", "ls-margin = \"25 bar\"\n[mains]");
+    let all = beside("third", &sensing, "15 ml") + &beside("aside", &sensing, "8 ml") + &sensing;
     let holding = |cylinder: &str, side: &str| {
         format!(
             "[counterbalance.{cylinder}-{side}]\ncylinder = \"{cylinder}\"\nside = \"{side}\"\nsetting = \"120 bar\"\npilot-ratio = 3.5\n\
@@ -153,6 +164,11 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
         ("hiab-xs031", sharing.clone() + &first("tilt")),
         ("rottne-f9-lab", unloaded.clone() + &first("jib")),
         ("hiab-xs031", lifting.clone() + &first("lift") + &resisting("extension") + &bypassed),
+        ("hiab-xs031", two.clone()),
+        ("single-cylinder", two + returning),
+        ("single-cylinder", three),
+        ("hiab-xs031", all.clone()),
+        ("hiab-xs031", all + &bypassed),
         ("single-cylinder", crossing("test")),
         ("hiab-xs031", crossing("lift")),
         (
