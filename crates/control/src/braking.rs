@@ -66,15 +66,15 @@ impl<const N: usize> ControllerModel<N> {
 
     /// Whether the cylinders bear the deceleration of a motion that is `at` a place at one of its stages.
     fn brakes(&self, at: &At<N>, rates: &[f64; N], payload: f64, bandwidth: f64, stage: &Stage) -> bool {
-        let there: At<N>;
+        let ahead: At<N>;
         let there = if stage.way == 0.0 {
             at
         } else {
-            there = self.at(&core::array::from_fn(|i| {
+            ahead = self.at(&core::array::from_fn(|i| {
                 let [low, high] = self.joint_limits[i];
                 (at.q[i] + stage.way / bandwidth * rates[i]).clamp(low.min(at.q[i]), high.max(at.q[i]))
             }));
-            &there
+            &ahead
         };
         let steepest = SWING * bandwidth / core::f64::consts::E;
         let (speed, acceleration) = (rates.map(|rate| stage.speed * rate), rates.map(|rate| -steepest * rate));

@@ -41,5 +41,6 @@ pub mod slow_down;
 pub mod standstill;
 pub mod tip;
 pub mod valve_learning;
+mod wanted;
 mod weighing;
 pub mod working_area;

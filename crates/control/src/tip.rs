@@ -17,8 +17,9 @@ use crate::point_to_point::{Stretch, Travel};
 use crate::readings::Readings;
 use crate::set_point::{Means, Reference, Shape, Wish, STANDING};
 use crate::signal::Signal;
-use crate::slow_down::{checked, checked_goal, checked_levers, checked_stick};
+use crate::slow_down::checked;
 use crate::standstill::Standstill;
+use crate::wanted::Wanted;
 use crate::weighing::Weighing;
 #[cfg(feature = "std")]
 use crate::{reach, safe_state::Names, valve_learning::LearntValve};
@@ -154,15 +155,6 @@ impl<const N: usize> Tip<N> {
             Pressures::Estimated(_) => checked::<N>(&Measurement { p: &[[0.0; 2]; N], ..*measured }),
         }
     }
-}
-
-/// What the operator asks for.
-enum Wanted<const N: usize> {
-    /// Of the tip, m/s.
-    Velocity([f64; 2]),
-    /// Deflections of levers, while the height of the tip is held.
-    Levers([f64; N]),
-    Goal(Goal),
 }
 
 impl<const N: usize> State<N> {
@@ -524,6 +516,7 @@ impl<const N: usize> State<N> {
 
 impl<const N: usize> Controller for Tip<N> {
     copied_by_clone!();
+
     fn period(&self) -> f64 {
         self.settings.period
     }
@@ -547,11 +540,7 @@ impl<const N: usize> Controller for Tip<N> {
         spool: &mut [f64],
     ) -> Result<(), Fault> {
         let (q, p) = self.checked(measured)?;
-        let stick = match stick {
-            Stick::Goal(goal) => Wanted::Goal(checked_goal(goal)?),
-            Stick::Height(axes) => Wanted::Levers(checked_levers(axes)?),
-            _ => Wanted::Velocity(checked_stick(stick)?.map(|s| s * self.settings.full_speed)),
-        };
+        let stick = Wanted::by(stick, self.settings.full_speed)?;
         let state = match &mut self.state {
             Some(state) => state,
             none => State::begin(none, &self.model, &self.settings, q, &p),
