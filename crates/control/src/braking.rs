@@ -28,8 +28,6 @@ const LEAST: f64 = 0.02;
 /// Share h that every joint has at the end of its way, unless it is no worse than here, and that way, in v/w.
 const HELD: f64 = 0.85;
 const WAY_HELD: f64 = 3.0;
-/// Way of a stop, in v/w.
-const STOPPED: f64 = 2.0;
 /// Halvings that find the share.
 const HALVINGS: usize = 10;
 
@@ -53,14 +51,12 @@ impl CylinderModel {
 
 impl<const N: usize> ControllerModel<N> {
     /// Share of the joint `rates` (rad/s or m/s) of a reference that is `at` a place that the cylinders can bring to rest behind two lags of this
-    /// `bandwidth` (rad/s). `lifting`: and end where the supply pressure lifts the load.
-    pub fn braking_share(&self, at: &At<N>, rates: &[f64; N], bandwidth: f64, now: &Means<N>, lifting: bool) -> f64 {
-        let here = LazyCell::new(|| self.cylinder_force(&at.q, &[0.0; N], now.payload));
+    /// `bandwidth` (rad/s).
+    pub fn braking_share(&self, at: &At<N>, rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> f64 {
         let borne = |share: f64| {
             let rates = rates.map(|rate| share * rate);
             STAGES.iter().all(|stage| self.brakes(at, &rates, now.payload, bandwidth, stage))
                 && self.ends_held(&rates, bandwidth, now)
-                && (!lifting || self.ends_lifted(at, &rates, bandwidth, now, &here))
         };
         if rates.iter().all(|rate| *rate == 0.0) || borne(1.0) {
             return 1.0;
@@ -93,18 +89,6 @@ impl<const N: usize> ControllerModel<N> {
             let more = || (stopping[c] - still[c]) / lever_arm;
             // At a dead centre itself the quotients are not numbers: no motion ends there.
             (force <= high || more() <= least) && (force >= low || more() >= -least)
-        })
-    }
-
-    /// Whether the supply pressure lifts the load where a motion that is `at` a place ends, or the load is no worse than `here`, N.
-    fn ends_lifted(&self, at: &At<N>, rates: &[f64; N], bandwidth: f64, now: &Means<N>, here: &[f64; N]) -> bool {
-        let time = STOPPED / bandwidth;
-        let end = core::array::from_fn(|i| at.q[i] + time * rates[i]);
-        let there = self.cylinder_force(&end, &[0.0; N], now.payload);
-        (0..N).all(|c| {
-            let [low, high] = [[self.tank, DRAWN * self.supply], [DRAWN * self.supply, self.tank]]
-                .map(|[p_1, p_2]| self.cylinders[c].chambers.force(p_1, p_2));
-            (there[c] <= high || there[c] <= here[c]) && (there[c] >= low || there[c] >= here[c])
         })
     }
 
