@@ -1,10 +1,11 @@
 //! A controller by name: measurements and sticks in, spool commands out, sample by sample.
 
 use crate::controller_state::{ControllerState, Going, Inputs};
+use crate::fault::{Fault, NO_STATE};
 use crate::history::History;
-use crate::kept::{Kept, NO_STATE};
+use crate::kept::Kept;
 use crate::parameters::{overrides, parameters, Parameter};
-use crate::part::{Fault, Part};
+use crate::part::Part;
 use crate::resources::{Resources, MACHINE};
 use crate::variable::{Kind, Use, Variable};
 use hydrocrane_machine::{Machine, Template};

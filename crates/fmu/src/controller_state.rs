@@ -1,9 +1,8 @@
 //! The changing state of a controller. A copy of it is as large as the controller; its bytes are all samples since the start,
 //! from which another instance computes the same controller again.
 
+use crate::fault::{sound, Fault};
 use crate::history::History;
-use crate::kept::sound;
-use crate::part::Fault;
 use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::Archive;
 

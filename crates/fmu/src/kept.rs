@@ -1,8 +1,7 @@
 //! The changing state of a part, as a simulation tool keeps it.
 
 use crate::controller_state::ControllerState;
-use crate::part::Fault;
-use hydrocrane_sim::Archive;
+use crate::fault::Fault;
 use std::borrow::Cow;
 
 pub enum Kept {
@@ -21,13 +20,3 @@ impl Kept {
         }
     }
 }
-
-/// Refuses bytes that are not those of a state.
-pub fn sound(archive: &Archive) -> Result<(), Fault> {
-    match archive.is_sound() {
-        true => Ok(()),
-        false => Err(NO_STATE.to_string().into()),
-    }
-}
-
-pub const NO_STATE: &str = "this is no state of this FMU";

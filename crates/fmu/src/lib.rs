@@ -5,6 +5,7 @@
 
 mod controller;
 mod controller_state;
+mod fault;
 mod history;
 mod kept;
 mod names;
@@ -14,8 +15,9 @@ mod plant;
 mod resources;
 mod variable;
 
+pub use fault::Fault;
 pub use kept::Kept;
-pub use part::{Fault, Part};
+pub use part::Part;
 pub use resources::{Resources, Role, Settings};
 pub use variable::{Kind, Use, Variable};
 

@@ -1,22 +1,8 @@
 //! The common interface of all FMUs.
 
+use crate::fault::Fault;
 use crate::kept::Kept;
 use crate::variable::{Kind, Variable};
-
-/// An error; its text states cause and cure.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Fault {
-    /// The request is invalid.
-    Wrong(String),
-    /// The machine cannot make this step; a smaller one may be possible.
-    Impossible(String),
-}
-
-impl From<String> for Fault {
-    fn from(text: String) -> Self {
-        Fault::Wrong(text)
-    }
-}
 
 /// The content of an FMU. Messages state cause and cure.
 pub trait Part: Send {

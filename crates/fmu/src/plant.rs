@@ -1,9 +1,10 @@
 //! A crane or a cylinder with spool commands, stepped by our loop (co-simulation) or integrated by the tool (model
 //! exchange).
 
-use crate::kept::{sound, Kept, NO_STATE};
+use crate::fault::{sound, Fault, NO_STATE};
+use crate::kept::Kept;
 use crate::parameters::{overrides, parameters, Parameter, PAYLOAD};
-use crate::part::{Fault, Part};
+use crate::part::Part;
 use crate::resources::{Resources, MACHINE, SCENARIO};
 use crate::variable::{Kind, Use, Variable};
 use hydrocrane_machine::model::FrictionModel;
