@@ -9,7 +9,7 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-tools cockpit fmu controller drives fuzz soak bench docs site lint clean
+.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -33,12 +33,16 @@ test-python: $(VENV)/.tested
 # All other tests, and the tools in their short forms.
 evidence: evidence-python evidence-tools
 
+evidence-python: evidence-processes evidence-browser
+
+evidence-processes: $(VENV)/.tested $(VENV)/.documented results/katex/node_modules/.package-lock.json
+	$(PYTEST) -m "evidence and not browser"
+
 # The browser has the machine to itself: the page's clock is the wall's. The cockpit is tested where its page can be built and a
 # browser can be had; elsewhere those tests are skipped.
-evidence-python: $(VENV)/.tested $(VENV)/.documented results/katex/node_modules/.package-lock.json
+evidence-browser: $(VENV)/.tested
 	@$(MAKE) --no-print-directory cockpit || echo "the cockpit's page could not be built here: the tests that need it are skipped"
 	@sh tests/browser.sh $(BIN)/python
-	$(PYTEST) -m "evidence and not browser"
 	$(BIN)/python -m pytest -m browser
 
 evidence-tools: $(VENV)/.tested

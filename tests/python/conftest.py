@@ -17,9 +17,9 @@ CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
 
 
 def pytest_collection_modifyitems(items):
-    """Whatever needs the browser runs alone and belongs to the slower evidence."""
+    """Whatever needs the browser, or the page's compiled core, runs alone and belongs to the slower evidence."""
     for item in items:
-        if {"browser", "address", "cockpit"} & set(item.fixturenames):
+        if {"browser", "address", "cockpit", "drive"} & set(item.fixturenames):
             item.add_marker("browser")
             item.add_marker("evidence")
 
