@@ -90,6 +90,7 @@ def test_intervals_hold_as_often_as_they_say(motion: str, least: float):
     assert np.mean([hit for drive in drives for hit in drive.values()]) >= least
 
 
+@pytest.mark.evidence
 def test_a_crane_that_swings_out_of_step_is_found(log: dict[str, np.ndarray]):
     """With 100 kg in place of 130 kg the swings soon fall out of step, where plain least squares stays."""
     found = hc.fit(plan(0), log, ["payload.mass"], overrides={**OVERRIDES, "valve.lift.nominal-flow": "5.2 l/min"})
@@ -104,6 +105,7 @@ def test_a_measured_motion_weighs_the_load_whatever_the_valve(log: dict[str, np.
     assert any("may be at rest" in note for note in found.notes)
 
 
+@pytest.mark.evidence
 def test_errors_of_sensors_are_found(log: dict[str, np.ndarray]):
     late = dict(log)
     late["cylinder.jib.p1"] = np.interp(log["time"] - 0.03, log["time"], 1.05 * log["cylinder.jib.p1"]) + 3e5
@@ -132,6 +134,7 @@ def complete(log: dict[str, np.ndarray]) -> hc.Fit:
     return hc.fit(plan(0), log, ["payload.mass", "valve.lift.nominal-flow"], overrides=OVERRIDES)
 
 
+@pytest.mark.evidence
 def test_what_is_wrong_and_not_fitted_is_said(log: dict[str, np.ndarray], complete: hc.Fit):
     """The load takes up a part of what is wrong with the valve."""
     found = hc.fit(plan(0), log, ["payload.mass"], overrides=OVERRIDES)

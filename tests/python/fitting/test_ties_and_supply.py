@@ -54,6 +54,7 @@ def tied(log: dict[str, np.ndarray]) -> hc.Fit:
     return hc.fit(plan(), log, NAMES, ties=TIE, overrides=FILE, priors={"payload.mass": 50.0})
 
 
+@pytest.mark.evidence
 def test_the_logged_supply_pressure_is_replayed(log: dict[str, np.ndarray], tied: hc.Fit):
     low, high = tied.interval("payload.mass")
     assert low <= MASS <= high and high - low < 2.0
@@ -86,6 +87,7 @@ def test_break_away_that_stays_behind_is_said(log: dict[str, np.ndarray]):
     assert not list(left_behind(found.start, found.machine, [*NAMES, "friction.lift.breakaway[0]"], ()))
 
 
+@pytest.mark.evidence
 def test_what_is_wrong_with_the_supply_pressure_is_said(log: dict[str, np.ndarray]):
     bars = log | {"supply.pressure": 1e-5 * log["supply.pressure"]}
     found = hc.fit(plan(), bars, NAMES[:1], overrides=FILE)

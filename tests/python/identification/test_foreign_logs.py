@@ -115,6 +115,7 @@ HIDDEN = StaticMap.of(
 )
 
 
+@pytest.mark.evidence
 @pytest.mark.parametrize("exponents", ["chosen", {"viscous-exponent": 1.0}])
 def test_a_stribeck_effect_is_found_where_friction_never_falls(exponents):
     """Coulomb 157 N was given as 245 [236, 254] N."""
@@ -133,6 +134,7 @@ def test_a_stribeck_effect_is_found_where_friction_never_falls(exponents):
     assert sum(held) >= 10
 
 
+@pytest.mark.evidence
 def test_no_stribeck_effect_is_found_where_there_is_none():
     law = StaticMap.of({**HIDDEN.pairs, "breakaway": 157})
     fits = [fit_static(synthetic_points(law, seed=seed)) for seed in range(6)]
@@ -141,6 +143,7 @@ def test_no_stribeck_effect_is_found_where_there_is_none():
     assert sum(held) >= 10
 
 
+@pytest.mark.evidence
 def test_the_report_lists_the_forms_and_the_intervals_cover_them():
     found = identified(foreign_rig.imposed(foreign_rig.drawn(2), seed=2), 2)
     fit = found.static.fit
@@ -230,6 +233,7 @@ def test_residuals_of_few_levels_are_reported_too():
     assert low < 157.0 < high
 
 
+@pytest.mark.evidence
 def test_clean_points_raise_no_alarm():
     """40 fits of the right form, with positions, times, pressures and loads that mean nothing."""
     alarms = 0

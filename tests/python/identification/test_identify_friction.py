@@ -126,6 +126,7 @@ def test_the_load_cell_stands_in_for_the_weight(steady):
     assert any("30 kg is taken" in text for text in without.warnings)
 
 
+@pytest.mark.evidence
 def test_logs_of_several_loads_are_compared(steady):
     heavy = rig.run(
         "constant-velocity", payload=115.0, seed=2, calibration=1.0, levels=LEVELS, interval=0.01,
@@ -287,6 +288,7 @@ def test_a_file_that_is_no_log_is_one_error(name, tmp_path, monkeypatch, capsys)
     assert not Path("page.html").exists()
 
 
+@pytest.mark.evidence
 def test_a_window_cuts_every_log_and_the_zero_is_read_before_it(log, found):
     """Here the first level is left out; so is a start that spoils the whole log."""
     start, end = found.windows[0][0].end, float(log.time[-1])

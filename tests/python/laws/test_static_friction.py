@@ -234,6 +234,7 @@ def test_a_bowed_potentiometer_is_carried_along():
         FrictionPoints.of([0.1, 0.2], [1.0, 2.0], position=[0.0])
 
 
+@pytest.mark.evidence
 def test_points_known_less_well_are_not_stray():
     """Levels on a steep flank are as far off as their velocities explain, and far from a bulk that is known better."""
     for seed in range(5):
