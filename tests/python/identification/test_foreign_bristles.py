@@ -29,11 +29,11 @@ def test_bristles_of_a_foreign_cylinder_come_back():
 
 @pytest.mark.evidence
 def test_intervals_hold_with_a_map_from_the_same_logs():
-    """Eight cylinders; `docs/validation/dynamic_friction.py` counts twenty. Without the map's covariance 2 of 12 held.
+    """Four cylinders; `docs/validation/dynamic_friction.py` counts twenty. Without the map's covariance 2 of 12 held.
 
-    Right intervals of 16 hold 13 or more in 99 of 100 such studies, and more than 0.89 of 112 as often.
+    Right intervals of 8 hold 6 or more in 99 of 100 such studies, and more than 0.87 of 56 as often.
     """
-    held = [foreign_rig.bristles_held(*identified(seed)) for seed in range(8)]
+    held = [foreign_rig.bristles_held(*identified(seed)) for seed in range(4)]
     of_bristles = [cylinder[f"friction.test.{name}"] for cylinder in held for name in BRISTLES]
-    assert sum(of_bristles) >= 13, of_bristles
-    assert np.mean([hit for cylinder in held for hit in cylinder.values()]) > 0.89
+    assert sum(of_bristles) >= 6, of_bristles
+    assert np.mean([hit for cylinder in held for hit in cylinder.values()]) > 0.87
