@@ -9,6 +9,9 @@ CARGO  ?= cargo
 # Everything that goes into the compiled module.
 SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
+# Tests start hundreds of programs. Where no bytecode is kept, each of them compiles all that it imports, for almost two seconds.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
