@@ -1,6 +1,6 @@
 //! One instance of an FMU, with the common part of FMI 2.0 and 3.0: modes, values, steps, states, messages.
 
-use hydrocrane_fmu::{open, Fault, Kept, Kind, Part, Resources, Use};
+use hydrocrane_fmu::{open, Fault, Kept, Kind, Part, Resources, Use, NO_STATE};
 use std::ffi::{c_int, c_void, CString};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::path::Path;
@@ -65,7 +65,7 @@ impl State {
     }
 
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, Problem> {
-        let damaged = || Problem::from("this is no state of this FMU".to_string());
+        let damaged = || Problem::from(NO_STATE.to_string());
         let (head, rest) = bytes.split_first_chunk::<1>().ok_or_else(damaged)?;
         let (start, part) = rest.split_first_chunk::<8>().ok_or_else(damaged)?;
         let mode = Mode::ALL.get(usize::from(head[0])).copied().ok_or_else(damaged)?;

@@ -15,7 +15,7 @@ mod plant;
 mod resources;
 mod variable;
 
-pub use fault::Fault;
+pub use fault::{Fault, NO_STATE};
 pub use kept::Kept;
 pub use part::Part;
 pub use resources::{Resources, Role, Settings};

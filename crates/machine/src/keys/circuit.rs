@@ -19,10 +19,23 @@ const fn nominal_flow(means: &'static str) -> Key {
     Key::quantity("nominal-flow", &[FLOW], Positive).usual(&[("0.1 l/min", "5000 l/min", 1e3)]).means(means)
 }
 
+/// Pressure at which a valve begins to open.
+const fn setting(means: &'static str) -> Key {
+    Key::quantity("setting", &[PRESSURE], Positive).required().usual(&[("20 bar", "500 bar", 4.0)]).means(means)
+}
+
+/// Of a relief valve with a `setting` and a `nominal-flow`.
+const fn overpressure() -> Key {
+    Key::quantity("overpressure", &[PRESSURE], Positive)
+        .defaults(&["20 bar"])
+        .usual(&[("1 bar", "100 bar", 10.0)])
+        .means("Rise beyond the setting at which the nominal flow passes.")
+}
+
 pub static COUNTERBALANCE: &[Key] = &[
     cylinder("The cylinder at which the valve is mounted."),
     side("The chamber that the valve closes."),
-    Key::quantity("setting", &[PRESSURE], Positive).required().usual(&[("20 bar", "500 bar", 4.0)]).means(
+    setting(
         "Chamber pressure at which the valve opens without pilot pressure; manufacturers advise 1.3 times the highest load pressure.",
     ),
     Key::quantity("pilot-ratio", &[NUMBER], NonNegative)
@@ -179,29 +192,17 @@ static FILTER: &[Key] = &[
 pub static PORT_RELIEF: &[Key] = &[
     cylinder("The cylinder that it protects."),
     side("The side that it relieves."),
-    Key::quantity("setting", &[PRESSURE], Positive)
-        .required()
-        .usual(&[("20 bar", "500 bar", 4.0)])
-        .means("Pressure over that of the tank at which it begins to open."),
+    setting("Pressure over that of the tank at which it begins to open."),
     nominal_flow("Flow at the overpressure.").required(),
-    Key::quantity("overpressure", &[PRESSURE], Positive)
-        .defaults(&["20 bar"])
-        .usual(&[("1 bar", "100 bar", 10.0)])
-        .means("Rise beyond the setting at which the nominal flow passes."),
+    overpressure(),
 ];
 
 pub static CROSSOVER_RELIEF: &[Key] = &[
     cylinder("The cylinder that it protects."),
     side("The side that it relieves; the oil flows to the other side."),
-    Key::quantity("setting", &[PRESSURE], Positive)
-        .required()
-        .usual(&[("20 bar", "500 bar", 4.0)])
-        .means("Pressure of that side over the other one at which it begins to open."),
+    setting("Pressure of that side over the other one at which it begins to open."),
     nominal_flow("Flow at the overpressure.").required(),
-    Key::quantity("overpressure", &[PRESSURE], Positive)
-        .defaults(&["20 bar"])
-        .usual(&[("1 bar", "100 bar", 10.0)])
-        .means("Rise beyond the setting at which the nominal flow passes."),
+    overpressure(),
 ];
 
 pub static ANTI_CAVITATION: &[Key] = &[
