@@ -70,7 +70,7 @@ impl<const N: usize> ControllerModel<N> {
         let there = if stage.way == 0.0 {
             at
         } else {
-            ahead = self.at(&core::array::from_fn(|i| {
+            ahead = self.at(&hydrocrane_num::array::from_fn(|i| {
                 let [low, high] = self.joint_limits[i];
                 (at.q[i] + stage.way / bandwidth * rates[i]).clamp(low.min(at.q[i]), high.max(at.q[i]))
             }));
@@ -95,7 +95,7 @@ impl<const N: usize> ControllerModel<N> {
     /// Whether closed valves hold the joints where a motion of the crane ends.
     fn ends_held(&self, rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> bool {
         let time = WAY_HELD / bandwidth;
-        let end = self.at(&core::array::from_fn(|i| now.observed[i] + time * rates[i]));
+        let end = self.at(&hydrocrane_num::array::from_fn(|i| now.observed[i] + time * rates[i]));
         let there = self.held(&end, now.payload, &now.stiffness);
         (0..N).all(|i| there[i] >= HELD.min(now.held[i]))
     }

@@ -132,7 +132,7 @@ impl ChamberEstimate {
         let bounded = |p: [f64; 2]| p.map(|p| p.clamp(fluid.vacuum, most));
         let more = planned - cylinder.chambers.force(self.p[0], self.p[1]);
         let share = cylinder.pressures_per_force(fluid, &Moment { stroke, p: self.p });
-        self.p = bounded(core::array::from_fn(|i| self.p[i] + more * share[i]));
+        self.p = bounded(hydrocrane_num::array::from_fn(|i| self.p[i] + more * share[i]));
 
         // Implicit step, z = T z'(z): chambers that fill within a period come to their steady level. z' falls with z.
         let at = |z: f64| [self.p[0] + a2 * z, self.p[1] + a1 * z];

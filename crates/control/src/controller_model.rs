@@ -124,7 +124,7 @@ pub struct At<const N: usize> {
 impl<const N: usize> ControllerModel<N> {
     pub fn at(&self, q: &[f64; N]) -> At<N> {
         let pose = self.mechanics.pose(q);
-        At { q: *q, pose, lever_arm: core::array::from_fn(|c| self.lever_arm(&pose, c)) }
+        At { q: *q, pose, lever_arm: hydrocrane_num::array::from_fn(|c| self.lever_arm(&pose, c)) }
     }
 
     pub fn tip(&self, q: &[f64; N]) -> [f64; 2] {
@@ -145,7 +145,7 @@ impl<const N: usize> ControllerModel<N> {
             let column = pose.column(j, tip);
             (jacobian[0][j], jacobian[1][j]) = (column.x, column.z);
         }
-        let strokes: [(f64, f64); N] = core::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));
+        let strokes: [(f64, f64); N] = hydrocrane_num::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));
         let lever_arm = strokes.map(|s| s.1);
         (
             Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), lever_arm },
@@ -155,14 +155,14 @@ impl<const N: usize> ControllerModel<N> {
 
     /// Piston position (m) per cylinder, and dx/dq.
     pub fn strokes(&self, q: &[f64; N]) -> [(f64, f64); N] {
-        core::array::from_fn(|c| self.actuations[c].stroke(&self.mechanics.joints[c].pose(q[c])))
+        hydrocrane_num::array::from_fn(|c| self.actuations[c].stroke(&self.mechanics.joints[c].pose(q[c])))
     }
 
     /// Cylinder forces, friction left out, that carry the crane with `payload` (kg) at the joint rates `qd` held constant, N.
     pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N], payload: f64) -> [f64; N] {
         let pose = self.mechanics.pose(q);
         let bias = self.mechanics.inverse_dynamics(&pose, qd, None, payload);
-        core::array::from_fn(|j| bias[j] / self.lever_arm(&pose, j))
+        hydrocrane_num::array::from_fn(|j| bias[j] / self.lever_arm(&pose, j))
     }
 
     /// dx/dq of one cylinder.

@@ -251,7 +251,7 @@ impl Drive {
         }
         // What comes back after a shortage comes back slowly: other joints have taken over.
         let (now, before) = (self.range_now(), self.range);
-        self.range = core::array::from_fn(|s| {
+        self.range = hydrocrane_num::array::from_fn(|s| {
             if now[s].abs() > before[s].abs() {
                 before[s] + self.return_share * (now[s] - before[s])
             } else {

@@ -59,7 +59,7 @@ hydrocrane_num::stored!([const N: usize] Settings<N> {
 /// K_i of joint 1 and of the others, K_p, K_d: section 7.2.
 pub fn printed_gains<const N: usize>() -> [Gains; N] {
     let of = |integral| Gains { proportional: 1.0, integral, derivative: 0.01 };
-    core::array::from_fn(|i| of(if i == 0 { 1e-4 } else { 5e-3 }))
+    hydrocrane_num::array::from_fn(|i| of(if i == 0 { 1e-4 } else { 5e-3 }))
 }
 
 #[derive(Clone)]
@@ -75,7 +75,7 @@ pub struct HeinzePid<const N: usize> {
 
 impl<const N: usize> HeinzePid<N> {
     pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
-        let pids = core::array::from_fn(|i| {
+        let pids = hydrocrane_num::array::from_fn(|i| {
             let stroke = model.cylinders[i].stroke;
             Pid::new(settings.gains[i], [-stroke, stroke])
         });
@@ -102,7 +102,8 @@ impl<const N: usize> HeinzePid<N> {
             return Ok(());
         }
         let velocity = self.allowed(stick.map(|s| s * self.settings.full_speed));
-        let moved = core::array::from_fn(|r| self.set_point[r] + velocity[r] * self.settings.set_point_interval);
+        let moved =
+            hydrocrane_num::array::from_fn(|r| self.set_point[r] + velocity[r] * self.settings.set_point_interval);
         if self.settings.working_area.as_ref().is_some_and(|area| !area.accepts(self.set_point, moved)) {
             return Ok(());
         }
@@ -151,7 +152,7 @@ impl<const N: usize> HeinzePid<N> {
     fn at_zero(&self, q: &[f64; N]) -> [f64; N] {
         let nearest =
             |[low, high]: [f64; 2]| if self.settings.working_area.is_some() { low.max(0.0).min(high) } else { 0.0 };
-        core::array::from_fn(|i| match self.model.mechanics.joints[i].revolute {
+        hydrocrane_num::array::from_fn(|i| match self.model.mechanics.joints[i].revolute {
             true => q[i],
             false => nearest(self.model.joint_limits[i]),
         })

@@ -83,7 +83,7 @@ impl<const N: usize> ControllerModel<N> {
     /// (N/m) at the cylinders.
     pub fn holding(&self, at: &At<N>, mass: &[[f64; N]; N], payload: f64, oil: &[f64; N]) -> [Hold; N] {
         let stiffness = self.stiffness(at, payload, oil);
-        core::array::from_fn(|i| Hold {
+        hydrocrane_num::array::from_fn(|i| Hold {
             share: stiffness[i].share(),
             frequency: (stiffness[i].oil + stiffness[i].load) / mass[i][i],
             away: stiffness[i].away,
@@ -98,7 +98,7 @@ impl<const N: usize> ControllerModel<N> {
     fn stiffness(&self, at: &At<N>, payload: f64, oil: &[f64; N]) -> [Stiffness; N] {
         let torque = |pose: &ChainPose<f64, N>| self.mechanics.inverse_dynamics(pose, &[0.0; N], None, payload);
         let load = torque(&at.pose);
-        core::array::from_fn(|i| {
+        hydrocrane_num::array::from_fn(|i| {
             // One joint moves: the others stand as they do.
             let mut joints = at.pose.joints;
             joints[i] = self.mechanics.joints[i].pose(at.q[i] + STEP);

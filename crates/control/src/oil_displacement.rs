@@ -112,7 +112,7 @@ pub fn oil_displacements(
     spool: Interval,
     trust: &Trust,
 ) -> [OilDisplacement; 2] {
-    let ranges: [Interval; 2] = core::array::from_fn(|i| {
+    let ranges: [Interval; 2] = hydrocrane_num::array::from_fn(|i| {
         let seen = Interval::spanning(before.p[i], now.p[i]).widened(trust.pressure[i], 0.0);
         // A transmitter reads zero for any vacuum.
         if seen.low <= 0.0 {
@@ -132,7 +132,7 @@ pub fn oil_displacements(
     let (v1, v2) = c.chambers.volumes(0.5 * (before.stroke + now.stroke));
     let least = 1e-3 * c.chambers.mid_volume_1;
     let (areas, volumes) = ([c.chambers.area_1, c.chambers.area_2], [v1.max(least), v2.max(least)]);
-    core::array::from_fn(|i| {
+    hydrocrane_num::array::from_fn(|i| {
         let softness = softness(fluid, &ranges[i]).times(volumes[i] / areas[i]);
         let sense = if i == 0 { -1.0 } else { 1.0 };
         let squeezed = softness.times(sense * (now.p[i] - before.p[i]));

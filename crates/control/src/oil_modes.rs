@@ -26,27 +26,27 @@ impl<const N: usize> OilModes<N> {
 
     /// Modal amounts of the joint motion `q`.
     pub fn of_motion(&self, q: &[f64; N]) -> [f64; N] {
-        core::array::from_fn(|m| (0..N).map(|i| self.momenta[i][m] * q[i]).sum())
+        hydrocrane_num::array::from_fn(|m| (0..N).map(|i| self.momenta[i][m] * q[i]).sum())
     }
 
     /// Joint motion of modal amounts `s`.
     pub fn motion(&self, s: &[f64; N]) -> [f64; N] {
-        core::array::from_fn(|i| (0..N).map(|m| self.shapes[i][m] * s[m]).sum())
+        hydrocrane_num::array::from_fn(|i| (0..N).map(|m| self.shapes[i][m] * s[m]).sum())
     }
 
     /// Modal amounts of the torques `tau`.
     pub fn of_torque(&self, tau: &[f64; N]) -> [f64; N] {
-        core::array::from_fn(|m| (0..N).map(|i| self.shapes[i][m] * tau[i]).sum())
+        hydrocrane_num::array::from_fn(|m| (0..N).map(|i| self.shapes[i][m] * tau[i]).sum())
     }
 
     /// Torques of modal amounts `s`.
     pub fn torque(&self, s: &[f64; N]) -> [f64; N] {
-        core::array::from_fn(|i| (0..N).map(|m| self.momenta[i][m] * s[m]).sum())
+        hydrocrane_num::array::from_fn(|i| (0..N).map(|m| self.momenta[i][m] * s[m]).sum())
     }
 
     /// Length of the way of the tip per modal amount, by the Jacobian of the tip.
     pub fn reach(&self, jacobian: &[[f64; N]; 2]) -> [f64; N] {
-        core::array::from_fn(|m| {
+        hydrocrane_num::array::from_fn(|m| {
             let [x, z] = [0, 1].map(|r: usize| (0..N).map(|i| jacobian[r][i] * self.shapes[i][m]).sum::<f64>());
             portable::sqrt(x * x + z * z)
         })
@@ -57,7 +57,7 @@ impl<const N: usize> ControllerModel<N> {
     /// The modes of a crane of this `mass` matrix, whose cylinders have these lever arms and oil of this `stiffness` (N/m); not finite
     /// where the mass matrix is singular.
     pub fn oil_modes(&self, mass: &[[f64; N]; N], lever_arm: &[f64; N], stiffness: &[f64; N]) -> OilModes<N> {
-        let spring: [f64; N] = core::array::from_fn(|i| stiffness[i] * lever_arm[i].square());
+        let spring: [f64; N] = hydrocrane_num::array::from_fn(|i| stiffness[i] * lever_arm[i].square());
         let l = cholesky(mass);
         // L^-1, by columns of the unit matrix.
         let mut inverse = [[0.0; N]; N];
@@ -67,12 +67,16 @@ impl<const N: usize> ControllerModel<N> {
                 inverse[i][j] = (f64::from(u8::from(i == j)) - sum) / l[i][i];
             }
         }
-        let scaled = core::array::from_fn(|i| {
-            core::array::from_fn(|j| (0..N).map(|k| inverse[i][k] * spring[k] * inverse[j][k]).sum())
+        let scaled = hydrocrane_num::array::from_fn(|i| {
+            hydrocrane_num::array::from_fn(|j| (0..N).map(|k| inverse[i][k] * spring[k] * inverse[j][k]).sum())
         });
         let (squares, v) = eigen(scaled);
-        let shapes = core::array::from_fn(|i| core::array::from_fn(|m| (i..N).map(|k| inverse[k][i] * v[k][m]).sum()));
-        let momenta = core::array::from_fn(|i| core::array::from_fn(|m| (0..=i).map(|k| l[i][k] * v[k][m]).sum()));
+        let shapes = hydrocrane_num::array::from_fn(|i| {
+            hydrocrane_num::array::from_fn(|m| (i..N).map(|k| inverse[k][i] * v[k][m]).sum())
+        });
+        let momenta = hydrocrane_num::array::from_fn(|i| {
+            hydrocrane_num::array::from_fn(|m| (0..=i).map(|k| l[i][k] * v[k][m]).sum())
+        });
         OilModes { frequency: squares.map(|square: f64| portable::sqrt(square.max(0.0))), shapes, momenta }
     }
 

@@ -80,7 +80,7 @@ impl CylinderModel {
         let (valve, [r_a, r_b]) = (&self.valve, self.valve.return_ratio);
         let edges = [[Edge::AToTank, Edge::SupplyToB], [Edge::SupplyToA, Edge::BToTank]][side];
         let factors = [[r_a, 1.0], [1.0, r_b]][side];
-        core::array::from_fn(|port| {
+        hydrocrane_num::array::from_fn(|port| {
             let drains = (port == 0) == (side == 0);
             if drains && valve.meter_out(port).is_some() {
                 return factors[port];

@@ -82,7 +82,7 @@ const HALVINGS: usize = 10;
 
 /// All joints `share` of the way from where they are to their lower (negative) or upper limit.
 fn held_at<const N: usize>(limits: &[[f64; 2]; N], now: &[f64; N], share: f64) -> [f64; N] {
-    core::array::from_fn(|i| {
+    hydrocrane_num::array::from_fn(|i| {
         let [low, high] = limits[i];
         let here = now[i].max(low).min(high);
         let end = if share < 0.0 { low } else { high };

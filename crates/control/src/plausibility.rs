@@ -188,7 +188,7 @@ impl<const N: usize> Monitor<N> {
 
     /// Checks a sample; gives the sensors that become suspect.
     pub fn check(&mut self, m: &Measurement) -> Vec<(Signal, Kind)> {
-        let q: [f64; N] = core::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN));
+        let q: [f64; N] = hydrocrane_num::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN));
         // One unreadable joint must not hide the strokes of the others.
         let strokes = self.model.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
         // Only a coarse reading is explained by the load.

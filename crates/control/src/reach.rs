@@ -59,10 +59,10 @@ pub fn refusal<const N: usize>(
 /// The place within reach nearest to `place` (x, z), m.
 pub fn nearest<const N: usize>(model: &ControllerModel<N>, place: [f64; 2]) -> [f64; 2] {
     let place = place.map(|r| r.clamp(-FAR, FAR));
-    let bounds: [[f64; 2]; N] = core::array::from_fn(|i| bounds(model, i));
+    let bounds: [[f64; 2]; N] = hydrocrane_num::array::from_fn(|i| bounds(model, i));
     let mut best = ([0.0; 2], f64::INFINITY);
     for start in 0..STARTS.len().pow(N as u32) {
-        let q = core::array::from_fn(|i| {
+        let q = hydrocrane_num::array::from_fn(|i| {
             let share = STARTS[start / STARTS.len().pow(i as u32) % STARTS.len()];
             bounds[i][0] + share * (bounds[i][1] - bounds[i][0])
         });
@@ -110,9 +110,9 @@ fn descended<const N: usize>(
     for _ in 0..STEPS {
         let error = off(posture.tip);
         let pull: [f64; N] =
-            core::array::from_fn(|i| posture.jacobian[0][i] * error[0] + posture.jacobian[1][i] * error[1]);
+            hydrocrane_num::array::from_fn(|i| posture.jacobian[0][i] * error[0] + posture.jacobian[1][i] * error[1]);
         let free: [bool; N] =
-            core::array::from_fn(|i| if pull[i] > 0.0 { q[i] < bounds[i][1] } else { q[i] > bounds[i][0] });
+            hydrocrane_num::array::from_fn(|i| if pull[i] > 0.0 { q[i] < bounds[i][1] } else { q[i] > bounds[i][0] });
         let of = |a: usize, b: usize| -> f64 {
             (0..N).filter(|&i| free[i]).map(|i| posture.jacobian[a][i] * posture.jacobian[b][i]).sum()
         };
@@ -126,7 +126,7 @@ fn descended<const N: usize>(
             ((zz + added) * error[0] - xz * error[1]) / determinant,
             ((xx + added) * error[1] - xz * error[0]) / determinant,
         ];
-        let next: [f64; N] = core::array::from_fn(|i| {
+        let next: [f64; N] = hydrocrane_num::array::from_fn(|i| {
             let step =
                 if free[i] { posture.jacobian[0][i] * force[0] + posture.jacobian[1][i] * force[1] } else { 0.0 };
             (q[i] + step).clamp(bounds[i][0], bounds[i][1])

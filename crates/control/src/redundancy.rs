@@ -40,7 +40,7 @@ const DAMPING: f64 = 1e-9;
 pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>) -> Motion<N> {
     let slower = || {
         // No room for the whole correction: motion and correction shrink together, which s = 0 always allows.
-        let together = core::array::from_fn(|r| task.velocity[r] + task.correction[r]);
+        let together = hydrocrane_num::array::from_fn(|r| task.velocity[r] + task.correction[r]);
         let task = Task { velocity: together, correction: [0.0; 2] };
         fastest(jacobian, &task, &Preference { rates: [0.0; N], ..*prefer })
     };
@@ -53,7 +53,7 @@ pub fn level<const N: usize>(jacobian: &[[f64; N]; 2], asked: &[f64; N], followe
     let others: f64 = (0..N).filter(|&i| i != follower).map(|i| lift[i] * asked[i]).sum();
     // Where the follower moves the tip on a level line, the smallest step of the others takes it out of its bounds.
     let taken_back = others / lift[follower].abs().max(LEAST_LIFT).copysign(lift[follower]);
-    core::array::from_fn(|i| asked[i] - if i == follower { taken_back } else { 0.0 })
+    hydrocrane_num::array::from_fn(|i| asked[i] - if i == follower { taken_back } else { 0.0 })
 }
 
 /// As [`level`], with a `correction` of the height, m/s; all are slowed down together, so that the height holds.
@@ -67,7 +67,7 @@ pub fn level_within<const N: usize>(
     let gain = jacobian[1][follower];
     let [low, high] = bounds[follower];
     let corrected = (correction * gain / (gain * gain + LIFT_IN_FULL * LIFT_IN_FULL)).clamp(low, high);
-    let base = core::array::from_fn(|i| if i == follower { corrected } else { 0.0 });
+    let base = hydrocrane_num::array::from_fn(|i| if i == follower { corrected } else { 0.0 });
     let line = Line { base, slope: level(jacobian, asked, follower) };
     line.fastest(bounds, &[None; N]).unwrap_or(Motion { rates: [0.0; N], scale: 0.0 })
 }
@@ -118,10 +118,11 @@ struct Line<const N: usize> {
 
 impl<const N: usize> Line<N> {
     fn new(j: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>, held: &[Option<f64>; N]) -> Self {
-        let start: [f64; N] = core::array::from_fn(|i| held[i].unwrap_or(prefer.rates[i]));
+        let start: [f64; N] = hydrocrane_num::array::from_fn(|i| held[i].unwrap_or(prefer.rates[i]));
         let rest: [f64; 2] =
-            core::array::from_fn(|r| task.correction[r] - (0..N).map(|i| j[r][i] * start[i]).sum::<f64>());
-        let give: [f64; N] = core::array::from_fn(|i| if held[i].is_some() { 0.0 } else { 1.0 / prefer.weights[i] });
+            hydrocrane_num::array::from_fn(|r| task.correction[r] - (0..N).map(|i| j[r][i] * start[i]).sum::<f64>());
+        let give: [f64; N] =
+            hydrocrane_num::array::from_fn(|i| if held[i].is_some() { 0.0 } else { 1.0 / prefer.weights[i] });
         let normal = |r: usize, c: usize| (0..N).map(|i| j[r][i] * give[i] * j[c][i]).sum::<f64>();
         let (a, b, d) = (normal(0, 0), normal(0, 1), normal(1, 1));
         let damping = (DAMPING * (a + d)).max(f64::MIN_POSITIVE);
@@ -129,14 +130,14 @@ impl<const N: usize> Line<N> {
         let determinant = a * d - b * b;
         let pull = |v: [f64; 2]| {
             let y = [(d * v[0] - b * v[1]) / determinant, (a * v[1] - b * v[0]) / determinant];
-            core::array::from_fn(|i| give[i] * (j[0][i] * y[0] + j[1][i] * y[1]))
+            hydrocrane_num::array::from_fn(|i| give[i] * (j[0][i] * y[0] + j[1][i] * y[1]))
         };
         let correction: [f64; N] = pull(rest);
-        Line { base: core::array::from_fn(|i| start[i] + correction[i]), slope: pull(task.velocity) }
+        Line { base: hydrocrane_num::array::from_fn(|i| start[i] + correction[i]), slope: pull(task.velocity) }
     }
 
     fn at(&self, scale: f64) -> [f64; N] {
-        core::array::from_fn(|i| self.base[i] + scale * self.slope[i])
+        hydrocrane_num::array::from_fn(|i| self.base[i] + scale * self.slope[i])
     }
 
     /// At the largest s in 0 to 1 that keeps all bounds, if any.
@@ -176,7 +177,7 @@ mod tests {
     }
 
     fn tip(rates: &[f64; 3]) -> [f64; 2] {
-        core::array::from_fn(|r| (0..3).map(|i| J[r][i] * rates[i]).sum())
+        hydrocrane_num::array::from_fn(|r| (0..3).map(|i| J[r][i] * rates[i]).sum())
     }
 
     #[test]

@@ -125,8 +125,8 @@ impl<const N: usize> SafeState<N> {
     fn usable(&mut self, m: &Measurement, gaps: &[Signal]) -> Option<Usable<N>> {
         let read = Usable {
             t: m.t,
-            q: core::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN)),
-            p: core::array::from_fn(|c| m.p.get(c).copied().unwrap_or([f64::NAN; 2])),
+            q: hydrocrane_num::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN)),
+            p: hydrocrane_num::array::from_fn(|c| m.p.get(c).copied().unwrap_or([f64::NAN; 2])),
         };
         let mut usable = read;
         for &gap in gaps {
@@ -143,7 +143,7 @@ impl<const N: usize> SafeState<N> {
     /// Tells the monitor which spool positions are commanded.
     fn note(&mut self, t: f64, command: [f64; N]) {
         self.command = command;
-        self.monitor.sent(t, core::array::from_fn(|c| (self.spool_of)(c, command[c])));
+        self.monitor.sent(t, hydrocrane_num::array::from_fn(|c| (self.spool_of)(c, command[c])));
     }
 
     /// Closes the spools, or keeps them closed.
@@ -151,7 +151,8 @@ impl<const N: usize> SafeState<N> {
         // What is left falls by the same share of the first command at each sample.
         let left = (since + CLOSING - t).max(0.0);
         let before = left + self.inner.period();
-        let command = core::array::from_fn(|c| self.neutral[c] + (self.command[c] - self.neutral[c]) * left / before);
+        let command =
+            hydrocrane_num::array::from_fn(|c| self.neutral[c] + (self.command[c] - self.neutral[c]) * left / before);
         spool.iter_mut().zip(command).for_each(|(out, u)| *out = u);
         self.note(t, command);
     }
@@ -239,7 +240,7 @@ impl<const N: usize> Controller for SafeState<N> {
         let answer = self.inner.step_without(&filled, &gaps, stick, spool);
         let usable = answer.is_ok() && spool.iter().all(|u| u.is_finite());
         let sent = |c: usize| spool.get(c).copied().filter(|_| usable).unwrap_or(0.0);
-        self.note(t, core::array::from_fn(sent));
+        self.note(t, hydrocrane_num::array::from_fn(sent));
         answer
     }
 

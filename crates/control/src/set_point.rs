@@ -165,7 +165,7 @@ impl<const N: usize> Reference<N> {
         let rank = |i: usize| revolute[..i].iter().filter(|&&r| r).count();
         // Without two revolute joints every joint leads.
         let few = rank(N) < 2;
-        let leaders = core::array::from_fn(|i| few || revolute[i] && rank(i) < 2);
+        let leaders = hydrocrane_num::array::from_fn(|i| few || revolute[i] && rank(i) < 2);
         Reference {
             set_point: posture.tip,
             q,
@@ -216,7 +216,7 @@ impl<const N: usize> Reference<N> {
         let kept = portable::exp(-bandwidth * self.period);
         let time = kept * self.period / (1.0 - kept);
         let [first, second] = self.joint_lags.map_or(self.lags, |_| Lags::at(self.of_tip(self.rates))).0;
-        core::array::from_fn(|r| self.set_point[r] + time * (first[r] + second[r]))
+        hydrocrane_num::array::from_fn(|r| self.set_point[r] + time * (first[r] + second[r]))
     }
 
     /// Moves on by one period towards a wish.
@@ -237,18 +237,18 @@ impl<const N: usize> Reference<N> {
             self.set_point[0] = posture.tip[0];
         }
         let rate = shape.path_rate.min(MOST_CORRECTED / self.period);
-        let correction = core::array::from_fn(|r| rate * (self.set_point[r] - posture.tip[r]));
+        let correction = hydrocrane_num::array::from_fn(|r| rate * (self.set_point[r] - posture.tip[r]));
         let slowed = self.slowed(shape, shaped);
         let velocity = self.towards(shape, &slowed);
         let speed = Vec2::<f64>::c(velocity).norm();
         let prefer = self.preference(model, shape, &posture, &now.piston, speed);
         let Motion { rates, scale } = self.motion(shape, &slowed, correction, &prefer);
-        let next = model.at(&core::array::from_fn(|i| self.q[i] + rates[i] * self.period));
+        let next = model.at(&hydrocrane_num::array::from_fn(|i| self.q[i] + rates[i] * self.period));
         let most = self.caution.rate * self.period;
         let leave = model.leave([&at, &next], &now.held, now.payload, &now.stiffness, most);
         // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
         self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
-        let pistons = core::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
+        let pistons = hydrocrane_num::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
         let held = model.braking_share(&at, &rates, bandwidth, now);
         if held < 1.0 {
             // Lags that were wound up meanwhile would not let the set-point stop in time.
@@ -294,11 +294,11 @@ impl<const N: usize> Reference<N> {
         speed: f64,
     ) -> Preference<N> {
         Preference {
-            weights: core::array::from_fn(|i| {
+            weights: hydrocrane_num::array::from_fn(|i| {
                 let capacity = (piston[i][1] - piston[i][0]) / posture.lever_arm[i].abs().max(LEAST_GAIN);
                 (shape.effort[i] / capacity.max(LEAST_CAPACITY)).square()
             }),
-            rates: core::array::from_fn(|i| {
+            rates: hydrocrane_num::array::from_fn(|i| {
                 let middle = 0.5 * (model.joint_limits[i][0] + model.joint_limits[i][1]);
                 shape.centring[i] * speed * (middle - self.q[i])
             }),
@@ -334,7 +334,7 @@ impl<const N: usize> Reference<N> {
         let lift = posture.jacobian[1];
         let full = |i: usize, sense: usize| full[i][sense] / posture.lever_arm[i].abs().max(LEAST_LEVER_ARM);
         let held = full(follower, 0).min(full(follower, 1)) * lift[follower].abs().max(LEAST_LIFT);
-        core::array::from_fn(|i| {
+        hydrocrane_num::array::from_fn(|i| {
             let most = if i == follower { f64::INFINITY } else { held / lift[i].abs() };
             (levers[i] * full(i, usize::from(levers[i] > 0.0)).min(most)) * posture.lever_arm[i].signum()
         })
@@ -355,7 +355,7 @@ impl<const N: usize> Reference<N> {
         if motion(prefer.bounds).scale >= least {
             return [0.0; N];
         }
-        core::array::from_fn(|i| {
+        hydrocrane_num::array::from_fn(|i| {
             let mut bounds = prefer.bounds;
             bounds[i] = UNBOUNDED;
             let freed = motion(bounds);

@@ -22,7 +22,7 @@ pub fn joint_rates<const N: usize>(
     piston: &[[f64; 2]; N],
     rate: f64,
 ) -> [[f64; 2]; N] {
-    core::array::from_fn(|i| {
+    hydrocrane_num::array::from_fn(|i| {
         let [stop_low, stop_high] = allowed(posture.stroke[i], model.cylinders[i].free, rate);
         let (low, high) = (piston[i][0].max(stop_low), piston[i][1].min(stop_high));
         let lever_arm = posture.lever_arm[i];
@@ -51,7 +51,7 @@ pub fn checked<const N: usize>(m: &Measurement) -> Result<([f64; N], [[f64; 2]; 
             return bad(Reading::Pressures(i));
         }
     }
-    Ok((core::array::from_fn(|i| m.q[i]), core::array::from_fn(|i| m.p[i])))
+    Ok((hydrocrane_num::array::from_fn(|i| m.q[i]), hydrocrane_num::array::from_fn(|i| m.p[i])))
 }
 
 /// The tip's stick inside its range.

@@ -175,12 +175,12 @@ impl<const N: usize> State<N> {
         let (reference, at) = (Reference::at(n, s.period, q), n.at(&q));
         let load = n.cylinder_force(&q, &[0.0; N], n.payload);
         let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
-        let drives: [Drive; N] = core::array::from_fn(|c| {
+        let drives: [Drive; N] = hydrocrane_num::array::from_fn(|c| {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
             Drive::at(n.cylinders[c], n.fluid, supply_pressures, s.drive, s.period, moment, load[c])
         });
-        let force: [f64; N] = core::array::from_fn(|c| drives[c].force());
-        let excess = core::array::from_fn(|c| reference.posture.lever_arm[c] * (force[c] - load[c]));
+        let force: [f64; N] = hydrocrane_num::array::from_fn(|c| drives[c].force());
+        let excess = hydrocrane_num::array::from_fn(|c| reference.posture.lever_arm[c] * (force[c] - load[c]));
         State {
             reference,
             drives,
@@ -207,12 +207,12 @@ impl<const N: usize> State<N> {
 
     /// What `f` tells of each drive, without copies of them.
     fn of_each<T>(&self, f: impl Fn(&Drive) -> T) -> [T; N] {
-        core::array::from_fn(|c| f(&self.drives[c]))
+        hydrocrane_num::array::from_fn(|c| f(&self.drives[c]))
     }
 
     /// Joint coordinates as observed.
     fn observed(&self, q: &[f64; N], measured: &Posture<N>) -> [f64; N] {
-        core::array::from_fn(|i| {
+        hydrocrane_num::array::from_fn(|i| {
             let turned = (self.drives[i].position() - measured.stroke[i]) / measured.lever_arm[i];
             if turned.is_finite() {
                 q[i] + turned
@@ -225,7 +225,7 @@ impl<const N: usize> State<N> {
     /// From the tip to its set-point, m.
     fn lag(&self, q: &[f64; N], measured: &Posture<N>, observed: &[f64; N]) -> Vec2<f64> {
         // Observed and measured lie within a count of the sensor: the Jacobian takes one to the other.
-        let tip: [f64; 2] = core::array::from_fn(|r| {
+        let tip: [f64; 2] = hydrocrane_num::array::from_fn(|r| {
             measured.tip[r] + (0..N).map(|i| measured.jacobian[r][i] * (observed[i] - q[i])).sum::<f64>()
         });
         Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip)
@@ -308,7 +308,7 @@ impl<const N: usize> State<N> {
         let mut travel = self.travel.filter(same).unwrap_or_else(|| Travel::to(goal, self.asked));
         let bandwidth = s.shape.bandwidth(self.slowest, 0.0);
         let from = self.reference.stopping_place(bandwidth);
-        let left = core::array::from_fn(|r| goal.place[r] - from[r]);
+        let left = hydrocrane_num::array::from_fn(|r| goal.place[r] - from[r]);
         let speed = goal.share * goal.speed.unwrap_or(s.full_speed);
         let velocity =
             travel.velocity(&Stretch { left, speed, bandwidth, behind: BEHIND * s.lag_limit, period: s.period });
@@ -444,14 +444,14 @@ impl<const N: usize> State<N> {
             let held = model.strokes(&self.reference.q);
             let band = s.drive.rest_band;
             // Where the piston has stopped, as far as that is near enough.
-            target = core::array::from_fn(|c| held[c].0 + self.settled[c].clamp(-band, band));
+            target = hydrocrane_num::array::from_fn(|c| held[c].0 + self.settled[c].clamp(-band, band));
             self.reference.stand();
             self.look_for_sinking(s);
             self.look_for_arrival(measured.tip);
         } else {
             let held = self.reference.posture.stroke;
             (self.sinking, self.told_sinking) = (0.0, false);
-            self.settled = core::array::from_fn(|c| self.drives[c].position() - held[c]);
+            self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() - held[c]);
             let observed = self.observed(q, &measured);
             let lag = self.lag(q, &measured, &observed);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
@@ -478,7 +478,7 @@ impl<const N: usize> State<N> {
         let rates = self.reference.rates;
         let inertia = modes.torque(&modes.of_motion(&self.reference.acceleration));
         let load = model.cylinder_force(&self.reference.q, &rates, model.payload);
-        let mut demands: [Demand; N] = core::array::from_fn(|c| {
+        let mut demands: [Demand; N] = hydrocrane_num::array::from_fn(|c| {
             let retreat = holding[c].retreat();
             let speed = self.reference.posture.lever_arm[c] * rates[c] + measured.lever_arm[c] * retreat;
             let rest = rest && retreat == 0.0;
@@ -489,14 +489,15 @@ impl<const N: usize> State<N> {
             Demand { stroke: target[c], speed, load, inertia, damping: 0.0, rest, tip_per_stroke, hold }
         });
         self.damp(s, &modes, &measured, &mut demands);
-        core::array::from_fn(|c| self.drives[c].command(&demands[c]))
+        hydrocrane_num::array::from_fn(|c| self.drives[c].command(&demands[c]))
     }
 
     /// Adds the speeds that damp the modes on the oil.
     fn damp(&mut self, s: &Settings<N>, modes: &OilModes<N>, measured: &Posture<N>, demands: &mut [Demand; N]) {
         let force = self.of_each(Drive::force);
-        let excess: [f64; N] =
-            core::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c])));
+        let excess: [f64; N] = hydrocrane_num::array::from_fn(|c| {
+            measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c]))
+        });
         if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
             // In motion a wrong flow looks like a swing.
             self.damping = Damping::at(s.damping, &excess);

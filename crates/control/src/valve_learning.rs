@@ -170,7 +170,7 @@ impl Learning {
         if !(usable > USABLE && sample.usable && found.abs() > LEAST) {
             return 0.0;
         }
-        self.regress(&core::array::from_fn(|i| self.lags[1][i] / sample.full), found);
+        self.regress(&hydrocrane_num::array::from_fn(|i| self.lags[1][i] / sample.full), found);
         let before = self.fit.speed(sample);
         self.solve();
         let more = self.fit.speed(sample) - before;

@@ -53,8 +53,8 @@ impl Weighing {
         before: f64,
     ) -> f64 {
         let [planned, laden] = [0.0, 1.0].map(|more| model.cylinder_force(q, &[0.0; N], model.payload + more));
-        let per_kilogram: [f64; N] = core::array::from_fn(|c| laden[c] - planned[c]);
-        let evidence: [Evidence; N] = core::array::from_fn(|c| drives[c].evidence(counts[c]));
+        let per_kilogram: [f64; N] = hydrocrane_num::array::from_fn(|c| laden[c] - planned[c]);
+        let evidence: [Evidence; N] = hydrocrane_num::array::from_fn(|c| drives[c].evidence(counts[c]));
         // More than the supply pressure can move is no payload that moves.
         let most = (0..N).fold(f64::INFINITY, |most, c| {
             let [low, high] = drives[c].movable();

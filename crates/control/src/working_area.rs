@@ -51,7 +51,7 @@ impl WorkingArea {
 
     /// Joint limits, widened to a target that lies beyond them already, so that there is a way back.
     pub fn limits<const N: usize>(&self, model: &ControllerModel<N>, q: &[f64; N]) -> [[f64; 2]; N] {
-        core::array::from_fn(|i| {
+        hydrocrane_num::array::from_fn(|i| {
             let [low, high] = model.joint_limits[i];
             [low.min(q[i]), high.max(q[i])]
         })

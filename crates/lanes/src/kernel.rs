@@ -196,7 +196,7 @@ impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
         let mut tips = [[0.0; WIDTH]; 2];
         for first in (0..WIDTH).step_by(R::WIDTH) {
             let mechanics = &self.crane.evaluator.plant.mechanics;
-            let q: [Lanes<R>; N] = std::array::from_fn(|i| Lanes::load(&x[i][first..]));
+            let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
             let tip = mechanics.tip_position(&mechanics.pose(&q));
             tip.x.store(&mut tips[0][first..]);
             tip.z.store(&mut tips[1][first..]);
@@ -217,6 +217,6 @@ fn suggested<R: Register>(error: Lanes<R>) -> Lanes<R> {
 /// Whether every piston is inside its cylinder in the state `x`.
 #[inline(always)]
 fn stays<R: Register, const N: usize>(plant: &Plant<Lanes<R>, N>, x: &[Lanes<R>]) -> R::Mask {
-    let q: [Lanes<R>; N] = std::array::from_fn(|i| x[i]);
+    let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| x[i]);
     plant.admissible(&plant.mechanics.pose(&q))
 }

@@ -27,7 +27,7 @@ impl Dimension {
     pub const NONE: Self = Self([0.0; 6]);
 
     fn combine(self, other: Self, power: f64) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] + power * other.0[i]))
+        Self(hydrocrane_num::array::from_fn(|i| self.0[i] + power * other.0[i]))
     }
 }
 

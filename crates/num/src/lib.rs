@@ -3,6 +3,7 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 
 mod archive;
+pub mod array;
 mod bisect;
 mod complex;
 pub mod curve;

@@ -126,7 +126,7 @@ mod tests {
     fn solves_a_symmetric_positive_definite_system() {
         let a = [[4.0, 1.0, 0.5], [1.0, 3.0, -0.2], [0.5, -0.2, 2.0]];
         let x = [1.0, -2.0, 3.0];
-        let b = core::array::from_fn(|i| (0..3).map(|j| a[i][j] * x[j]).sum());
+        let b = crate::array::from_fn(|i| (0..3).map(|j| a[i][j] * x[j]).sum());
         let y = solve_spd(&a, &b);
         for i in 0..3 {
             assert!((x[i] - y[i]).abs() < 1e-14);

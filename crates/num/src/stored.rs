@@ -109,7 +109,7 @@ impl<T: Stored, const N: usize> Stored for [T; N] {
     const LAYOUT: u64 = joined(T::LAYOUT, "array", N as u64);
 
     fn exchange(archive: &mut Archive, own: Option<&Self>) -> Self {
-        core::array::from_fn(|i| T::exchange(archive, own.map(|own| &own[i])))
+        crate::array::from_fn(|i| T::exchange(archive, own.map(|own| &own[i])))
     }
 }
 

@@ -8,7 +8,7 @@ const SWEEPS: usize = 6;
 /// Eigenvalues of the symmetric matrix `a` and its eigenvectors as columns `v[i][m]`, orthonormal, by cyclic Jacobi rotations
 /// (Golub and Van Loan, Matrix Computations, section 8.5). The order is that in which the diagonal ends.
 pub fn eigen<const N: usize>(mut a: [[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) {
-    let mut v = core::array::from_fn(|i| core::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let mut v = crate::array::from_fn(|i| crate::array::from_fn(|j| f64::from(u8::from(i == j))));
     for _ in 0..SWEEPS {
         for p in 0..N {
             for q in p + 1..N {
@@ -16,7 +16,7 @@ pub fn eigen<const N: usize>(mut a: [[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) 
             }
         }
     }
-    (core::array::from_fn(|i| a[i][i]), v)
+    (crate::array::from_fn(|i| a[i][i]), v)
 }
 
 /// Turns rows and columns `p` and `q` so that `a[p][q]` vanishes.

@@ -54,13 +54,13 @@ fn of_rest() -> Weights {
 
 /// (hJ)^7 h F_1
 fn last_power() -> Weights {
-    series(std::array::from_fn(|m| f64::from(u8::from(m == TERMS - 1))))
+    series(hydrocrane_num::array::from_fn(|m| f64::from(u8::from(m == TERMS - 1))))
 }
 
 /// The power series of theta^k phi_k(theta z).
 fn flow(theta: f64, k: u32) -> [f64; TERMS] {
     let mut next = (1..=k).fold(1.0, |product, i| product * theta / f64::from(i));
-    std::array::from_fn(|m| {
+    hydrocrane_num::array::from_fn(|m| {
         let term = next;
         next *= theta / (f64::from(k) + m as f64 + 1.0);
         term

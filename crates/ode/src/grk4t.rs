@@ -66,7 +66,7 @@ mod tests {
     fn the_coefficients_satisfy_every_condition_of_order_four_and_the_embedded_ones_of_order_three() {
         let (three, four) = TABLEAU.missed(TABLEAU.weights);
         assert!(three.iter().chain(&four).all(|miss| miss.abs() < PUBLISHED), "{three:?} {four:?}");
-        let (three, four) = TABLEAU.missed(std::array::from_fn(|i| TABLEAU.weights[i] - TABLEAU.error[i]));
+        let (three, four) = TABLEAU.missed(hydrocrane_num::array::from_fn(|i| TABLEAU.weights[i] - TABLEAU.error[i]));
         assert!(three.iter().all(|miss| miss.abs() < PUBLISHED), "{three:?}");
         // It sees errors of linear equations too.
         assert!(four.iter().all(|miss| miss.abs() > 1e-3), "{four:?}");

@@ -108,7 +108,7 @@ fn at(weights: &Weights, j: usize) -> Complex<f64> {
 }
 
 fn each(of: impl Fn(usize) -> Complex<f64>) -> Weights {
-    [std::array::from_fn(|j| of(j).re), std::array::from_fn(|j| of(j).im)]
+    [hydrocrane_num::array::from_fn(|j| of(j).re), hydrocrane_num::array::from_fn(|j| of(j).im)]
 }
 
 /// Increments y of all states at all poles.

@@ -29,7 +29,7 @@ impl Quadratures {
     /// `m` integrals, all zero, for `n` states.
     pub fn new(n: usize, m: usize) -> Self {
         let zeros = || vec![0.0; m];
-        let rates = std::array::from_fn(|_| zeros());
+        let rates = hydrocrane_num::array::from_fn(|_| zeros());
         Quadratures { w: zeros(), start: zeros(), rates, known: false, h: 0.0, x: vec![0.0; n] }
     }
 

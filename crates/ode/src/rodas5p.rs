@@ -241,14 +241,16 @@ impl Method for Rodas5p {
 
     fn interpolate(&self, theta: f64, x: &mut [f64]) {
         let rest = 1.0 - theta;
-        let weights: [f64; STAGES] = std::array::from_fn(|i| H[0][i] + theta * (H[1][i] + theta * H[2][i]));
+        let weights: [f64; STAGES] = hydrocrane_num::array::from_fn(|i| H[0][i] + theta * (H[1][i] + theta * H[2][i]));
         let increments = self.shape.all::<STAGES>(&self.k);
         write_with_avx2(
             x,
             #[inline(always)]
             |i| {
                 let (bend, start, end) = (sum(&weights, &increments, i), &self.start[i], &self.argument[i]);
-                std::array::from_fn(|lane| rest * start[lane] + theta * end[lane] + theta * rest * bend[lane])
+                hydrocrane_num::array::from_fn(|lane| {
+                    rest * start[lane] + theta * end[lane] + theta * rest * bend[lane]
+                })
             },
         );
     }
@@ -274,7 +276,7 @@ mod tests {
     fn the_coefficients_satisfy_every_condition_of_order_four_with_and_without_the_last_increment() {
         let (three, four) = TABLEAU.missed(TABLEAU.weights);
         assert!(three.iter().chain(&four).all(|miss| miss.abs() < 1e-12), "{three:?} {four:?}");
-        let (three, four) = TABLEAU.missed(std::array::from_fn(|i| TABLEAU.weights[i] - TABLEAU.error[i]));
+        let (three, four) = TABLEAU.missed(hydrocrane_num::array::from_fn(|i| TABLEAU.weights[i] - TABLEAU.error[i]));
         assert!(three.iter().chain(&four).all(|miss| miss.abs() < 1e-12), "{three:?} {four:?}");
     }
 

@@ -64,7 +64,7 @@ impl Rosenbrock3 {
             factored: Factored::default(),
             time_derivative: vec![0.0; n],
             driven: false,
-            k: std::array::from_fn(|_| vec![0.0; n]),
+            k: hydrocrane_num::array::from_fn(|_| vec![0.0; n]),
             ahead: vec![0.0; n],
             argument: vec![0.0; n],
             start: vec![0.0; n],

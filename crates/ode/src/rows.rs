@@ -156,13 +156,13 @@ impl<R: Register> Cell for Lanes<R> {
 pub fn split<E, const J: usize>(rows: &mut [E], cells: usize) -> ([&[E]; J], &mut [E]) {
     let (done, rest) = rows.split_at_mut(J * cells);
     let done: &[E] = done;
-    (std::array::from_fn(|j| &done[j * cells..][..cells]), rest)
+    (hydrocrane_num::array::from_fn(|j| &done[j * cells..][..cells]), rest)
 }
 
 /// All of `J` rows of `cells`.
 #[inline(always)]
 pub fn all<E, const J: usize>(rows: &[E], cells: usize) -> [&[E]; J] {
-    std::array::from_fn(|j| &rows[j * cells..][..cells])
+    hydrocrane_num::array::from_fn(|j| &rows[j * cells..][..cells])
 }
 
 /// The sum of cell `i` of `rows` with `weights`.

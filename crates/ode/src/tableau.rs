@@ -67,14 +67,16 @@ impl<const S: usize> Tableau<S> {
                 gamma[row][column] = self.gamma * (unit + sum);
             }
         }
-        let times = |left: &[f64]| std::array::from_fn(|j| (0..S).map(|i| entry(left, i) * gamma[i][j]).sum());
+        let times =
+            |left: &[f64]| hydrocrane_num::array::from_fn(|j| (0..S).map(|i| entry(left, i) * gamma[i][j]).sum());
         (self.a.map(times), gamma, times(&weights))
     }
 
     /// Residuals of the conditions of order three, and of the remaining ones of order four, for the weights `m`.
     pub fn missed(&self, m: [f64; S]) -> ([f64; 4], [f64; 4]) {
         let (alpha, gamma, b) = self.untransformed(m);
-        let both: [[f64; S]; S] = std::array::from_fn(|i| std::array::from_fn(|j| alpha[i][j] + gamma[i][j]));
+        let both: [[f64; S]; S] =
+            hydrocrane_num::array::from_fn(|i| hydrocrane_num::array::from_fn(|j| alpha[i][j] + gamma[i][j]));
         let (a, beta) = (row_sums(&alpha), row_sums(&both));
         let sum = |v: [f64; S]| (0..S).map(|i| b[i] * v[i]).sum::<f64>();
         let squares = a.map(|a| a * a);
@@ -88,7 +90,7 @@ impl<const S: usize> Tableau<S> {
             ],
             [
                 sum(a.map(|a| a.powi(3))) - 1.0 / 4.0,
-                sum(std::array::from_fn(|i| a[i] * inner[i])) - 1.0 / 8.0,
+                sum(hydrocrane_num::array::from_fn(|i| a[i] * inner[i])) - 1.0 / 8.0,
                 sum(applied(&both, squares)) - 1.0 / 12.0,
                 sum(applied(&both, applied(&both, beta))) - 1.0 / 24.0,
             ],

@@ -119,7 +119,7 @@ impl Method for Tsit5 {
             #[inline(always)]
             |i| {
                 let (sum, start) = (sum(&b, &derivatives, i), &self.start[i]);
-                std::array::from_fn(|lane| start[lane] + self.step * sum[lane])
+                hydrocrane_num::array::from_fn(|lane| start[lane] + self.step * sum[lane])
             },
         );
     }

@@ -79,7 +79,10 @@ impl<L: Real> AxisGroup<L> {
         let everywhere = &mut |number| L::gather(|_| number);
         let fluid = fluid.map(everywhere);
         AxisGroup {
-            members: std::array::from_fn(|lane| Member { cylinder: in_lane(lane), at: layout.own(in_lane(lane)) }),
+            members: hydrocrane_num::array::from_fn(|lane| Member {
+                cylinder: in_lane(lane),
+                at: layout.own(in_lane(lane)),
+            }),
             count,
             unit,
             fluid,

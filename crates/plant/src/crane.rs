@@ -203,11 +203,11 @@ impl<const N: usize> Crane<N> {
 
     /// Lowest and highest coordinate of each joint.
     pub fn limit_pairs(&self) -> [[f64; 2]; N] {
-        std::array::from_fn(|i| [self.limits[i].lower, self.limits[i].upper])
+        hydrocrane_num::array::from_fn(|i| [self.limits[i].lower, self.limits[i].upper])
     }
 }
 
 /// The first `N` numbers of a slice, as an array.
 pub(crate) fn array<const N: usize>(x: &[f64]) -> [f64; N] {
-    std::array::from_fn(|i| x[i])
+    hydrocrane_num::array::from_fn(|i| x[i])
 }

@@ -30,7 +30,7 @@ impl<const N: usize> Dynamics for Crane<N> {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
         let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
         let lever_arms = self.plant().strokes(&pose);
-        let mut driving = std::array::from_fn(|j| lever_arms[j].1 * force[j] - e.bias[j]);
+        let mut driving = hydrocrane_num::array::from_fn(|j| lever_arms[j].1 * force[j] - e.bias[j]);
         self.plant().add_contact(&pose, &array::<N>(qd), payload, &mut driving);
         qdd.copy_from_slice(&small::solve_spd(&e.mass_matrix, &driving));
     }

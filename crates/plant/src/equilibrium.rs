@@ -117,7 +117,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
     pub fn standing_force(&self, q: &[T; N], payload: T) -> [T; N] {
         let strokes = self.strokes(&self.mechanics.pose(q));
         let load = self.static_force(q, payload);
-        std::array::from_fn(|c| load[c] - self.cylinders[c].end_stop.force(strokes[c].0, T::c(0.0)).0)
+        hydrocrane_num::array::from_fn(|c| load[c] - self.cylinders[c].end_stop.force(strokes[c].0, T::c(0.0)).0)
     }
 }
 

@@ -56,13 +56,13 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
     }
     Ok(Plant {
         mechanics: Mechanics {
-            joints: std::array::from_fn(|i| joint(m, i)),
-            bodies: std::array::from_fn(|i| body(m, &m.links[i + 1])),
+            joints: hydrocrane_num::array::from_fn(|i| joint(m, i)),
+            bodies: hydrocrane_num::array::from_fn(|i| body(m, &m.links[i + 1])),
             tip: vector(m.tip.position),
             gravity: if m.errata.gravity_sign { m.gravity } else { -m.gravity },
         },
-        actuations: std::array::from_fn(|i| actuations[i]),
-        cylinders: std::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
+        actuations: hydrocrane_num::array::from_fn(|i| actuations[i]),
+        cylinders: hydrocrane_num::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
         fluid: fluid(&m.fluid),
         supply_pressures: SupplyPressures {
             supply: m.supply.pressure,
@@ -80,7 +80,7 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
     let rise = of.pressure - of.tank_pressure;
     Supply {
         pump: pump(&mains.pump, rise),
-        further: std::array::from_fn(|i| {
+        further: hydrocrane_num::array::from_fn(|i| {
             mains.further.get(i).map(|p| FurtherPump { pump: pump(p, rise), control: control(p) })
         }),
         highest: of.pressure,
@@ -158,7 +158,7 @@ fn ground<T: Number>(g: &file::Ground<T>, load: &file::Payload<T>) -> Ground<T> 
             hang: load.hang,
             hang_growth: load.hang_growth,
         },
-        supports: std::array::from_fn(|i| supports.get(i).map_or(none, |s| support(s))),
+        supports: hydrocrane_num::array::from_fn(|i| supports.get(i).map_or(none, |s| support(s))),
         count: supports.len().min(MOST_SUPPORTS),
     }
 }
@@ -254,8 +254,10 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         },
         valve: valve(m, c),
         priority: priority(&m.supply, c),
-        port_valves: std::array::from_fn(|side| port_valves(&c.port_valves[side])),
-        crossover: CrossoverRelief { from: std::array::from_fn(|side| c.crossover[side].as_ref().map(port_relief)) },
+        port_valves: hydrocrane_num::array::from_fn(|side| port_valves(&c.port_valves[side])),
+        crossover: CrossoverRelief {
+            from: hydrocrane_num::array::from_fn(|side| c.crossover[side].as_ref().map(port_relief)),
+        },
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
@@ -307,8 +309,8 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
             file::Compensator::Behind => Compensator::Behind,
         },
         connection: connection(v),
-        holding: std::array::from_fn(|side| c.holding[side].as_ref().map(load_holding)),
-        lines: std::array::from_fn(|side| {
+        holding: hydrocrane_num::array::from_fn(|side| c.holding[side].as_ref().map(load_holding)),
+        lines: hydrocrane_num::array::from_fn(|side| {
             let resistance = c.lines[side].as_ref().and_then(|line| line.resistance.as_ref());
             resistance.map(|of| Resistance { laminar: of.laminar, turbulent: of.turbulent })
         }),
@@ -371,7 +373,7 @@ fn connection<T: Number>(v: &file::Valve<T>) -> Connection<T> {
 
 /// `None` if no edge has a curve.
 fn metering<T: Number>(v: &file::Valve<T>) -> Option<Metering<T>> {
-    let mut curves: [Option<&file::EdgeCurve<T>>; 4] = std::array::from_fn(|edge| v.metering[edge].as_ref());
+    let mut curves: [Option<&file::EdgeCurve<T>>; 4] = hydrocrane_num::array::from_fn(|edge| v.metering[edge].as_ref());
     if v.kind == file::ValveKind::Regenerative {
         // With regeneration port B is connected to the supply while the piston extends.
         curves[Edge::BToTank as usize] = curves[Edge::SupplyToB as usize];

@@ -171,7 +171,7 @@ pub fn write<T: Real, const N: usize>(
 ) {
     let Evaluated { placed: e, rates, payload, .. } = at;
     let payload = *payload;
-    let local: [LocalState<T>; N] = std::array::from_fn(|c| e.local(at.layout, at.x, c));
+    let local: [LocalState<T>; N] = hydrocrane_num::array::from_fn(|c| e.local(at.layout, at.x, c));
     let tip = plant.mechanics.tip_position(&e.pose);
     let mut drawn = T::c(0.0);
     rates.iter().for_each(|r| drawn += r.edges.supply());

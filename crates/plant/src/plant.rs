@@ -45,7 +45,7 @@ impl<T: Copy, const N: usize> Plant<T, N> {
 impl<T: Real, const N: usize> Plant<T, N> {
     /// Piston positions (m) and lever arms, their derivatives by their joint's coordinate.
     pub fn strokes(&self, pose: &ChainPose<T, N>) -> [(T, T); N] {
-        std::array::from_fn(|c| stroke(&self.actuations[c], &pose.joints[c]))
+        hydrocrane_num::array::from_fn(|c| stroke(&self.actuations[c], &pose.joints[c]))
     }
 
     /// Whether every piston is inside its cylinder and every linkage closes.
@@ -108,7 +108,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
             (0..N).for_each(|j| bias[j] -= carried[j]);
         }
         let strokes = self.strokes(&pose);
-        std::array::from_fn(|j| bias[j] / strokes[j].1)
+        hydrocrane_num::array::from_fn(|j| bias[j] / strokes[j].1)
     }
 }
 

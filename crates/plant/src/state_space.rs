@@ -113,7 +113,7 @@ impl<const N: usize> StateSpace for Crane<N> {
     }
 
     fn admissible(&self, x: &[f64]) -> bool {
-        let q: [f64; N] = std::array::from_fn(|i| x[self.layout.q(i)]);
+        let q: [f64; N] = hydrocrane_num::array::from_fn(|i| x[self.layout.q(i)]);
         q.iter().zip(&self.safe).all(|(q, [lower, upper])| lower <= q && q <= upper) || self.fits(&q)
     }
 

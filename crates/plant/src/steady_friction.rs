@@ -25,7 +25,7 @@ pub struct MapPoint {
 /// exponent, viscous coefficient and exponent, each a pair.
 pub fn map_point(parameters: &[f64; MAP_PARAMETERS], v: f64) -> MapPoint {
     type D = Dual<f64, VARIABLES>;
-    let p: [D; MAP_PARAMETERS] = std::array::from_fn(|i| D::variable(parameters[i], i + 1));
+    let p: [D; MAP_PARAMETERS] = hydrocrane_num::array::from_fn(|i| D::variable(parameters[i], i + 1));
     let map = StaticParameters {
         coulomb_extending: p[0],
         coulomb_retracting: p[1],

@@ -31,7 +31,7 @@ pub fn boundary<const N: usize>(m: &Mechanics<f64, N>, limits: &[[f64; 2]; N]) -
     }
     for &joint in &others {
         for corner in 0..4 {
-            let mut q: [f64; N] = std::array::from_fn(|i| limits[i][0]);
+            let mut q: [f64; N] = hydrocrane_num::array::from_fn(|i| limits[i][0]);
             q[first] = limits[first][corner & 1];
             q[second] = limits[second][corner >> 1];
             curves.push(sweep(&mut q, joint, limits[joint], tip));
@@ -41,7 +41,7 @@ pub fn boundary<const N: usize>(m: &Mechanics<f64, N>, limits: &[[f64; 2]; N]) -
 }
 
 fn paths<const N: usize>(limits: &[[f64; 2]; N], tip: impl Fn(&[f64; N]) -> [f64; 2]) -> Vec<Vec<[f64; 2]>> {
-    let mut q: [f64; N] = std::array::from_fn(|i| limits[i][0]);
+    let mut q: [f64; N] = hydrocrane_num::array::from_fn(|i| limits[i][0]);
     (0..N).map(|i| sweep(&mut q, i, limits[i], &tip)).collect()
 }
 

@@ -69,7 +69,7 @@ fn compare(model: &dyn Model, seed: u64, fixed: &mut Simulator, exact: &mut Simu
     let (mut times, mut worst, mut spools) = (Vec::with_capacity(STEPS), 0.0f64, [0.0; 3]);
     for k in 0..STEPS {
         if k % 50 == 0 {
-            spools = std::array::from_fn(|c| (spools[c] + 0.01 * random.symmetric()).clamp(-0.025, 0.025));
+            spools = hydrocrane_num::array::from_fn(|c| (spools[c] + 0.01 * random.symmetric()).clamp(-0.025, 0.025));
         }
         let began = Instant::now();
         let outcome = fixed.step(&spools);

@@ -15,7 +15,7 @@ pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> 
     ControllerModel {
         mechanics,
         actuations,
-        cylinders: std::array::from_fn(|c| cylinder_model(crane, c)),
+        cylinders: hydrocrane_num::array::from_fn(|c| cylinder_model(crane, c)),
         fluid,
         supply: supply_pressures.supply,
         tank: supply_pressures.tank,

@@ -100,7 +100,9 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
     tip::Settings {
         period,
         full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(controller_model)),
-        lever_speeds: std::array::from_fn(|i| [-1.0, 1.0].map(|sense| unloaded_speed(controller_model, i, sense))),
+        lever_speeds: hydrocrane_num::array::from_fn(|i| {
+            [-1.0, 1.0].map(|sense| unloaded_speed(controller_model, i, sense))
+        }),
         shape: Shape {
             stick_bandwidth: gain("stick-bandwidth"),
             path_rate: gain("path-rate"),
@@ -201,7 +203,7 @@ pub fn heinze_settings<const N: usize>(
 
 fn penalty_weights<const N: usize>(machine: &Machine, controller_model: &ControllerModel<N>) -> Weights<N> {
     let [motion, middle] = PENALTY_WEIGHTS.map(|(table, default)| {
-        std::array::from_fn(|i| {
+        hydrocrane_num::array::from_fn(|i| {
             let [low, high] = controller_model.joint_limits[i];
             let key = format!("{table}.{}", machine.joints[i].name);
             machine.control.gain("heinze-pid", &key).unwrap_or(default) / (high - low).powi(2)

@@ -35,7 +35,7 @@ impl<'a> Driven<'a> {
     }
 
     pub fn command(&self, t: f64) -> [f64; MAX_JOINTS] {
-        std::array::from_fn(|c| self.base[c] + self.slope[c] * (t - self.since))
+        hydrocrane_num::array::from_fn(|c| self.base[c] + self.slope[c] * (t - self.since))
     }
 
     /// Holds the commands from time `now` (s) on.

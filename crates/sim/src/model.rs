@@ -57,13 +57,14 @@ where
             unreachable: !errata.ik_unreachable,
             extension: !errata.ik_extension,
         };
-        let held = std::array::from_fn(|i| if self.plant().mechanics.joints[i].revolute { 0.0 } else { held });
+        let held =
+            hydrocrane_num::array::from_fn(|i| if self.plant().mechanics.joints[i].revolute { 0.0 } else { held });
         let found = inverse_kinematics::solve(&self.plant().mechanics, &self.limit_pairs(), tip, &held, printed)?;
         Ok(found.into_iter().map(|q| q.to_vec()).collect())
     }
 
     fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]) {
-        let load = self.plant().static_force(&std::array::from_fn(|i| q[i]), payload);
+        let load = self.plant().static_force(&hydrocrane_num::array::from_fn(|i| q[i]), payload);
         for c in 0..N {
             let cylinder = cylinder_model(self, c);
             let supply_pressures = SupplyPressures {

@@ -62,7 +62,7 @@ fn settings<const N: usize>(crane: &Crane<N>, delay: f64, reads_pressures: bool)
     let (machine, plant) = (crane.machine(), crane.plant());
     let value = |key: &str| threshold(machine, key);
     let sensor = |signal: String| machine.sensors.iter().find(|sensor| sensor.measures == signal);
-    let cylinders: [&Cylinder; N] = std::array::from_fn(|c| &machine.cylinders[c]);
+    let cylinders: [&Cylinder; N] = hydrocrane_num::array::from_fn(|c| &machine.cylinders[c]);
     let pressure = |c: usize, side: usize| sensor(format!("cylinder.{}.p{}", cylinders[c].name, side + 1));
     let floor = value("pressure-tolerance") * machine.supply.pressure;
     let trust = |c: usize| {
@@ -98,15 +98,17 @@ fn settings<const N: usize>(crane: &Crane<N>, delay: f64, reads_pressures: bool)
         jump: value("jump"),
         frozen: value("frozen"),
         frozen_pressure: value("frozen-pressure"),
-        resolution: std::array::from_fn(|c| [0, 1].map(|side| pressure(c, side).map_or(0.0, coarseness))),
+        resolution: hydrocrane_num::array::from_fn(|c| [0, 1].map(|side| pressure(c, side).map_or(0.0, coarseness))),
         ride_through: value("ride-through"),
         recovery_time: value("recovery-time"),
-        joints: std::array::from_fn(joints),
-        strokes: std::array::from_fn(strokes),
-        pressures: reads_pressures.then(|| std::array::from_fn(limits_of_pressure)),
-        scatter: std::array::from_fn(|i| sensor(format!("joint.{}.q", machine.joints[i].name)).map_or(0.0, scatter)),
-        trust: std::array::from_fn(trust),
-        memory: std::array::from_fn(memory),
+        joints: hydrocrane_num::array::from_fn(joints),
+        strokes: hydrocrane_num::array::from_fn(strokes),
+        pressures: reads_pressures.then(|| hydrocrane_num::array::from_fn(limits_of_pressure)),
+        scatter: hydrocrane_num::array::from_fn(|i| {
+            sensor(format!("joint.{}.q", machine.joints[i].name)).map_or(0.0, scatter)
+        }),
+        trust: hydrocrane_num::array::from_fn(trust),
+        memory: hydrocrane_num::array::from_fn(memory),
     }
 }
 

@@ -30,11 +30,12 @@ pub fn resolve_rates(wish: &RateWish) -> Option<(Vec<f64>, f64)> {
 }
 
 fn sized<const N: usize>(wish: &RateWish) -> (Vec<f64>, f64) {
-    let jacobian: [[f64; N]; 2] = std::array::from_fn(|r| std::array::from_fn(|i| wish.jacobian[r * N + i]));
+    let jacobian: [[f64; N]; 2] =
+        hydrocrane_num::array::from_fn(|r| hydrocrane_num::array::from_fn(|i| wish.jacobian[r * N + i]));
     let prefer = Preference {
-        weights: std::array::from_fn(|i| wish.weights[i]),
-        rates: std::array::from_fn(|i| wish.preferred[i]),
-        bounds: std::array::from_fn(|i| [wish.bounds[2 * i], wish.bounds[2 * i + 1]]),
+        weights: hydrocrane_num::array::from_fn(|i| wish.weights[i]),
+        rates: hydrocrane_num::array::from_fn(|i| wish.preferred[i]),
+        bounds: hydrocrane_num::array::from_fn(|i| [wish.bounds[2 * i], wish.bounds[2 * i + 1]]),
     };
     let motion = resolve(&jacobian, &Task { velocity: wish.velocity, correction: wish.correction }, &prefer);
     (motion.rates.to_vec(), motion.scale)

@@ -77,7 +77,7 @@ fn read_cylinder<T: Number>(
         valve,
         holding: [None, None],
         lines: [None, None],
-        port_valves: std::array::from_fn(|_| PortValves { relief: None, anti_cavitation: None }),
+        port_valves: hydrocrane_num::array::from_fn(|_| PortValves { relief: None, anti_cavitation: None }),
         crossover: [None, None],
         friction,
     })

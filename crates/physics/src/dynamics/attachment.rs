@@ -31,7 +31,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         let before = self.equations(pose, qd, payload).mass_matrix;
         let after = self.equations(pose, qd, payload + load).mass_matrix;
         let rates = small::solve_spd(&after, &momentum(&before, qd));
-        let lost: [T; N] = core::array::from_fn(|j| qd[j] - rates[j]);
+        let lost: [T; N] = hydrocrane_num::array::from_fn(|j| qd[j] - rates[j]);
         let of_crane = dot(&lost, &momentum(&before, &lost));
         let v = self.tip_velocity(pose, &rates);
         Attachment { rates, loss: (of_crane + load * v.dot(v)) * 0.5 }
@@ -39,7 +39,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
 }
 
 fn momentum<T: Real, const N: usize>(mass_matrix: &[[T; N]; N], qd: &[T; N]) -> [T; N] {
-    core::array::from_fn(|j| dot(&mass_matrix[j], qd))
+    hydrocrane_num::array::from_fn(|j| dot(&mass_matrix[j], qd))
 }
 
 fn dot<T: Real, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
@@ -88,7 +88,7 @@ mod tests {
         let (m, pose) = (crane(), pose());
         let after = attached(load);
         let mass_matrix = m.equations(&pose, &QD, PAYLOAD).mass_matrix;
-        let lost: [f64; 3] = core::array::from_fn(|j| QD[j] - after.rates[j]);
+        let lost: [f64; 3] = hydrocrane_num::array::from_fn(|j| QD[j] - after.rates[j]);
         let gained = m.tip_velocity(&pose, &after.rates) * load;
         for (j, momentum) in momentum(&mass_matrix, &lost).into_iter().enumerate() {
             let impulse = pose.column(j, m.tip_position(&pose)).dot(gained);
@@ -107,7 +107,7 @@ mod tests {
 
             // 1/2 v^T (1/m + J M^-1 J^T)^-1 v with v the velocity of the tip past the load.
             let mass_matrix = m.equations(&pose, &QD, PAYLOAD).mass_matrix;
-            let columns: [Vec2<f64>; 3] = core::array::from_fn(|j| pose.column(j, m.tip_position(&pose)));
+            let columns: [Vec2<f64>; 3] = hydrocrane_num::array::from_fn(|j| pose.column(j, m.tip_position(&pose)));
             let mobility = |along: [f64; 3]| {
                 let rates = small::solve_spd(&mass_matrix, &along);
                 (0..3).fold(Vec2::default(), |v, j| v + columns[j] * rates[j])

@@ -347,8 +347,8 @@ mod tests {
             ground.soil.height = tip.z - ground.hang(payload) - above;
             ground.supports[0] = Support { height: ground.soil.height + 0.1, from, to: from + 1.0, edge: 0.1 };
             ground.count = 1;
-            let moving = core::array::from_fn(|i| Moving::variable(q[i], i));
-            let rates = core::array::from_fn(|i| Moving::variable(qd[i], 3 + i));
+            let moving = hydrocrane_num::array::from_fn(|i| Moving::variable(q[i], i));
+            let rates = hydrocrane_num::array::from_fn(|i| Moving::variable(qd[i], 3 + i));
             let pose = lifted.pose(&moving);
             let force = lifted.contact(&ground.map(&mut Moving::constant), &pose, &rates, Moving::c(payload)).force;
             let exact = lifted.along_joints(&pose, force);

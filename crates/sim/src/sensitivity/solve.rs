@@ -171,7 +171,7 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
     let mut x = model.equilibrium(q, EquilibriumMode::Hold, model.machine().payload.mass)?;
     x.resize(layout.len() * (1 + groups.iter().map(|group| group.count).sum::<usize>()), 0.0);
     // If the crane rests on an end stop, its pose differs from the requested one.
-    let pose = std::array::from_fn(|i| Differentiated::constant(x[layout.q(i)]));
+    let pose = hydrocrane_num::array::from_fn(|i| Differentiated::constant(x[layout.q(i)]));
     for group in groups {
         let inputs = &group.inputs;
         group.write(&inputs.plant.held(layout, &pose, inputs.back_pressure, inputs.payload), &mut x);
