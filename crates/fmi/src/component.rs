@@ -60,8 +60,19 @@ pub struct State {
 }
 
 impl State {
+    fn head(&self) -> [u8; 9] {
+        let mut head = [self.mode as u8; 9];
+        head[1..].copy_from_slice(&self.start.to_le_bytes());
+        head
+    }
+
+    /// Number of its bytes. Tools ask for it before each [`Self::bytes`].
+    pub fn length(&self) -> Result<usize, Problem> {
+        Ok(self.head().len() + self.part.length()?)
+    }
+
     pub fn bytes(&self) -> Result<Vec<u8>, Problem> {
-        Ok([&[self.mode as u8][..], &self.start.to_le_bytes(), &self.part.bytes()?].concat())
+        Ok([&self.head()[..], &self.part.bytes()?].concat())
     }
 
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, Problem> {

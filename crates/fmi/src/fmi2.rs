@@ -164,7 +164,7 @@ functions! {
     };
     fmi2FreeFMUstate(state: *mut *mut c_void) |_component| forget(state);
     fmi2SerializedFMUstateSize(state: *mut c_void, size: *mut usize) |_component| {
-        answer(size, kept(state)?.bytes()?.len());
+        answer(size, kept(state)?.length()?);
         Ok(Status::Ok)
     };
     fmi2SerializeFMUstate(state: *mut c_void, bytes: *mut u8, size: usize) |_component| {

@@ -176,7 +176,7 @@ functions! {
     };
     fmi3FreeFMUState(state: *mut *mut c_void) |_component| forget(state);
     fmi3SerializedFMUStateSize(state: *mut c_void, size: *mut usize) |_component| {
-        answer(size, kept(state)?.bytes()?.len());
+        answer(size, kept(state)?.length()?);
         Ok(Status::Ok)
     };
     fmi3SerializeFMUState(state: *mut c_void, bytes: *mut u8, size: usize) |_component| {

@@ -88,16 +88,31 @@ impl Inputs {
 }
 
 impl ControllerState {
-    /// # Errors
-    /// After too many samples.
-    pub fn bytes(&self) -> Result<Vec<u8>, Fault> {
+    /// What stands before the samples, and their number.
+    fn head(&self) -> Result<(Archive<'_>, usize), Fault> {
         if !self.history.is_whole() {
             return Err(TOO_LONG.to_string().into());
         }
-        let (mut inputs, mut archive) = (self.inputs.clone(), Archive::writing());
+        let (mut inputs, mut archive, count) =
+            (self.inputs.clone(), Archive::writing(), self.history.samples().count());
         inputs.archive(&mut archive);
-        let mut count = self.history.samples().count() as u64;
-        archive.whole(&mut count);
+        archive.whole(&mut (count as u64));
+        Ok((archive, count))
+    }
+
+    /// Number of [`Self::bytes`], without making them.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn length(&self) -> Result<usize, Fault> {
+        let (head, count) = self.head()?;
+        Ok(head.into_bytes().len() + size_of::<f64>() * self.inputs.width() * count)
+    }
+
+    /// # Errors
+    /// After too many samples.
+    pub fn bytes(&self) -> Result<Vec<u8>, Fault> {
+        let (mut archive, _) = self.head()?;
         for sample in self.history.samples() {
             archive.numbers(&mut sample.to_vec());
         }
@@ -118,10 +133,19 @@ mod tests {
         Inputs { token, parameters: vec![4.0], readings, sticks: vec![0.1, 0.2], began: 1.0, time: 0.25 }
     }
 
-    fn bytes() -> Vec<u8> {
+    fn state() -> ControllerState {
         let mut history = History::new(inputs().width());
         (0..3).for_each(|k| history.push([0.1 * f64::from(k), 1.0, 2.0, 0.0, 0.0].into_iter()));
-        ControllerState { inputs: inputs(), command: vec![0.0], going: None, history }.bytes().expect("few samples")
+        ControllerState { inputs: inputs(), command: vec![0.0], going: None, history }
+    }
+
+    fn bytes() -> Vec<u8> {
+        state().bytes().expect("few samples")
+    }
+
+    #[test]
+    fn the_number_of_bytes_is_known_without_them() {
+        assert_eq!(state().length().expect("few samples"), bytes().len());
     }
 
     #[test]

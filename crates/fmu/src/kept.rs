@@ -11,6 +11,17 @@ pub enum Kept {
 }
 
 impl Kept {
+    /// Number of its bytes.
+    ///
+    /// # Errors
+    /// As [`Self::bytes`].
+    pub fn length(&self) -> Result<usize, Fault> {
+        match self {
+            Kept::Bytes(bytes) => Ok(bytes.len()),
+            Kept::Controller(state) => state.length(),
+        }
+    }
+
     /// # Errors
     /// The reason why it has no bytes.
     pub fn bytes(&self) -> Result<Cow<'_, [u8]>, Fault> {
