@@ -8,22 +8,17 @@ Run it before the package is built; it needs nothing but cargo::
 from __future__ import annotations
 
 import json
-import platform
+import runpy
 import shutil
 import subprocess
 from pathlib import Path
 
+ROOT = Path(__file__).resolve().parents[1]
 # Arguments of cargo, name of the library there, folder of the installation, kind of the file.
 LIBRARIES = (
     (("--package", "hydrocrane-fmi"), "hydrocrane_fmu", "fmu_library", "cdylib"),
     (("--manifest-path", "crates/embedded/Cargo.toml"), "hydrocrane_controller", "controller_library", "staticlib"),
 )
-
-
-def place() -> str:
-    """The present platform, as hydrocrane.export.platforms names it, which cannot be imported yet."""
-    processor = platform.machine().lower()
-    return f"{platform.system()}-{ {'arm64': 'aarch64', 'amd64': 'x86_64'}.get(processor, processor) }".lower()
 
 
 def made(root: Path, arguments: tuple[str, ...], name: str, kind: str) -> Path:
@@ -42,16 +37,18 @@ def made(root: Path, arguments: tuple[str, ...], name: str, kind: str) -> Path:
 def build(root: Path) -> list[Path]:
     """Puts both libraries where the package is built from."""
     put = []
+    # The package cannot be imported yet.
+    platform = runpy.run_path(str(ROOT / "python/hydrocrane/export/present_platform.py"))["present"]()
     for arguments, name, folder, kind in LIBRARIES:
         library = made(root, arguments, name, kind)
         # In FMUs the library has the same name on every system.
         own = f"{name}{library.suffix}" if kind == "cdylib" else library.name
-        to = root / "python" / "hydrocrane" / folder / place() / own
+        to = root / "python" / "hydrocrane" / folder / platform / own
         to.parent.mkdir(parents=True, exist_ok=True)
         put.append(Path(shutil.copy(library, to)))
     return put
 
 
 if __name__ == "__main__":
-    for path in build(Path(__file__).resolve().parents[1]):
+    for path in build(ROOT):
         print(path)

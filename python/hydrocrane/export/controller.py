@@ -10,7 +10,7 @@ from hydrocrane import _core
 from hydrocrane.control.controllers import NAMES
 from hydrocrane.control.named import NamedController
 from hydrocrane.errors import translated, unknown
-from hydrocrane.export.platforms import present
+from hydrocrane.export.present_platform import present
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 

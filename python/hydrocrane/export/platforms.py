@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from platform import machine, system
 
 from hydrocrane.errors import InputError, unknown
 
@@ -42,15 +41,6 @@ PLATFORMS = {
         Platform("darwin-aarch64", "darwin64", "aarch64-darwin", ".dylib"),
     )
 }
-
-# Other names of the same processors: those of macOS and of Windows.
-_PROCESSORS = {"arm64": "aarch64", "amd64": "x86_64"}
-
-
-def present() -> str:
-    """Name of the platform of the present computer, whether or not there is an FMU library for it."""
-    processor = machine().lower()
-    return f"{system().lower()}-{_PROCESSORS.get(processor, processor)}"
 
 
 def installed() -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from hydrocrane.export import controller, platforms
+from hydrocrane.export import controller, platforms, present_platform
 from hydrocrane.export.platforms import PLATFORMS
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -79,7 +79,7 @@ COMPUTERS = {
 
 def on(monkeypatch, system, machine):
     """As on another computer, to the package and to the recipe's script."""
-    for module in (platforms, sys.modules["platform"]):
+    for module in (present_platform, sys.modules["platform"]):
         monkeypatch.setattr(module, "system", lambda: system)
         monkeypatch.setattr(module, "machine", lambda: machine)
 
