@@ -24,15 +24,17 @@ RESULTS = Path(__file__).with_name("controller_on_target.json")
 PAGE = ROOT / "docs/howto/controller-on-target.md"
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 TARGET = "thumbv7em-none-eabihf"
-CASES = (("rottne-f9-lab", "tip"), ("rottne-f9-lab", "heinze-pid"), ("rottne-f9-lab", "lever"))
+MACHINE = "rottne-f9-lab"
+# Controllers, and whether with a monitor of the sensors.
+CASES = (("tip", True), ("tip", False), ("heinze-pid", True), ("heinze-pid", False), ("lever", False))
 SAMPLES = 1000
 FUNCTIONS = ("create", "reset", "step")
-ENTRIES = (*FUNCTIONS, "period", "set_point", "notices", "text")
+ENTRIES = (*FUNCTIONS, "period", "set_point", "notices", "suspects", "sensor_fault", "text")
 
 
-def samples(machine: hc.Machine, name: str) -> str:
+def samples(machine: hc.Machine, name: str, monitor: bool) -> str:
     """Lines of samples while the controller drives the simulator."""
-    plant, controller = hc.Simulator(machine, sample_time=0.01), hc.NamedController(name, machine, monitor=False)
+    plant, controller = hc.Simulator(machine, sample_time=0.01), hc.NamedController(name, machine, monitor=monitor)
     obs = plant.reset(q=machine.home)
     controller.reset(machine, obs)
     lines = []
@@ -43,17 +45,16 @@ def samples(machine: hc.Machine, name: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def timed(name: str, controller: str) -> dict[str, float]:
+def timed(controller: str, monitor: bool) -> dict[str, float]:
     """Mean and longest time of a sample, us."""
-    machine = hc.load_machine(name)
+    machine = hc.load_machine(MACHINE)
     with tempfile.TemporaryDirectory() as place:
-        folder = hc.export_controller(machine, place, controller=controller)
+        folder = hc.export_controller(machine, place, controller=controller, monitor=monitor)
         shutil.copy(Path(__file__).with_suffix(".c"), folder / "bench.c")
         command = ["cc", "-O2", "bench.c", "hydrocrane_parameters.c", "-L.", "-lhydrocrane_controller", "-o", "bench"]
         subprocess.run(command, cwd=folder, check=True)
-        done = subprocess.run(
-            [str(folder / "bench")], input=samples(machine, controller), capture_output=True, text=True, check=True
-        )
+        lines = samples(machine, controller, monitor)
+        done = subprocess.run([str(folder / "bench")], input=lines, capture_output=True, text=True, check=True)
     mean, longest = (1e-3 * float(word) for word in done.stdout.split())
     return {"mean": mean, "longest": longest}
 
@@ -85,27 +86,29 @@ def on_target(joints: int) -> dict[str, Any]:
 def table(found: dict[str, Any]) -> str:
     """The table of the page."""
     rows = "".join(
-        f"| `{case['controller']}`, {case['machine']} | {case['mean']:.2f} us | {case['longest']:.2f} us |\n"
+        f"| `{case['controller']}` | {'yes' if case['monitor'] else 'no'} | {case['mean']:.2f} us | "
+        f"{case['longest']:.2f} us |\n"
         for case in found["time"]
     )
     target, kilo = found["target"], 1024
     stack = ", ".join(f"`hydrocrane_{name}` {size / kilo:.1f} KiB" for name, size in target["stack"].items())
     return (
-        f"{BEGIN}\n| controller | mean time per sample | slowest sample |\n|---|---|---|\n{rows}\n"
-        f"One core of {found['processor']}; {SAMPLES} samples in motion, the shortest time of each in 200 passes. "
-        f"For `{TARGET}` with three joints and all three controllers: {target['code'] / kilo:.0f} KiB of code and "
-        f"constants, {target['parameters'] / kilo:.1f} KiB of parameters (`tip`), {target['memory'] / kilo:.1f} KiB of "
-        f"memory for the controller, and stack at most {stack}. The stack was read from the machine code; nothing was "
-        f"run on such a processor.\n{END}"
+        f"{BEGIN}\n| controller | monitor | mean time per sample | slowest sample |\n|---|---|---|---|\n{rows}\n"
+        f"One core of {found['processor']}; {found['machine']}, {SAMPLES} samples in motion, the shortest time of each "
+        f"in 200 passes. For `{TARGET}` with three joints and all three controllers: {target['code'] / kilo:.0f} KiB "
+        f"of code and constants, {target['parameters'] / kilo:.1f} KiB of parameters (`tip` with a monitor), "
+        f"{target['memory'] / kilo:.1f} KiB of memory for controller and monitor, and stack at most {stack}. The stack "
+        f"was read from the machine code; nothing was run on such a processor.\n{END}"
     )
 
 
 def main() -> None:
     """Measure and write."""
-    block, memory = hc._core.controller_parameters(hc.load_machine("rottne-f9-lab").core, "tip")
+    block, memory = hc._core.controller_parameters(hc.load_machine(MACHINE).core, "tip", monitor=True, delay=0.0)
     found = {
         "processor": processor(),
-        "time": [{"machine": name, "controller": c, **timed(name, c)} for name, c in CASES],
+        "machine": MACHINE,
+        "time": [{"controller": name, "monitor": monitor, **timed(name, monitor)} for name, monitor in CASES],
         "target": {**on_target(3), "parameters": len(block), "memory": memory},
     }
     RESULTS.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")

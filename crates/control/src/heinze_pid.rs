@@ -82,6 +82,10 @@ impl<const N: usize> HeinzePid<N> {
         HeinzePid { model, settings, pids, target: [0.0; N], set_point: [0.0; 2], due: None }
     }
 
+    pub fn model(&self) -> &ControllerModel<N> {
+        &self.model
+    }
+
     fn begin(&mut self, q: &[f64; N], t: f64) {
         self.pids.iter_mut().for_each(Pid::reset);
         self.target = *q;

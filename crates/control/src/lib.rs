@@ -1,6 +1,6 @@
 //! Control: sees geometry and measurements, never the plant.
 //!
-//! Without the feature `std` it has neither a heap nor an operating system below it: no messages, and no monitor of the sensors.
+//! Without the feature `std` it has neither a heap nor an operating system below it, and no messages.
 #![cfg_attr(not(feature = "std"), no_std)]
 
 mod braking;
@@ -16,6 +16,8 @@ pub mod holding;
 pub mod inverse_kinematics;
 pub mod keep_out;
 pub mod lever;
+#[cfg(feature = "std")]
+pub mod monitored;
 pub mod notice;
 pub mod observer;
 pub mod oil_displacement;
@@ -24,7 +26,6 @@ mod opening;
 pub mod parameter_block;
 pub mod penalty;
 pub mod pid;
-#[cfg(feature = "std")]
 pub mod plausibility;
 pub mod point_to_point;
 pub mod pump_limit;
@@ -32,12 +33,12 @@ pub mod reach;
 pub mod readings;
 pub mod redundancy;
 mod rest;
-#[cfg(feature = "std")]
 pub mod safe_state;
 pub mod set_point;
 pub mod signal;
 pub mod signal_chain;
 pub mod slow_down;
+mod spool_history;
 pub mod standstill;
 pub mod tip;
 pub mod valve_learning;

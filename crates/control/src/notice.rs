@@ -1,9 +1,17 @@
 //! What whoever runs a machine should know, as plain values; the words are made where there is a heap.
 
 use crate::controller::PlaceName;
-#[cfg(feature = "std")]
-use crate::safe_state::Names;
 use arrayvec::ArrayVec;
+
+/// What the messages call things.
+#[cfg(feature = "std")]
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Names {
+    pub joints: Vec<String>,
+    /// Whether a joint turns.
+    pub revolute: Vec<bool>,
+    pub cylinders: Vec<String>,
+}
 
 /// Joints or cylinders by index.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -114,19 +122,25 @@ pub enum Notice {
 }
 
 /// Notices that are kept until somebody asks for them; whatever happens in one sample has room.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct News(ArrayVec<Notice, 16>);
+#[derive(Debug, Clone, PartialEq)]
+pub struct News<T = Notice, const MOST: usize = 16>(ArrayVec<T, MOST>);
 
-impl News {
+impl<T, const MOST: usize> Default for News<T, MOST> {
+    fn default() -> Self {
+        News(ArrayVec::new())
+    }
+}
+
+impl<T, const MOST: usize> News<T, MOST> {
     /// Keeps a notice; the oldest one goes where nobody has asked for any.
-    pub fn tell(&mut self, notice: Notice) {
+    pub fn tell(&mut self, notice: T) {
         if self.0.is_full() {
             self.0.remove(0);
         }
         self.0.push(notice);
     }
 
-    pub fn iter(&self) -> impl Iterator<Item = &Notice> {
+    pub fn iter(&self) -> impl Iterator<Item = &T> {
         self.0.iter()
     }
 }
@@ -188,7 +202,7 @@ mod tests {
 
     #[test]
     fn the_oldest_of_too_many_notices_goes() {
-        let mut news = News::default();
+        let mut news: News = News::default();
         (0..20).for_each(|joint| news.tell(Notice::RunsAway(joint)));
         assert!(news.iter().eq((4..20).map(Notice::RunsAway).collect::<Vec<_>>().iter()));
     }

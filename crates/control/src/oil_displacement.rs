@@ -21,7 +21,11 @@ pub struct Interval {
 impl Interval {
     pub const ZERO: Interval = Interval { low: 0.0, high: 0.0 };
     /// Holds nothing.
-    const NONE: Interval = Interval { low: f64::INFINITY, high: f64::NEG_INFINITY };
+    pub const NONE: Interval = Interval { low: f64::INFINITY, high: f64::NEG_INFINITY };
+
+    pub fn at(value: f64) -> Self {
+        Interval { low: value, high: value }
+    }
 
     pub fn around(value: f64, half: f64) -> Self {
         Interval { low: value - half, high: value + half }
@@ -37,9 +41,14 @@ impl Interval {
         values.into_iter().fold(Interval::NONE, Interval::with)
     }
 
+    /// The smallest that holds both.
+    pub fn joined(self, other: Interval) -> Self {
+        Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
     /// The smallest that holds all of this and `value`.
     fn with(self, value: f64) -> Self {
-        Interval { low: self.low.min(value), high: self.high.max(value) }
+        self.joined(Interval::at(value))
     }
 
     pub fn plus(self, other: Interval) -> Self {
@@ -79,6 +88,8 @@ pub struct Trust {
     pub pressure: [f64; 2],
     pub scatter: [f64; 2],
 }
+
+hydrocrane_num::stored!([] Trust { flow: f64, pressure: [f64; 2], scatter: [f64; 2] });
 
 /// Displacement of a piston estimated by one chamber, m; sums of it stay as narrow as they can.
 #[derive(Debug, Clone, Copy, PartialEq)]

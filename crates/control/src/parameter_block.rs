@@ -7,22 +7,37 @@
 use crate::controller_model::ControllerModel;
 use crate::heinze_pid;
 use crate::lever::Lever;
+use crate::plausibility;
 use crate::tip;
 use crc::{Crc, CRC_32_ISO_HDLC};
 use hydrocrane_num::{Archive, Stored};
 
 /// All that a controller is made of.
 #[derive(Debug, Clone)]
-pub enum Parameters<const N: usize> {
-    Tip(ControllerModel<N>, tip::Settings<N>),
-    HeinzePid(ControllerModel<N>, heinze_pid::Settings<N>),
+pub struct Parameters<const N: usize> {
+    pub model: ControllerModel<N>,
+    pub controller: Kind<N>,
+    /// Of the monitor of its sensors, if it has one.
+    pub monitor: Option<plausibility::Settings<N>>,
+}
+
+/// Which controller it is, with its settings.
+#[derive(Debug, Clone)]
+pub enum Kind<const N: usize> {
+    Tip(tip::Settings<N>),
+    HeinzePid(heinze_pid::Settings<N>),
     Lever(Lever<N>),
 }
 
-hydrocrane_num::stored!([const N: usize] enum Parameters<N> {
-    0: Tip { 0: ControllerModel<N>, 1: tip::Settings<N> },
-    1: HeinzePid { 0: ControllerModel<N>, 1: heinze_pid::Settings<N> },
+hydrocrane_num::stored!([const N: usize] enum Kind<N> {
+    0: Tip { 0: tip::Settings<N> },
+    1: HeinzePid { 0: heinze_pid::Settings<N> },
     2: Lever { 0: Lever<N> },
+});
+hydrocrane_num::stored!([const N: usize] Parameters<N> {
+    model: ControllerModel<N>,
+    controller: Kind<N>,
+    monitor: Option<plausibility::Settings<N>>,
 });
 
 /// Why a block is not used.
@@ -44,7 +59,7 @@ const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Bytes that a controller of so many joints needs in a program's memory, on any machine.
 pub const fn memory(joints: usize) -> usize {
-    6400 + 8400 * joints
+    9400 + 9760 * joints
 }
 
 fn word(block: &[u8], i: usize) -> Option<u64> {
@@ -63,15 +78,15 @@ pub fn joints(block: &[u8]) -> Result<u64, Refusal> {
     Ok(joints)
 }
 
-/// The parameters in a block of `N` joints.
-pub fn read<const N: usize>(block: &[u8]) -> Result<Parameters<N>, Refusal> {
+/// Hands the parameters in a block of `N` joints to `then`. To return them would take a small stack several copies.
+pub fn read<const N: usize, R>(block: &[u8], then: impl FnOnce(&Parameters<N>) -> R) -> Result<R, Refusal> {
     if joints(block)? != N as u64 || word(block, 1) != Some(Parameters::<N>::LAYOUT) {
         return Err(Refusal::OtherVersion);
     }
     let mut archive = Archive::reading(block.get(HEAD..block.len() - WORD).ok_or(Refusal::Damaged)?);
     let parameters = Parameters::exchange(&mut archive, None);
     if archive.is_sound() {
-        Ok(parameters)
+        Ok(then(&parameters))
     } else {
         Err(Refusal::Damaged)
     }
@@ -102,19 +117,29 @@ pub fn written<const N: usize>(parameters: &Parameters<N>) -> Result<Vec<u8>, St
 mod tests {
     use super::*;
 
-    fn lever() -> Parameters<2> {
-        Parameters::Lever(Lever::new(0.01, [0.05, 0.02]))
+    /// Lever control of a machine whose numbers are all zero, with a monitor or not.
+    fn lever(monitored: bool) -> Parameters<2> {
+        let zeros = [0; 8192];
+        let mut archive = Archive::reading(&zeros);
+        Parameters {
+            model: Stored::exchange(&mut archive, None),
+            controller: Kind::Lever(Lever::new(0.01, [0.05, 0.02])),
+            monitor: monitored.then(|| Stored::exchange(&mut archive, None)),
+        }
     }
 
     #[test]
     fn a_block_is_read_back_and_every_damaged_byte_is_found() {
-        let block = written(&lever()).expect("small");
-        assert_eq!(joints(&block), Ok(2));
-        assert!(matches!(read::<2>(&block), Ok(Parameters::Lever(found)) if found == Lever::new(0.01, [0.05, 0.02])));
+        let (plain, block) = (written(&lever(false)).expect("small"), written(&lever(true)).expect("small"));
+        assert_eq!((joints(&plain), joints(&block)), (Ok(2), Ok(2)));
+        let found = [&plain, &block].map(|block| read::<2, _>(block, Parameters::clone).expect("sound"));
+        let told = Lever::new(0.01, [0.05, 0.02]);
+        assert!(found.iter().all(|found| matches!(&found.controller, Kind::Lever(lever) if *lever == told)));
+        assert_eq!(found.map(|found| found.monitor), [None, lever(true).monitor]);
         for i in 0..block.len() {
             let mut damaged = block.clone();
             damaged[i] ^= 4;
-            assert!(read::<2>(&damaged).is_err(), "byte {i}");
+            assert!(read::<2, _>(&damaged, |_| ()).is_err(), "byte {i}");
         }
         assert_eq!(joints(&block[..block.len() - 1]), Err(Refusal::Damaged));
         assert_eq!(joints(&[0; 100]), Err(Refusal::NoParameters));
@@ -123,12 +148,12 @@ mod tests {
 
     #[test]
     fn another_number_of_joints_or_version_is_refused() {
-        let mut block = written(&lever()).expect("small");
-        assert!(matches!(read::<3>(&block), Err(Refusal::OtherVersion)));
+        let mut block = written(&lever(true)).expect("small");
+        assert_eq!(read::<3, _>(&block, |_| ()), Err(Refusal::OtherVersion));
         block[WORD] ^= 1;
         let end = block.len() - WORD;
         let checksum = u64::from(CHECKSUM.checksum(&block[..end]));
         block[end..].copy_from_slice(&checksum.to_le_bytes());
-        assert!(matches!(read::<2>(&block), Err(Refusal::OtherVersion)));
+        assert_eq!(read::<2, _>(&block, |_| ()), Err(Refusal::OtherVersion));
     }
 }

@@ -5,11 +5,12 @@
 //! agree outvote the third. Every reading must also be a number, and one that the machine can give.
 
 use crate::controller::Measurement;
-use crate::controller_model::ControllerModel;
+use crate::controller_model::{ControllerModel, CylinderModel};
 use crate::feed_forward::{Moment, SupplyPressures};
 use crate::oil_displacement::{oil_displacements, Interval, OilDisplacement, Trust};
-use crate::signal::Signal;
-use std::collections::VecDeque;
+use crate::signal::{OfSignals, Signal, MOST, PER_CYLINDER};
+use crate::spool_history::SpoolHistory;
+use arrayvec::ArrayVec;
 
 /// What is wrong with a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +51,21 @@ pub struct Settings<const N: usize> {
     pub memory: [f64; N],
 }
 
+hydrocrane_num::stored!([const N: usize] Settings<N> {
+    jump: f64,
+    frozen: f64,
+    frozen_pressure: f64,
+    resolution: [[f64; 2]; N],
+    ride_through: f64,
+    recovery_time: f64,
+    joints: [[f64; 2]; N],
+    strokes: [[f64; 2]; N],
+    pressures: Option<[[f64; 2]; N]>,
+    scatter: [f64; N],
+    trust: [Trust; N],
+    memory: [f64; N],
+});
+
 /// A suspect sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Suspect {
@@ -62,6 +78,9 @@ struct Suspect {
     /// Since when it reads plausibly again, s.
     plausible: Option<f64>,
 }
+
+/// What is wrong with the readings of one cylinder.
+type Wrong = ArrayVec<(Signal, Kind), PER_CYLINDER>;
 
 /// One cylinder at its last sample, and what has happened since each of its readings last changed.
 #[derive(Debug, Clone, Copy)]
@@ -117,17 +136,17 @@ const DYNAMIC: f64 = 0.25;
 
 #[derive(Clone)]
 pub struct Monitor<const N: usize> {
-    model: ControllerModel<N>,
     settings: Settings<N>,
     tracks: [Option<Track>; N],
-    /// (time, spool positions asked for), oldest first.
-    sent: VecDeque<(f64, [f64; N])>,
-    suspects: Vec<Suspect>,
+    sent: SpoolHistory<N>,
+    suspects: OfSignals<Suspect>,
 }
 
 impl<const N: usize> Monitor<N> {
-    pub fn new(model: ControllerModel<N>, settings: Settings<N>) -> Self {
-        Monitor { model, settings, tracks: [None; N], sent: VecDeque::new(), suspects: Vec::new() }
+    pub fn new(settings: Settings<N>) -> Self {
+        const { assert!(PER_CYLINDER * N <= MOST) };
+        let memory = settings.memory.iter().fold(2.0 * INTERVAL, |a, b| a.max(b + 2.0 * INTERVAL));
+        Monitor { settings, tracks: [None; N], sent: SpoolHistory::new(memory), suspects: OfSignals::new() }
     }
 
     pub fn recovery_time(&self) -> f64 {
@@ -151,13 +170,13 @@ impl<const N: usize> Monitor<N> {
         self.tracks = [None; N];
     }
 
-    /// Takes note of the spool positions (m) asked for at time `t`.
-    pub fn sent(&mut self, t: f64, spools: [f64; N]) {
-        self.sent.push_back((t, spools));
-        let memory = self.settings.memory.iter().fold(2.0 * INTERVAL, |a, b| a.max(b + 2.0 * INTERVAL));
-        while self.sent.get(1).is_some_and(|(sent, _)| *sent < t - memory) {
-            self.sent.pop_front();
-        }
+    /// Takes note of the commands (m) to the valves at time `t`.
+    pub fn sent(&mut self, model: &ControllerModel<N>, t: f64, commands: &[f64; N]) {
+        let spool = |c: usize| {
+            let CylinderModel { stroke, chain, .. } = &model.cylinders[c];
+            chain.spool(commands[c].clamp(-stroke, *stroke))
+        };
+        self.sent.add(t, hydrocrane_num::array::from_fn(spool));
     }
 
     /// Whether any sensor is suspect, or was less than the recovery time ago.
@@ -166,35 +185,44 @@ impl<const N: usize> Monitor<N> {
         !self.suspects.iter().all(restored)
     }
 
+    /// Sensors that are suspect, or were and are not trusted again yet.
+    pub fn suspects(&self) -> impl Iterator<Item = (Signal, Kind)> + '_ {
+        self.suspects.iter().map(|s| (s.signal, s.kind))
+    }
+
     /// Sensors that must not be used now.
     pub fn gaps(&self) -> impl Iterator<Item = (Signal, Kind)> + '_ {
         self.suspects.iter().filter(|s| s.plausible.is_none()).map(|s| (s.signal, s.kind))
     }
 
     /// Trusts the sensors again that read plausibly, and gives them.
-    pub fn trust_again(&mut self) -> Vec<Returned> {
-        let (back, still): (Vec<_>, Vec<_>) =
-            core::mem::take(&mut self.suspects).into_iter().partition(|s| s.plausible.is_some());
-        self.suspects = still;
-        for suspect in &back {
+    pub fn trust_again(&mut self) -> OfSignals<Returned> {
+        let mut back = OfSignals::new();
+        let tracks = &mut self.tracks;
+        self.suspects.retain(|&mut Suspect { signal, kind, from, plausible, .. }| {
+            if plausible.is_none() {
+                return true;
+            }
             // What its reading did meanwhile tells nothing of the others.
-            if let Some(track) = &mut self.tracks[suspect.signal.cylinder()] {
+            if let Some(track) = &mut tracks[signal.cylinder()] {
                 track.changed = [Standing { moment: track.moment, load: track.load }; 2];
                 track.unexplained = [track.moment.stroke; 2];
             }
-        }
-        back.iter().map(|s| Returned { signal: s.signal, kind: s.kind, from: s.from }).collect()
+            back.push(Returned { signal, kind, from });
+            false
+        });
+        back
     }
 
     /// Checks a sample; gives the sensors that become suspect.
-    pub fn check(&mut self, m: &Measurement) -> Vec<(Signal, Kind)> {
+    pub fn check(&mut self, model: &ControllerModel<N>, m: &Measurement) -> OfSignals<(Signal, Kind)> {
         let q: [f64; N] = hydrocrane_num::array::from_fn(|i| m.q.get(i).copied().unwrap_or(f64::NAN));
         // One unreadable joint must not hide the strokes of the others.
-        let strokes = self.model.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
+        let strokes = model.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
         // Only a coarse reading is explained by the load.
         let coarse = self.settings.resolution.iter().flatten().any(|step| *step > 0.0);
-        let load = if coarse { self.model.cylinder_force(&q, &[0.0; N], self.model.payload) } else { [f64::NAN; N] };
-        let mut found = Vec::new();
+        let load = if coarse { model.cylinder_force(&q, &[0.0; N], model.payload) } else { [f64::NAN; N] };
+        let mut found = OfSignals::new();
         for c in 0..N {
             let (stroke, lever_arm) = strokes[c];
             let moment = Moment { stroke, p: m.p.get(c).copied().unwrap_or([f64::NAN; 2]) };
@@ -202,11 +230,11 @@ impl<const N: usize> Monitor<N> {
             let mut wrong = self.beyond(c, q[c], &moment);
             let passage = match (&wrong[..], self.tracks[c]) {
                 _ if self.settings.pressures.is_none() => None,
-                ([], _) => self.advance(m.t, c, q[c], Standing { moment, load: load[c] }, scatter),
+                ([], _) => self.advance(model, m.t, c, q[c], Standing { moment, load: load[c] }, scatter),
                 // Without a reading of the joint the oil counts on from the last one.
                 ([(Signal::Joint(_), _)], Some(before)) => {
                     let moment = Moment { stroke: before.moment.stroke, ..moment };
-                    self.advance(m.t, c, before.reading, Standing { moment, load: load[c] }, scatter)
+                    self.advance(model, m.t, c, before.reading, Standing { moment, load: load[c] }, scatter)
                 }
                 _ => {
                     self.tracks[c] = None;
@@ -215,8 +243,10 @@ impl<const N: usize> Monitor<N> {
             };
             self.reconsider(m.t, c, &moment, &wrong, passage.as_ref(), scatter);
             // A vote takes three sound estimates.
-            if !self.suspects.iter().any(|s| s.signal.cylinder() == c) {
-                wrong.extend(passage.iter().flat_map(|passage| self.faults(c, passage, scatter)));
+            let sound = !self.suspects.iter().any(|s| s.signal.cylinder() == c);
+            if let Some(passage) = passage.as_ref().filter(|_| sound) {
+                // There is a passage with one wrong reading at most: that of the joint.
+                wrong.extend(self.faults(c, passage, scatter));
             }
             for (signal, kind) in wrong {
                 if !self.suspects.iter().any(|s| s.signal == signal) {
@@ -235,7 +265,7 @@ impl<const N: usize> Monitor<N> {
     }
 
     /// Readings that no machine in good order can give.
-    fn beyond(&self, c: usize, q: f64, now: &Moment) -> Vec<(Signal, Kind)> {
+    fn beyond(&self, c: usize, q: f64, now: &Moment) -> Wrong {
         let judge = |signal, reading: f64, possible: bool| {
             let kind = if reading.is_finite() { Kind::OutOfRange } else { Kind::NoReading };
             (!reading.is_finite() || !possible).then_some((signal, kind))
@@ -247,13 +277,19 @@ impl<const N: usize> Monitor<N> {
             let limits = s.pressures.as_ref()?[c];
             judge(Signal::Pressure(c, i), now.p[i], within(now.p[i], limits))
         };
-        let mut wrong = Vec::new();
-        [joint, pressure(0), pressure(1)].into_iter().for_each(|one| wrong.extend(one));
-        wrong
+        [joint, pressure(0), pressure(1)].into_iter().flatten().collect()
     }
 
     /// Advances to a sample; `None` where it is the first or follows too soon.
-    fn advance(&mut self, t: f64, c: usize, reading: f64, now: Standing, scatter: f64) -> Option<Passage> {
+    fn advance(
+        &mut self,
+        model: &ControllerModel<N>,
+        t: f64,
+        c: usize,
+        reading: f64,
+        now: Standing,
+        scatter: f64,
+    ) -> Option<Passage> {
         let Standing { moment, load } = now;
         let first = Track {
             t,
@@ -268,13 +304,12 @@ impl<const N: usize> Monitor<N> {
         if t - before.t < INTERVAL * (1.0 - 1e-6) {
             return None;
         }
-        let n = &self.model;
-        let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
+        let supply_pressures = SupplyPressures { supply: model.supply, tank: model.tank };
         let spool = self.spools(c, before.t);
         let moments = [&before.moment, &moment];
         let estimates = oil_displacements(
-            &n.cylinders[c],
-            &n.fluid,
+            &model.cylinders[c],
+            &model.fluid,
             &supply_pressures,
             moments,
             t - before.t,
@@ -283,7 +318,7 @@ impl<const N: usize> Monitor<N> {
         );
         let missed = [0, 1].map(|i| before.missed[i].then(estimates[i]));
         let stands = [0, 1].map(|i| moment.p[i] == before.moment.p[i]);
-        let explained = |i: usize| self.explained(c, i, &now, &before.changed[i]);
+        let explained = |i: usize| self.explained(&model.cylinders[c], c, i, &now, &before.changed[i]);
         let now = Track {
             missed: if reading == before.reading { missed } else { first.missed },
             changed: [0, 1].map(|i| if stands[i] { before.changed[i] } else { now }),
@@ -298,22 +333,16 @@ impl<const N: usize> Monitor<N> {
 
     /// All positions that a spool can have had since `from`.
     fn spools(&self, c: usize, from: f64) -> Interval {
-        let begin = from - self.settings.memory[c];
-        let later = self.sent.partition_point(|(sent, _)| *sent <= begin);
-        let acting = match later {
-            0 => 0.0,
-            n => self.sent[n - 1].1[c],
-        };
-        Interval::hull(self.sent.iter().skip(later).map(|(_, spools)| spools[c]).chain([acting]))
+        self.sent.since(c, from - self.settings.memory[c])
     }
 
     /// Which of the three estimates is outvoted, and which reading does not change while the piston moves.
-    fn faults(&self, c: usize, passage: &Passage, scatter: f64) -> Vec<(Signal, Kind)> {
+    fn faults(&self, c: usize, passage: &Passage, scatter: f64) -> ArrayVec<(Signal, Kind), 2> {
         let jump = self.jump(c, passage);
         let frozen = || self.frozen_joint(c, &passage.now, scatter);
         let stuck = || (0..2).filter_map(|side| self.frozen_pressure(c, side, &passage.now, scatter));
         match jump.or_else(frozen) {
-            Some(found) => vec![found],
+            Some(found) => [found].into_iter().collect(),
             None => stuck().collect(),
         }
     }
@@ -351,12 +380,11 @@ impl<const N: usize> Monitor<N> {
     }
 
     /// Whether the load, friction and the other chamber leave a pressure within the resolution of its sensor since `then`.
-    fn explained(&self, c: usize, side: usize, now: &Standing, then: &Standing) -> bool {
+    fn explained(&self, cylinder: &CylinderModel, c: usize, side: usize, now: &Standing, then: &Standing) -> bool {
         let resolution = self.settings.resolution[c][side];
         if resolution == 0.0 {
             return false;
         }
-        let cylinder = &self.model.cylinders[c];
         let chambers = &cylinder.chambers;
         let areas = [chambers.area_1, -chambers.area_2];
         let other = areas[1 - side] * (now.moment.p[1 - side] - then.moment.p[1 - side]);

@@ -4,29 +4,46 @@
 //! the crane stops as if the stick were released, then the valves close and hold the load. They stay closed until all sensors have
 //! read plausibly for the recovery time and the sticks are released; then the controller restarts from where the crane stands.
 
-use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::controller::{Controller, Fault, Measurement, Reading, Stick};
+use crate::controller_model::ControllerModel;
+#[cfg(feature = "std")]
+use crate::notice::Names;
+use crate::notice::News;
 use crate::plausibility::{Kind, Monitor, Returned};
-use crate::signal::Signal;
-use crate::valve_learning::LearntValve;
-use std::sync::Arc;
-
-/// Spool position (m) that a command (m) to the valve of a cylinder asks for.
-pub type SpoolOf = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync>;
+use crate::signal::{OfSignals, Signal, MOST};
 
 /// Longest time that a controller takes to stop without a sensor, s; then the valves close.
 const STOPPING: f64 = 1.5;
 /// Time in which the valves close, s.
 const CLOSING: f64 = 0.1;
 
+/// A controller with the model of its crane, by which its sensors are judged.
+pub trait Guarded<const N: usize> {
+    type Controller: Controller + ?Sized;
+    fn controller(&mut self) -> &mut Self::Controller;
+    fn model(&self) -> &ControllerModel<N>;
+}
+
+/// What the monitor of the sensors tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SensorNotice {
+    /// The crane stops, or stays stopped, because of this sensor.
+    Stops(Signal, Kind),
+    /// Control went on without this sensor from one time until another, s.
+    Continued { signal: Signal, kind: Kind, from: f64, until: f64 },
+    /// All sensors read plausibly again, and the controller restarts.
+    Restarts,
+}
+
+/// Whatever happens in one sample has room: each signal, and a restart.
+pub type SensorNews = News<SensorNotice, { MOST + 1 }>;
+
 /// Runs a controller while its sensors are plausible, without one that fails for a moment, and stops the crane beyond.
+///
+/// The controller is handed in at each call: without a heap it lies beside this, and both share one model.
+#[derive(Clone)]
 pub struct SafeState<const N: usize> {
-    inner: Box<dyn Controller>,
     monitor: Monitor<N>,
-    spool_of: SpoolOf,
-    /// Commands at which the spools are centred, m.
-    neutral: [f64; N],
-    /// Names of joints and cylinders, and whether a joint turns.
-    names: Names,
     phase: Phase,
     /// Time without a joint and without each of its pressures, less what good readings have made up for, s.
     missed: [[f64; 3]; N],
@@ -34,7 +51,7 @@ pub struct SafeState<const N: usize> {
     usable: Option<Usable<N>>,
     /// Last command, m.
     command: [f64; N],
-    notices: Vec<String>,
+    news: SensorNews,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,46 +71,36 @@ struct Usable<const N: usize> {
     p: [[f64; 2]; N],
 }
 
-/// What the messages call things.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Names {
-    pub joints: Vec<String>,
-    pub revolute: Vec<bool>,
-    pub cylinders: Vec<String>,
-}
-
 impl<const N: usize> SafeState<N> {
-    pub fn new(
-        inner: Box<dyn Controller>,
-        monitor: Monitor<N>,
-        spool_of: SpoolOf,
-        neutral: [f64; N],
-        names: Names,
-    ) -> Self {
+    pub fn new(monitor: Monitor<N>) -> Self {
         SafeState {
-            inner,
             monitor,
-            spool_of,
-            neutral,
-            names,
             phase: Phase::Driving,
             missed: [[0.0; 3]; N],
             usable: None,
             command: [0.0; N],
-            notices: Vec::new(),
+            news: SensorNews::default(),
         }
+    }
+
+    /// The monitor, which knows the suspect sensors.
+    pub fn monitor(&self) -> &Monitor<N> {
+        &self.monitor
+    }
+
+    /// Whether the controller has the spools.
+    pub fn drives(&self) -> bool {
+        self.phase == Phase::Driving
+    }
+
+    /// What has happened since the last call.
+    pub fn take_news(&mut self) -> SensorNews {
+        core::mem::take(&mut self.news)
     }
 
     /// Tells of the sensors because of which the crane stops or stands.
     fn tell(&mut self, because: &[(Signal, Kind)]) {
-        for &(signal, kind) in because {
-            let (what, why) = self.names.fault(signal, kind);
-            self.notices.push(format!(
-                "{what} {why}; the crane stops and its spools go to neutral until its reading has been plausible for {} s and the \
-                 stick is released: check the sensor and its cable",
-                self.monitor.recovery_time()
-            ));
-        }
+        because.iter().for_each(|&(signal, kind)| self.news.tell(SensorNotice::Stops(signal, kind)));
     }
 
     /// Counts the time without each sensor, `h` (s) after the last sample; whether one of `gaps` lasts too long.
@@ -109,16 +116,6 @@ impl<const N: usize> SafeState<N> {
             }
         }
         worn_out
-    }
-
-    fn tell_of_return(&mut self, t: f64, back: &[Returned]) {
-        for &Returned { signal, kind, from } in back {
-            let (what, why) = self.names.fault(signal, kind);
-            self.notices.push(format!(
-                "{what} {why}; control continued without it for {:.0} ms from {from:.3} s on: check the sensor and its cable",
-                1e3 * (t - from)
-            ));
-        }
     }
 
     /// The measurement with the last usable readings in the place of those of `gaps`; `None` where there are none.
@@ -140,55 +137,48 @@ impl<const N: usize> SafeState<N> {
         self.usable
     }
 
-    /// Tells the monitor which spool positions are commanded.
-    fn note(&mut self, t: f64, command: [f64; N]) {
+    /// Tells the monitor of the commands (m).
+    fn note(&mut self, model: &ControllerModel<N>, t: f64, command: [f64; N]) {
         self.command = command;
-        self.monitor.sent(t, hydrocrane_num::array::from_fn(|c| (self.spool_of)(c, command[c])));
+        self.monitor.sent(model, t, &command);
     }
 
     /// Closes the spools, or keeps them closed.
-    fn close(&mut self, t: f64, since: f64, spool: &mut [f64]) {
+    fn close(&mut self, guarded: &mut impl Guarded<N>, t: f64, since: f64, spool: &mut [f64]) {
         // What is left falls by the same share of the first command at each sample.
         let left = (since + CLOSING - t).max(0.0);
-        let before = left + self.inner.period();
-        let command =
-            hydrocrane_num::array::from_fn(|c| self.neutral[c] + (self.command[c] - self.neutral[c]) * left / before);
+        let before = left + guarded.controller().period();
+        // The commands that centre the spools.
+        let neutral = guarded.model().cylinders.map(|cylinder| cylinder.chain.command(0.0));
+        let command = hydrocrane_num::array::from_fn(|c| neutral[c] + (self.command[c] - neutral[c]) * left / before);
         spool.iter_mut().zip(command).for_each(|(out, u)| *out = u);
-        self.note(t, command);
-    }
-}
-
-/// Rounding of sums of periods, s.
-const ROUNDING: f64 = 1e-6;
-
-impl<const N: usize> Controller for SafeState<N> {
-    fn period(&self) -> f64 {
-        self.inner.period()
+        self.note(guarded.model(), t, command);
     }
 
-    fn copied(&self) -> Option<Box<dyn Controller>> {
-        Some(Box::new(SafeState {
-            inner: self.inner.copied()?,
-            monitor: self.monitor.clone(),
-            spool_of: self.spool_of.clone(),
-            names: self.names.clone(),
-            notices: self.notices.clone(),
-            ..*self
-        }))
-    }
-
-    fn reset(&mut self, first: &Measurement) {
+    /// Starts anew from a first measurement.
+    pub fn reset(&mut self, guarded: &mut impl Guarded<N>, first: &Measurement) {
         self.monitor.reset();
-        (self.phase, self.notices) = (Phase::Driving, Vec::new());
+        (self.phase, self.news) = (Phase::Driving, SensorNews::default());
         (self.missed, self.usable, self.command) = ([[0.0; 3]; N], None, [0.0; N]);
-        self.inner.reset(first);
+        guarded.controller().reset(first);
     }
 
-    fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
+    /// [`Controller::step`] behind the monitor.
+    pub fn step(
+        &mut self,
+        guarded: &mut impl Guarded<N>,
+        measured: &Measurement,
+        stick: Stick,
+        spool: &mut [f64],
+    ) -> Result<(), Fault> {
         let t = measured.t;
-        let found = self.monitor.check(measured);
-        let gaps: Vec<(Signal, Kind)> = self.monitor.gaps().collect();
-        let h = self.usable.map_or(0.0, |last| t - last.t).max(self.inner.period());
+        if !t.is_finite() {
+            // The monitor would compare all later samples with it.
+            return Err(Fault::BadMeasurement(Reading::Time));
+        }
+        let found = self.monitor.check(guarded.model(), measured);
+        let gaps: OfSignals<(Signal, Kind)> = self.monitor.gaps().collect();
+        let h = self.usable.map_or(0.0, |last| t - last.t).max(guarded.controller().period());
         let worn_out = self.worn_out(&gaps, h);
         if self.phase != Phase::Driving {
             self.tell(&found);
@@ -196,8 +186,8 @@ impl<const N: usize> Controller for SafeState<N> {
                 self.phase = Phase::Driving;
                 self.missed = [[0.0; 3]; N];
                 self.monitor.clear();
-                self.inner.reset(measured);
-                self.notices.push("all sensors read plausibly and the stick is released: control restarts".into());
+                guarded.controller().reset(measured);
+                self.news.tell(SensorNotice::Restarts);
             }
         } else if gaps.iter().any(|(_, kind)| matches!(kind, Kind::Frozen(_))) {
             // It has misled the controller since long before it was found.
@@ -207,17 +197,18 @@ impl<const N: usize> Controller for SafeState<N> {
             self.tell(&gaps);
             self.phase = Phase::Stopping(t);
         } else {
-            let back = self.monitor.trust_again();
-            self.tell_of_return(t, &back);
+            for Returned { signal, kind, from } in self.monitor.trust_again() {
+                self.news.tell(SensorNotice::Continued { signal, kind, from, until: t });
+            }
         }
-        let gaps: Vec<Signal> = gaps.into_iter().map(|(signal, _)| signal).collect();
+        let gaps: OfSignals<Signal> = gaps.into_iter().map(|(signal, _)| signal).collect();
         let Some(usable) = self.usable(measured, &gaps) else {
             // There never was a reading to go on from.
             if self.phase == Phase::Driving {
                 self.tell(&found);
             }
             self.phase = Phase::Closing(t);
-            self.close(t, t, spool);
+            self.close(guarded, t, t, spool);
             return Ok(());
         };
         let centred = [0.0; N];
@@ -228,49 +219,25 @@ impl<const N: usize> Controller for SafeState<N> {
             (_, Stick::Height(axes)) => Stick::Height(&centred[..axes.len().min(N)]),
         };
         if let Phase::Stopping(since) = self.phase {
-            if t >= since + STOPPING || self.inner.stands() {
+            if t >= since + STOPPING || guarded.controller().stands() {
                 self.phase = Phase::Closing(t);
             }
         }
         if let Phase::Closing(since) = self.phase {
-            self.close(t, since, spool);
+            self.close(guarded, t, since, spool);
             return Ok(());
         }
         let filled = Measurement { t, q: &usable.q, p: &usable.p };
-        let answer = self.inner.step_without(&filled, &gaps, stick, spool);
+        let answer = guarded.controller().step_without(&filled, &gaps, stick, spool);
         let usable = answer.is_ok() && spool.iter().all(|u| u.is_finite());
         let sent = |c: usize| spool.get(c).copied().filter(|_| usable).unwrap_or(0.0);
-        self.note(t, hydrocrane_num::array::from_fn(sent));
+        self.note(guarded.model(), t, hydrocrane_num::array::from_fn(sent));
         answer
     }
-
-    fn reads_pressures(&self) -> bool {
-        self.inner.reads_pressures()
-    }
-
-    fn refuses(&self, place: [f64; 2]) -> Option<String> {
-        self.inner.refuses(place)
-    }
-
-    /// A goal that a sensor has interrupted is not gone on to: the crane would move when nobody expects it.
-    fn heading(&self) -> bool {
-        self.phase == Phase::Driving && self.inner.heading()
-    }
-
-    fn set_point(&self) -> Option<[f64; 2]> {
-        self.inner.set_point()
-    }
-
-    fn learnt(&self) -> Vec<LearntValve> {
-        self.inner.learnt()
-    }
-
-    fn notices(&mut self) -> Vec<String> {
-        let mut notices = core::mem::take(&mut self.notices);
-        notices.append(&mut self.inner.notices());
-        notices
-    }
 }
+
+/// Rounding of sums of periods, s.
+const ROUNDING: f64 = 1e-6;
 
 fn released(stick: Stick) -> bool {
     match stick {
@@ -280,6 +247,31 @@ fn released(stick: Stick) -> bool {
     }
 }
 
+#[cfg(feature = "std")]
+impl SensorNotice {
+    /// In words; sensors are to read plausibly for the `recovery` time (s) before they are trusted again.
+    pub fn text(&self, names: &Names, recovery: f64) -> String {
+        let fault = |signal: &Signal, kind: &Kind| {
+            let (what, why) = names.fault(*signal, *kind);
+            format!("{what} {why}")
+        };
+        match self {
+            SensorNotice::Stops(signal, kind) => format!(
+                "{}; the crane stops and its spools go to neutral until its reading has been plausible for {recovery} s and the \
+                 stick is released: check the sensor and its cable",
+                fault(signal, kind)
+            ),
+            SensorNotice::Continued { signal, kind, from, until } => format!(
+                "{}; control continued without it for {:.0} ms from {from:.3} s on: check the sensor and its cable",
+                fault(signal, kind),
+                1e3 * (until - from)
+            ),
+            SensorNotice::Restarts => "all sensors read plausibly and the stick is released: control restarts".to_string(),
+        }
+    }
+}
+
+#[cfg(feature = "std")]
 impl Names {
     /// What a sensor is called, and what is wrong with it.
     fn fault(&self, signal: Signal, kind: Kind) -> (String, String) {

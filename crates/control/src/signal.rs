@@ -1,5 +1,7 @@
 //! What a controller measures, by name: a joint and two pressures per cylinder.
 
+use arrayvec::ArrayVec;
+
 /// A measured signal of a crane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
@@ -7,6 +9,13 @@ pub enum Signal {
     /// Cylinder, and 0 for its piston side or 1 for its rod side.
     Pressure(usize, usize),
 }
+
+/// Signals of one cylinder, and of the largest crane.
+pub const PER_CYLINDER: usize = 3;
+pub const MOST: usize = 6 * PER_CYLINDER;
+
+/// One thing for each of some signals of a crane.
+pub type OfSignals<T> = ArrayVec<T, MOST>;
 
 impl Signal {
     /// Of the cylinder that the sensor belongs to.

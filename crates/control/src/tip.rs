@@ -22,7 +22,7 @@ use crate::standstill::Standstill;
 use crate::wanted::Wanted;
 use crate::weighing::Weighing;
 #[cfg(feature = "std")]
-use crate::{reach, safe_state::Names, valve_learning::LearntValve};
+use crate::{notice::Names, reach, valve_learning::LearntValve};
 use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -141,6 +141,10 @@ impl<const N: usize> Tip<N> {
     #[cfg(feature = "std")]
     pub fn named(self, names: Names) -> Self {
         Tip { names, ..self }
+    }
+
+    pub fn model(&self) -> &ControllerModel<N> {
+        &self.model
     }
 
     /// What has happened since the last call.

@@ -4,6 +4,7 @@
 //! from the program. Whatever is not a command leaves zeros in the place of the commands, and a status that says why.
 #![no_std]
 
+mod named;
 mod running;
 mod status;
 
@@ -11,7 +12,6 @@ use core::ffi::c_char;
 use core::sync::atomic::{AtomicPtr, AtomicUsize, Ordering};
 use hydrocrane_control::controller::{Measurement, Stick};
 use hydrocrane_control::parameter_block;
-use hydrocrane_control::slow_down::LARGEST_READING;
 use running::{Head, Running};
 use status::Status;
 
@@ -130,9 +130,6 @@ unsafe fn measured<'a, const N: usize>(sample: *const Sample) -> Result<Measurem
     }
     // SAFETY: the caller's promise.
     let (q, p) = unsafe { (core::slice::from_raw_parts(*q, N), core::slice::from_raw_parts(*p, N)) };
-    if q.iter().chain(p.as_flattened()).any(|reading| reading.abs() > LARGEST_READING) {
-        return Err(Status::BadMeasurement);
-    }
     Ok(Measurement { t: *t, q, p })
 }
 
@@ -231,6 +228,28 @@ pub unsafe extern "C" fn hydrocrane_notices(memory: *mut u8) -> u32 {
     // SAFETY: the caller's promise; the head says what the memory holds.
     let Ok(joints) = (unsafe { joints(memory) }) else { return 0 };
     sized!(joints, N => unsafe { &mut *memory.cast::<Running<N>>() }.notices(), else 0)
+}
+
+/// The sensors that are suspect now, a bit each.
+///
+/// # Safety
+/// `memory` must be null or have been given to `hydrocrane_create`.
+#[no_mangle]
+pub unsafe extern "C" fn hydrocrane_suspects(memory: *const u8) -> u32 {
+    // SAFETY: the caller's promise; the head says what the memory holds.
+    let Ok(joints) = (unsafe { joints(memory) }) else { return 0 };
+    sized!(joints, N => unsafe { &*memory.cast::<Running<N>>() }.suspect_bits(), else 0)
+}
+
+/// What is wrong with the sensor of a bit of `hydrocrane_suspects`; zero where nothing is, or where there is no such sensor.
+///
+/// # Safety
+/// `memory` must be null or have been given to `hydrocrane_create`.
+#[no_mangle]
+pub unsafe extern "C" fn hydrocrane_sensor_fault(memory: *const u8, sensor: u32) -> i32 {
+    // SAFETY: the caller's promise; the head says what the memory holds.
+    let Ok(joints) = (unsafe { joints(memory) }) else { return 0 };
+    sized!(joints, N => unsafe { &*memory.cast::<Running<N>>() }.fault_of(sensor), else 0)
 }
 
 /// A status in words.

@@ -72,9 +72,15 @@ impl SteppedController {
 }
 
 /// Parameters of the controller `name` that knows `machine`, for a machine without an operating system, and the bytes of memory
-/// that it needs there.
+/// that it needs there; with a monitor of the sensors its commands leave `delay` (s) after a sample.
 #[pyfunction]
-pub fn controller_parameters(machine: &Machine, name: &str) -> PyResult<(Cow<'static, [u8]>, usize)> {
-    let block = machine.model.controller_parameters(name).map_err(PyValueError::new_err)?;
+pub fn controller_parameters(
+    machine: &Machine,
+    name: &str,
+    monitor: bool,
+    delay: f64,
+) -> PyResult<(Cow<'static, [u8]>, usize)> {
+    let monitored = monitor.then_some(delay);
+    let block = machine.model.controller_parameters(name, monitored).map_err(PyValueError::new_err)?;
     Ok((Cow::Owned(block), controller_memory(machine.model.machine().cylinders.len())))
 }

@@ -1,7 +1,7 @@
 //! Controllers by name, each with a controller model taken from a machine description.
 
 use crate::controller_model::controller_model;
-use crate::sensor_monitor::names;
+use crate::sensor_monitor::{self, names};
 use hydrocrane_control::chamber_estimate::Pressures;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::controller_model::ControllerModel;
@@ -12,7 +12,7 @@ use hydrocrane_control::heinze_pid::{self, Extension, HeinzePid};
 use hydrocrane_control::inverse_kinematics::Printed;
 use hydrocrane_control::keep_out::{KeepOut, Region};
 use hydrocrane_control::lever::Lever;
-use hydrocrane_control::parameter_block::Parameters;
+use hydrocrane_control::parameter_block::{Kind, Parameters};
 use hydrocrane_control::penalty::Weights;
 use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
@@ -28,29 +28,41 @@ pub const CONTROLLERS: [&str; 2] = ["tip", "heinze-pid"];
 pub const LEVER: &str = "lever";
 const LEVER_PERIOD: f64 = 0.01;
 
-/// Parameters of the controller `name` for a crane, with the machine's period and gains if stated.
-pub(crate) fn parameters<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Parameters<N>, String> {
-    let (machine, model) = (crane.machine(), controller_model(crane));
+/// The controller `name` for a crane, with the machine's period and gains if stated.
+fn kind<const N: usize>(crane: &Crane<N>, model: &ControllerModel<N>, name: &str) -> Result<Kind<N>, String> {
+    let machine = crane.machine();
     Ok(match name {
-        "tip" => Parameters::Tip(model, tip_settings(machine, &model)),
-        "heinze-pid" => Parameters::HeinzePid(model, heinze_settings(machine, &model)),
+        "tip" => Kind::Tip(tip_settings(machine, model)),
+        "heinze-pid" => Kind::HeinzePid(heinze_settings(machine, model)),
         LEVER => {
             let period = machine.control.period.unwrap_or(LEVER_PERIOD);
-            Parameters::Lever(Lever::new(period, model.cylinders.map(|cylinder| cylinder.stroke)))
+            Kind::Lever(Lever::new(period, model.cylinders.map(|cylinder| cylinder.stroke)))
         }
         _ => return Err(format!("no controller `{name}`; there are {}, {LEVER}", CONTROLLERS.join(", "))),
     })
 }
 
+/// Parameters of the controller `name` for a crane; with a monitor its commands leave a delay (s) after each sample.
+pub(crate) fn parameters<const N: usize>(
+    crane: &Crane<N>,
+    name: &str,
+    monitored: Option<f64>,
+) -> Result<Parameters<N>, String> {
+    let (model, reads_pressures) = (controller_model(crane), build(crane, name)?.reads_pressures());
+    let monitor = monitored.map(|delay| sensor_monitor::settings(crane, delay, reads_pressures));
+    Ok(Parameters { model, controller: kind(crane, &model, name)?, monitor })
+}
+
 /// The controller `name` for a crane.
 pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<dyn Controller>, String> {
-    Ok(match parameters(crane, name)? {
-        Parameters::Tip(model, settings) => {
+    let model = controller_model(crane);
+    Ok(match kind(crane, &model, name)? {
+        Kind::Tip(settings) => {
             let revolute = model.mechanics.joints.map(|joint| joint.revolute).into();
             Box::new(Tip::new(model, settings).named(names(crane.machine(), revolute)))
         }
-        Parameters::HeinzePid(model, settings) => Box::new(HeinzePid::new(model, settings)),
-        Parameters::Lever(lever) => Box::new(lever),
+        Kind::HeinzePid(settings) => Box::new(HeinzePid::new(model, settings)),
+        Kind::Lever(lever) => Box::new(lever),
     })
 }
 

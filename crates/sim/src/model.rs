@@ -34,8 +34,9 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
     fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel>;
     /// The controller `name` with this machine as its controller model; the error lists the names.
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String>;
-    /// Parameters of the controller `name` as a block for a machine without an operating system.
-    fn controller_parameters(&self, name: &str) -> Result<Vec<u8>, String>;
+    /// Parameters of the controller `name` as a block for a machine without an operating system. `monitored`: with a monitor of the
+    /// sensors; commands leave so long (s) after each sample.
+    fn controller_parameters(&self, name: &str, monitored: Option<f64>) -> Result<Vec<u8>, String>;
     /// `controller` with a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
     fn with_sensor_monitor(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller>;
 }
@@ -97,8 +98,8 @@ where
         controllers::build(self, name)
     }
 
-    fn controller_parameters(&self, name: &str) -> Result<Vec<u8>, String> {
-        parameter_block::written(&controllers::parameters(self, name)?)
+    fn controller_parameters(&self, name: &str, monitored: Option<f64>) -> Result<Vec<u8>, String> {
+        parameter_block::written(&controllers::parameters(self, name, monitored)?)
     }
 
     fn with_sensor_monitor(&self, controller: Box<dyn Controller>, delay: f64) -> Box<dyn Controller> {

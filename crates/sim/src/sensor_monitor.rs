@@ -1,16 +1,15 @@
 //! The monitor of a machine's sensors around any controller.       theory: docs/theory/control/plausibility.md
 
-use crate::command_path::apply_signal_chain;
 use crate::controller_model::controller_model;
 use hydrocrane_control::controller::Controller;
+use hydrocrane_control::monitored::Monitored;
+use hydrocrane_control::notice::Names;
 use hydrocrane_control::oil_displacement::Trust;
 use hydrocrane_control::plausibility::{Monitor, Settings};
-use hydrocrane_control::safe_state::{Names, SafeState};
 use hydrocrane_machine::model::{Cylinder, Sensor};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
 use hydrocrane_plant::{Crane, Kinematics, StateSpace};
-use std::sync::Arc;
 
 /// Default thresholds, SI.
 pub const PLAUSIBILITY: [(&str, f64); 9] = [
@@ -32,15 +31,9 @@ pub(crate) fn with_sensor_monitor<const N: usize>(
     delay: f64,
 ) -> Box<dyn Controller> {
     let machine = crane.machine();
-    let monitor = Monitor::new(controller_model(crane), settings(crane, delay, controller.reads_pressures()));
+    let monitor = Monitor::new(settings(crane, delay, controller.reads_pressures()));
     let names = names(machine, crane.plant().mechanics.joints.map(|j| j.revolute).into());
-    let valves: Vec<_> = machine.cylinders.iter().map(|c| (c.valve.command, c.valve.stroke)).collect();
-    let spool_of = move |c: usize, u: f64| {
-        let (chain, stroke) = &valves[c];
-        apply_signal_chain(chain, u.clamp(-stroke, *stroke)).clamp(-stroke, *stroke)
-    };
-    let neutral = controller_model(crane).cylinders.map(|c| c.chain.command(0.0));
-    Box::new(SafeState::new(controller, monitor, Arc::new(spool_of), neutral, names))
+    Box::new(Monitored::new(controller, controller_model(crane), monitor, names))
 }
 
 /// Names for messages; `revolute`: whether a joint is revolute.
@@ -58,7 +51,7 @@ fn threshold(machine: &Machine, key: &str) -> f64 {
 }
 
 /// Thresholds of a machine's monitor, with or without pressures.
-fn settings<const N: usize>(crane: &Crane<N>, delay: f64, reads_pressures: bool) -> Settings<N> {
+pub(crate) fn settings<const N: usize>(crane: &Crane<N>, delay: f64, reads_pressures: bool) -> Settings<N> {
     let (machine, plant) = (crane.machine(), crane.plant());
     let value = |key: &str| threshold(machine, key);
     let sensor = |signal: String| machine.sensors.iter().find(|sensor| sensor.measures == signal);

@@ -90,14 +90,26 @@ def controller(
     ] = None,
     name: Annotated[str, typer.Option("--controller", help="tip, heinze-pid or lever.")] = "tip",
     c: Annotated[bool, typer.Option("--c", help="In C, which is the only language so far.")] = True,
+    monitor: Annotated[
+        bool | None,
+        typer.Option("--monitor/--no-monitor", help="Whether readings are checked; default yes, but for lever."),
+    ] = None,
+    delay: Annotated[str, typer.Option(help="Time from a sample until its command leaves the target.")] = "0 ms",
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Write a controller for a program in C: parameters, header, example, static library."""
     import hydrocrane as hc
     from hydrocrane.app.options import checked_machine, overrides
+    from hydrocrane.units import converted
 
     loaded = hc.load_machine(checked_machine(machine), overrides(settings))
-    folder = hc.export_controller(loaded, output or Path(f"{loaded.name}-{name}"), controller=name)
+    folder = hc.export_controller(
+        loaded,
+        output or Path(f"{loaded.name}-{name}"),
+        controller=name,
+        monitor=monitor,
+        delay=converted("--delay", delay, "s"),
+    )
     say(f"written: {folder}")
 
 

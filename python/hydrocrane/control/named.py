@@ -28,6 +28,11 @@ class NamedController:
     delay : float
         Time from a sample until the command leaves, s, which the monitor assumes.
 
+    Attributes
+    ----------
+    monitored : bool
+        Whether readings are checked.
+
     Raises
     ------
     InputError
@@ -58,8 +63,8 @@ class NamedController:
         if time.ndim or time < 0:
             raise InputError(f"delay must be one number of zero or more seconds; got {delay!r}")
         self.name = name
-        self._delay = float(time)
-        self._monitor = name != "lever" if monitor is None else monitor
+        self.delay = float(time)
+        self.monitored = name != "lever" if monitor is None else monitor
         self._known = None if machine is None else as_machine(machine)
         self._core: _core.SteppedController | None = None
         self._signals: list[str] = []
@@ -138,4 +143,4 @@ class NamedController:
 
     def _make(self, machine: Machine) -> _core.SteppedController:
         with translated():
-            return _core.SteppedController(machine.core, self.name, self._monitor, self._delay)
+            return _core.SteppedController(machine.core, self.name, self.monitored, self.delay)

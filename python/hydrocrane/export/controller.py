@@ -7,9 +7,8 @@ from os import PathLike
 from pathlib import Path
 
 from hydrocrane import _core
-from hydrocrane.control.controllers import NAMES
 from hydrocrane.control.named import NamedController
-from hydrocrane.errors import translated, unknown
+from hydrocrane.errors import translated
 from hydrocrane.export.present_platform import present
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -32,15 +31,20 @@ def installed_library() -> Path | None:
     return library if library.is_file() else None
 
 
-def export_controller(machine: MachineLike, folder: str | PathLike[str], *, controller: str = "tip") -> Path:
+def export_controller(
+    machine: MachineLike,
+    folder: str | PathLike[str],
+    *,
+    controller: str = "tip",
+    monitor: bool | None = None,
+    delay: float = 0.0,
+) -> Path:
     """Write a controller of a machine for a program in C, with the bits of :class:`~hydrocrane.NamedController`.
 
     The folder gets the parameters (``hydrocrane_parameters.c`` and ``.h``), the header ``hydrocrane_controller.h``,
     ``example.c``, ``README.md`` with the line that compiles them, and the static library for the present computer where
     the installation has it (for Microsoft's compilers on Windows). The library needs neither a heap nor an operating
     system.
-
-    The controller has no monitor of the sensors: it is that of ``NamedController(..., monitor=False)``.
 
     Parameters
     ----------
@@ -49,6 +53,11 @@ def export_controller(machine: MachineLike, folder: str | PathLike[str], *, cont
     folder : path
         Folder to write into; it is made if it does not exist. Files of the same names are replaced.
     controller : {"tip", "heinze-pid", "lever"}
+    monitor : bool, optional
+        Whether readings are checked, and the spools centred if they are not plausible; default is as in
+        :class:`~hydrocrane.NamedController`: not for ``lever``, which reads no sensors.
+    delay : float
+        Time from a sample until the command leaves the target, s, which the monitor assumes.
 
     Returns
     -------
@@ -58,7 +67,7 @@ def export_controller(machine: MachineLike, folder: str | PathLike[str], *, cont
     Raises
     ------
     InputError
-        An unknown controller, and keep-out regions that the library has no room for.
+        An unknown controller, an invalid delay, and keep-out regions that the library has no room for.
     MachineFileError
         An invalid machine.
     ResultFileError
@@ -71,16 +80,15 @@ def export_controller(machine: MachineLike, folder: str | PathLike[str], *, cont
     >>> (folder / "example.c").is_file()
     True
     """
-    if controller not in NAMES:
-        raise unknown("controller", controller, NAMES)
     crane, place = as_machine(machine), Path(folder)
+    named = NamedController(controller, crane, monitor=monitor, delay=delay)
     with translated():
-        block, memory = _core.controller_parameters(crane.core, controller)
+        block, memory = _core.controller_parameters(crane.core, controller, named.monitored, named.delay)
     library = installed_library()
     texts = {name: (_FILES / name).read_text(encoding="utf-8") for name in ("hydrocrane_controller.h", "example.c")}
-    texts["hydrocrane_parameters.h"] = _header(crane, controller, len(block), memory)
+    texts["hydrocrane_parameters.h"] = _header(crane, named, len(block), memory)
     texts["hydrocrane_parameters.c"] = _source(block)
-    texts["README.md"] = _readme(crane, controller, memory, library is not None)
+    texts["README.md"] = _readme(crane, named, memory, library is not None)
     for name, text in texts.items():
         with written_whole(place / name) as beside:
             beside.write_text(text, encoding="utf-8")
@@ -90,11 +98,12 @@ def export_controller(machine: MachineLike, folder: str | PathLike[str], *, cont
     return place
 
 
-def _header(machine: Machine, controller: str, length: int, memory: int) -> str:
+def _header(machine: Machine, controller: NamedController, length: int, memory: int) -> str:
     joints = len(machine.joint_names)
-    levers = controller == "lever"
+    levers = controller.name == "lever"
     return f"""\
-/* {controller} of {machine.name}, exported by hydrocrane {version("hydrocrane")}.
+/* {controller.name} of {machine.name}, exported by hydrocrane {version("hydrocrane")},
+ * {"with" if controller.monitored else "without"} a monitor of the sensors.
  *
  * Joints: {", ".join(machine.joint_names)}. Cylinders: {", ".join(machine.cylinder_names)}. */
 #ifndef HYDROCRANE_PARAMETERS_H
@@ -109,7 +118,7 @@ def _header(machine: Machine, controller: str, length: int, memory: int) -> str:
 /* Bytes of memory that the controller needs. */
 #define HYDROCRANE_MEMORY {memory}
 /* Time between two samples, s. */
-#define HYDROCRANE_PERIOD {NamedController(controller, machine, monitor=False).period!r}
+#define HYDROCRANE_PERIOD {controller.period!r}
 
 extern const uint8_t hydrocrane_parameters[{length}];
 
@@ -127,7 +136,7 @@ def _source(block: bytes) -> str:
     )
 
 
-def _readme(machine: Machine, controller: str, memory: int, library: bool) -> str:
+def _readme(machine: Machine, controller: NamedController, memory: int, library: bool) -> str:
     joints = len(machine.joint_names)
     name = library_name(present())
     compiling = (
@@ -140,8 +149,14 @@ def _readme(machine: Machine, controller: str, memory: int, library: bool) -> st
         if library
         else f"This installation had no `{name}`: `make controller` in a clone of hydrocrane builds it."
     )
+    sensors = (
+        "A monitor checks the readings. A sensor that fails for a moment is left out; one that fails for longer stops "
+        "the crane.\n`hydrocrane_suspects` says which sensors are suspect. A reading that is missing is NaN."
+        if controller.monitored
+        else "The controller has no monitor of the sensors. Check readings before you give them to it."
+    )
     return f"""\
-# {controller} of {machine.name} in C
+# {controller.name} of {machine.name} in C
 
 {there} This compiles the example:
 
@@ -159,5 +174,5 @@ the function `hydrocrane_stop`. It calls `hydrocrane_create` once, `hydrocrane_r
 `hydrocrane_step` once per `HYDROCRANE_PERIOD`. Every status but `HYDROCRANE_OK` comes with commands of zero: centre
 the spools.
 
-The controller has no monitor of the sensors. Check readings before you give them to it.
+{sensors}
 """

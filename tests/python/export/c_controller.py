@@ -51,19 +51,20 @@ class Recorder:
         return spool
 
 
-def answered(folder: Path, samples: list[list[float]]) -> tuple[list[int], np.ndarray]:
-    """Statuses and commands of the example in `folder` for these samples."""
+def answered(folder: Path, samples: list[list[float]]) -> tuple[list[int], np.ndarray, list[str]]:
+    """Statuses and commands of the example in `folder` for these samples, and what it tells the operator."""
     text = "".join(" ".join(value.hex() for value in sample) + "\n" for sample in samples)
     done = subprocess.run([str(folder / "example")], input=text, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     rows = [line.split() for line in done.stdout.splitlines()]
     assert len(rows) == len(samples)
-    return [int(row[0]) for row in rows], np.array([[float.fromhex(u) for u in row[1:]] for row in rows])
+    commands = np.array([[float.fromhex(u) for u in row[1:]] for row in rows])
+    return [int(row[0]) for row in rows], commands, done.stderr.splitlines()
 
 
-def example(machine, name: str, folder: Path) -> Path:
+def example(machine, name: str, folder: Path, **settings) -> Path:
     """The exported controller with its example compiled."""
-    hc.export_controller(machine, folder, controller=name)
+    hc.export_controller(machine, folder, controller=name, **settings)
     sources = ("example.c", "hydrocrane_parameters.c")
     compiled(folder, *sources, "-L.", "-lhydrocrane_controller", "-o", "example")
     return folder
@@ -85,11 +86,13 @@ def loaded(folder: Path) -> ctypes.CDLL:
     functions.hydrocrane_period.restype = ctypes.c_double
     functions.hydrocrane_text.restype = ctypes.c_char_p
     functions.hydrocrane_create.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_void_p, ctypes.c_size_t)
-    for name in ("reset", "period", "notices", "set_point", "step"):
+    for name in ("reset", "period", "notices", "suspects", "sensor_fault", "set_point", "step"):
         getattr(functions, f"hydrocrane_{name}").argtypes = {
             "reset": (ctypes.c_void_p, ctypes.c_void_p),
             "period": (ctypes.c_void_p,),
             "notices": (ctypes.c_void_p,),
+            "suspects": (ctypes.c_void_p,),
+            "sensor_fault": (ctypes.c_void_p, ctypes.c_uint32),
             "set_point": (ctypes.c_void_p, ctypes.c_void_p),
             "step": (
                 ctypes.c_void_p,

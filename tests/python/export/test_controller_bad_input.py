@@ -23,9 +23,13 @@ def library(tmp_path_factory):
     return loaded(tmp_path_factory.mktemp("library"))
 
 
+def exported(monitor):
+    return _core.controller_parameters(hc.load_machine(CRANE).core, "tip", monitor, 0.0)
+
+
 @pytest.fixture(scope="module")
 def block():
-    return _core.controller_parameters(hc.load_machine(CRANE).core, "tip")
+    return exported(monitor=False)
 
 
 class Memory:
@@ -68,6 +72,15 @@ def memory(library, block):
     return memory
 
 
+@pytest.fixture
+def monitored(library):
+    """With a controller of three joints and a monitor of its sensors."""
+    parameters, size = exported(monitor=True)
+    memory = Memory(library, size)
+    assert memory.create(parameters) == 0 and memory.reset() == 0
+    return memory
+
+
 def with_checksum(block: bytearray) -> bytes:
     return bytes(block[:-8]) + struct.pack("<Q", zlib.crc32(block[:-8]))
 
@@ -78,6 +91,7 @@ def test_sound_input_is_taken(memory):
     place = np.zeros(2)
     assert memory.library.hydrocrane_set_point(memory.words.ctypes.data, place.ctypes.data) == 0 and place[0] > 1.0
     assert memory.library.hydrocrane_notices(memory.words.ctypes.data) == 0
+    assert memory.library.hydrocrane_suspects(memory.words.ctypes.data) == 0
 
 
 def test_memory_that_does_not_do_is_refused(library, block):
@@ -89,7 +103,8 @@ def test_memory_that_does_not_do_is_refused(library, block):
     assert library.hydrocrane_create(memory.words.ctypes.data, size, None, 0) == 1
     assert memory.step() == 8, "nothing was created"
     assert library.hydrocrane_period(memory.words.ctypes.data) == 0.0
-    assert library.hydrocrane_notices(None) == 0
+    assert [library.hydrocrane_notices(None), library.hydrocrane_suspects(None)] == [0, 0]
+    assert library.hydrocrane_sensor_fault(None, 0) == 0
 
 
 def test_parameters_that_are_none_are_refused(library, block):
@@ -121,6 +136,46 @@ def test_a_reading_that_is_no_number_centres_the_spools(memory, bad):
     assert memory.step() == 0 and np.all(np.isfinite(memory.spool))
 
 
+@pytest.mark.parametrize(
+    ("sample", "bit", "fault"),
+    [
+        ({"q": (1.9, np.nan, 0.0)}, 3, 1),
+        ({"q": (1.9, 1.7, np.inf)}, 6, 1),
+        ({"p": (80e5, 60e5, 70e5, 90e5, 50e5, np.nan)}, 8, 1),
+        ({"q": (-1e300, 1.7, 0.0)}, 0, 2),
+        ({"p": (80e5, 60e5, 1e13, 90e5, 50e5, 60e5)}, 4, 2),
+    ],
+)
+def test_with_a_monitor_a_bad_reading_is_a_failed_sensor(monitored, sample, bit, fault):
+    library, place = monitored.library, monitored.words.ctypes.data
+    assert monitored.step((0.0, 0.0)) == 0 and library.hydrocrane_suspects(place) == 0
+    told = []
+    # A crane at rest: while it moves, readings that stay the same would be suspect too.
+    for k in range(1, 40):
+        assert monitored.step((0.0, 0.0), t=0.01 * k, **sample) == 0 and np.all(np.isfinite(monitored.spool))
+        assert library.hydrocrane_suspects(place) == 1 << bit
+        assert [library.hydrocrane_sensor_fault(place, i) for i in range(40)] == [fault * (i == bit) for i in range(40)]
+        told.append(library.hydrocrane_notices(place))
+    # After 50 ms the crane stops, then the valves close.
+    assert told[5] == 1 << 8 and not any(told[:5]) and not any(told[6:])
+    assert not np.any(monitored.spool)
+    for k in range(40, 140):
+        assert monitored.step((0.0, 0.0), t=0.01 * k) == 0
+        told.append(library.hydrocrane_notices(place))
+    assert 1 << 10 in told and library.hydrocrane_suspects(place) == 0
+    assert library.hydrocrane_sensor_fault(place, bit) == 0
+    assert monitored.step(t=1.4) == 0 and np.any(monitored.spool)
+
+
+def test_a_monitor_never_begins_without_readings_nor_takes_a_time_that_is_none(monitored):
+    nothing = {"q": (np.nan,) * 3, "p": (np.nan,) * 6}
+    assert monitored.reset(**nothing) == 0
+    assert monitored.step(**nothing) == 0 and not np.any(monitored.spool)
+    assert monitored.library.hydrocrane_suspects(monitored.words.ctypes.data) == (1 << 9) - 1
+    for bad in (np.nan, np.inf):
+        assert monitored.reset(t=bad) == 9 and monitored.step(t=bad) == 9 and not np.any(monitored.spool)
+
+
 def test_a_stick_that_is_none_centres_the_spools(memory):
     for axes in ((np.nan, 0.0), (0.0, 1.5), (0.0,), (0.0, 0.0, 0.0)):
         assert memory.step(axes) == 10 and not np.any(memory.spool), axes
@@ -131,8 +186,10 @@ def test_a_stick_that_is_none_centres_the_spools(memory):
         assert memory.step(q=huge) == 9 and not np.any(memory.spool), huge
 
 
-def test_random_finite_input_never_stops_the_library(memory):
+@pytest.mark.parametrize("kind", ["memory", "monitored"])
+def test_random_finite_input_never_stops_the_library(kind, request):
     """Readings of all sizes, from a sensor's last bit to far beyond any machine."""
+    memory = request.getfixturevalue(kind)
     random = np.random.default_rng(7)
     size = lambda n: random.choice([-1.0, 0.0, 1.0], n) * 10.0 ** random.uniform(-12.0, 12.0, n)  # noqa: E731
     answers = set()
@@ -167,6 +224,12 @@ def test_every_status_has_words(library):
 def test_what_cannot_be_exported_is_one_clear_error(tmp_path):
     with pytest.raises(hc.InputError, match="heinze-pid"):
         hc.export_controller(CRANE, tmp_path, controller="heinze")
+    for delay in (-0.01, np.nan, np.inf, (0.01, 0.02)):
+        with pytest.raises(hc.InputError, match="delay"):
+            hc.export_controller(CRANE, tmp_path / "late", delay=delay)
+    with pytest.raises(hc.MachineFileError, match="ride-through"):
+        hc.load_machine(CRANE, {"control.plausibility.ride-through": "-5 ms"})
+    assert not (tmp_path / "late").exists()
     (tmp_path / "file").write_text("")
     with pytest.raises(hc.ResultFileError, match="folder"):
         hc.export_controller(CRANE, tmp_path / "file")

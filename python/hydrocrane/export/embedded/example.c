@@ -1,7 +1,8 @@
 /* Reads samples from standard input and prints commands; on a target the two are sensors and valves.
  *
  * A line is one sample: time, joint coordinates, pressures (two per cylinder), stick axes. The first one is also what the controller
- * starts from. Printed are the status and the commands, as hexadecimal floating-point numbers: every bit counts. */
+ * starts from. A reading that is missing is `nan`. Printed are the status and the commands, as hexadecimal floating-point numbers: every
+ * bit counts. What an operator should know goes to standard error. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -25,7 +26,28 @@ static int read_numbers(double *numbers, int count) {
     return 1;
 }
 
+/* Tells of the sensors: which ones are suspect when that changes, and what follows from it. */
+static void tell(double t, uint32_t *known) {
+    static const char *const sensors[] = {"position", "pressure of the piston side", "pressure of the rod side"};
+    static const char *const faults[] = {"works again", "gives no reading", "is out of range", "jumped", "is frozen"};
+    uint32_t suspects = hydrocrane_suspects(memory), notices = hydrocrane_notices(memory);
+    for (uint32_t i = 0; i < 3 * HYDROCRANE_JOINTS; i++) {
+        if ((suspects ^ *known) >> i & 1) {
+            const char *fault = faults[hydrocrane_sensor_fault(memory, i)];
+            fprintf(stderr, "%.3f s: joint %d: %s %s\n", t, (int)(i / 3), sensors[i % 3], fault);
+        }
+    }
+    *known = suspects;
+    if (notices & HYDROCRANE_SENSOR_STOPS) {
+        fprintf(stderr, "%.3f s: the crane stops\n", t);
+    }
+    if (notices & HYDROCRANE_SENSORS_RESTART) {
+        fprintf(stderr, "%.3f s: control restarts\n", t);
+    }
+}
+
 int main(void) {
+    uint32_t suspects = 0;
     double t, q[HYDROCRANE_JOINTS], p[2 * HYDROCRANE_JOINTS], axes[HYDROCRANE_AXES], spool[HYDROCRANE_JOINTS];
     hydrocrane_sample sample = {0.0, q, p};
     hydrocrane_status status =
@@ -46,6 +68,7 @@ int main(void) {
             printf(" %a", spool[c]);
         }
         printf("\n");
+        tell(t, &suspects);
     }
     return 0;
 }

@@ -28,7 +28,8 @@ enum {
     HYDROCRANE_OTHER_JOINTS = 7,
     /* There is no controller in this memory. */
     HYDROCRANE_NOT_CREATED = 8,
-    /* Time, a joint coordinate or a pressure that is NaN or infinite, or beyond 1e12. */
+    /* Time, a joint coordinate or a pressure that is NaN or infinite, or beyond 1e12. With a monitor of the sensors only the time:
+     * such a reading is then a failed sensor. */
     HYDROCRANE_BAD_MEASUREMENT = 9,
     /* A deflection beyond -1 to 1 or NaN, or another number of axes than the mode has. */
     HYDROCRANE_BAD_STICK = 10,
@@ -39,7 +40,7 @@ enum {
     HYDROCRANE_TOO_FEW_REVOLUTE = 14
 };
 
-/* A sample of the sensors. */
+/* A sample of the sensors. A reading that is missing is NaN. */
 typedef struct {
     /* s; grows from sample to sample. */
     double t;
@@ -76,7 +77,8 @@ hydrocrane_status hydrocrane_step(void *memory, const hydrocrane_sample *now, in
 /* Where the controller wants the tip, x and z, m. */
 hydrocrane_status hydrocrane_set_point(const void *memory, double place[2]);
 
-/* What has happened since the last call: a sum of the bits below. Only `tip` tells anything. */
+/* What has happened since the last call: a sum of the bits below. Of the controllers only `tip` tells anything; the last three bits are
+ * those of the monitor of the sensors. */
 uint32_t hydrocrane_notices(void *memory);
 enum {
     /* The tip stands though the stick is deflected: the load is too heavy for the supply pressure; the tip does not follow its
@@ -91,7 +93,31 @@ enum {
     /* Closed valves cannot hold a joint: it runs away. */
     HYDROCRANE_RUNS_AWAY = 1 << 6,
     /* A cylinder does not hold its place, though nothing measures its load. */
-    HYDROCRANE_YIELDS = 1 << 7
+    HYDROCRANE_YIELDS = 1 << 7,
+    /* Because of a suspect sensor the crane stops, or does not restart; its valves close and hold the load. */
+    HYDROCRANE_SENSOR_STOPS = 1 << 8,
+    /* A sensor failed for a moment, and control continued without it. */
+    HYDROCRANE_SENSOR_BRIDGED = 1 << 9,
+    /* All sensors read plausibly and the stick is released: the controller restarts. */
+    HYDROCRANE_SENSORS_RESTART = 1 << 10
+};
+
+/* The sensors that are suspect, a bit each, until they are trusted again; always zero without a monitor. Bit 3 j is the sensor of joint
+ * j, the next two are the pressures of its cylinder, piston side then rod side; j counts from zero. */
+uint32_t hydrocrane_suspects(const void *memory);
+
+/* What is wrong with the sensor of one of these bits, by the number of the bit. */
+int32_t hydrocrane_sensor_fault(const void *memory, uint32_t sensor);
+enum {
+    /* Nothing, or there is no such sensor. */
+    HYDROCRANE_SENSOR_SOUND = 0,
+    HYDROCRANE_SENSOR_NO_READING = 1,
+    /* The machine cannot have this position or pressure. */
+    HYDROCRANE_SENSOR_OUT_OF_RANGE = 2,
+    /* From one sample to the next, which no other reading confirms. */
+    HYDROCRANE_SENSOR_JUMPED = 3,
+    /* It has not changed while the piston moved. */
+    HYDROCRANE_SENSOR_FROZEN = 4
 };
 
 /* A status in words; the text is constant. */
