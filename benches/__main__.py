@@ -6,7 +6,6 @@ import argparse
 import json
 import os
 import platform
-import subprocess
 import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
@@ -16,22 +15,13 @@ from typing import Any
 from benches import report
 from benches.compete import QUICK, TIP_ERROR, Effort, compete
 from benches.competitors import exudyn_crane
+from benches.computer import commit_of, processor
 from benches.measures import batch, closed_loop, growth, laws, printed, real_time
 from benches.problem import NotAvailable, Problem
 
 RESULTS = Path(__file__).with_name("results.json")
 PACKAGES = ("hydrocrane", "numpy", "scipy", "scikit-sundae", "casadi", "exudyn")
 QUICK_STEPS = (5e-3, 1e-3)
-
-
-def processor() -> str:
-    """The processor's name as its maker writes it, where the system tells."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    named = (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    return next(named, platform.machine())
 
 
 def about() -> dict[str, Any]:
@@ -54,13 +44,13 @@ def about() -> dict[str, Any]:
 
 def circumstances(before: float) -> dict[str, Any]:
     """The version of the sources, the computer, how busy it was, and its pace before the measurement and after it."""
-    git = ["git", "-C", str(RESULTS.parent), "rev-parse", "--short", "HEAD"]
-    try:
-        commit = subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        commit = "unknown"
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    return {"commit": commit, "load": load, "processor": processor(), "pace_ns": [before, laws.pace()]}
+    return {
+        "commit": commit_of(RESULTS.parent),
+        "load": load,
+        "processor": processor(),
+        "pace_ns": [before, laws.pace()],
+    }
 
 
 def sections(quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:

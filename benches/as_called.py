@@ -4,6 +4,8 @@
     python benches/as_called.py --other ../before # paired with another checkout, built like this one
     python benches/as_called.py --keep            # also into results.json, from where the page takes it
 
+The core alone is measured beside it: the laws and a batch of cranes, called from Python.
+
 CPU time of the whole process. A round measures each checkout in processes of its own, one right after the other; a
 figure is the least of the rounds, since what else a computer does only ever adds to it, and a ratio the median of their
 pairs. Build both for release (``make .venv/.built``).
@@ -24,6 +26,7 @@ ROOT = Path(__file__).resolve().parents[1]
 RESULTS = Path(__file__).with_name("results.json")
 sys.path.insert(0, str(ROOT))
 
+from benches.computer import commit_of, processor  # noqa: E402
 from benches.tables import digits, table  # noqa: E402
 
 # What is called in one process, each so often that its median counts.
@@ -34,10 +37,27 @@ CALLS = {
     'hc.simulate("vertical-lift-open-loop").data': 100,
     'hc.simulate("tip-vertical-line")': 30,
     'hc.simulate("tip-vertical-line").data': 30,
+    "core.state_derivative(states, commands, 0.0)": 100,
+    "core.jacobian(states, commands, 0.0)": 100,
+    "a_second_of_cranes()": 20,
 }
+# States of a crane as a run goes through them, and a thousand cranes that are driven for a second from them.
 IN_ONE_PROCESS = """
 import json, statistics, sys, time
+import numpy as np
 import hydrocrane as hc
+crane = hc.load_machine("rottne-f9-lab")
+core, cylinders = crane.core, len(crane.cylinder_names)
+run = hc.simulate("vertical-lift-open-loop").data
+states = np.ascontiguousarray(np.stack([run[name].values for name in crane.state_names], axis=1))
+rng = np.random.default_rng(0)
+states = states[rng.integers(0, len(states), 1000)]
+commands = rng.uniform(-0.5, 0.5, (len(states), cylinders)) * crane.spool_strokes
+batch = hc.BatchSimulator(crane, len(states), sample_time=0.01, threads=1)
+def a_second_of_cranes():
+    batch.reset(state=states)
+    for _ in range(100):
+        batch.step(commands)
 found = {}
 for call, count in json.loads(sys.argv[1]).items():
     code = compile(call, call, "eval")
@@ -50,6 +70,12 @@ for call, count in json.loads(sys.argv[1]).items():
     found[call] = statistics.median(times)
 print(json.dumps(found))
 """
+# What the page calls those that no user calls.
+IN_WORDS = {
+    "core.state_derivative(states, commands, 0.0)": "right-hand side at 1000 states, by `core.state_derivative`",
+    "core.jacobian(states, commands, 0.0)": "dense Jacobian at 1000 states, by `core.jacobian`",
+    "a_second_of_cranes()": "a second of 1000 cranes, by `hc.BatchSimulator` on one thread",
+}
 COMMAND = "from hydrocrane.app.cli import main; main()"
 # Dask belongs to no plain installation, and xarray imports it wherever it is there.
 PLAIN = 'import sys; sys.modules["dask"] = None; '
@@ -107,7 +133,7 @@ def printed(figures: dict[str, dict[str, float]]) -> str:
     heads = ["what", "CPU time [ms]", "before [ms]", "before to now"]
     rows = []
     for name, figure in figures.items():
-        cells = [f"`{name}`", digits(figure["seconds"] * 1e3)]
+        cells = [IN_WORDS.get(name, f"`{name}`"), digits(figure["seconds"] * 1e3)]
         if "ratio" in figure:
             cells += [digits(figure["other_seconds"] * 1e3), digits(figure["ratio"])]
         rows.append(cells)
@@ -125,7 +151,12 @@ def main() -> None:
     print(printed(figures))
     if given.keep:
         results = json.loads(RESULTS.read_text(encoding="utf-8"))
-        results["as_called"] = {"rounds": given.rounds, "figures": figures}
+        results["as_called"] = {
+            "rounds": given.rounds,
+            "processor": processor(),
+            "commits": [commit_of(checkout) for checkout in checkouts],
+            "figures": figures,
+        }
         RESULTS.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
 
 

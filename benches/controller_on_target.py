@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import hydrocrane as hc
-from benches.__main__ import processor
+from benches.computer import processor
 from benches.stack_of_elf import deepest
 
 ROOT = Path(__file__).parents[1]

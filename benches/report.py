@@ -222,7 +222,12 @@ def circumstances(results: Results) -> str:
 
 def as_called(results: Results) -> str:
     section = results.get("as_called")
-    return lacking(section) or calls(section["figures"])
+    if section is None:
+        return lacking(section)
+    this, *others = (f"`{commit}`" for commit in section["commits"])
+    before = f", *before* {others[0]}" if others else ""
+    where = f"Measured on {section['processor']}, {section['rounds']} rounds; this state is {this}{before}."
+    return f"{where}\n\n{calls(section['figures'])}"
 
 
 PARTS: dict[str, Callable[[Results], str]] = {
