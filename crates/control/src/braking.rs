@@ -1,6 +1,6 @@
 //! How fast a motion may be so that the cylinders can end it.            theory: docs/theory/control/braking.md
 //!
-//! low <= (tau(q, q', -n w/e q')/g)_c <= high    at every stage of a stop,    h_i(q + 3 q'/w) >= 0.85
+//! low <= (tau(q, q', -n w/e q')/g)_c <= high    at every stage of a stop,    h_i(q + 3 q'/w) >= 0.9
 //!
 //! | symbol    | meaning                                                                                  | unit  |
 //! | tau       | torques of the joints at a stage: load, Coriolis and inertia                             | N m or N |
@@ -26,8 +26,10 @@ const SWING: f64 = 2.2;
 /// leaves nothing, the tip still creeps.
 const LEAST: f64 = 0.02;
 /// Share h that every joint has at the end of its way, unless it is no worse than here, and that way, in v/w.
-const HELD: f64 = 0.85;
+const HELD: f64 = 0.9;
 const WAY_HELD: f64 = 3.0;
+/// Way of a stop, in v/w.
+const STOPPED: f64 = 2.0;
 /// Halvings that find the share.
 const HALVINGS: usize = 10;
 
@@ -41,6 +43,14 @@ struct Stage {
 const STAGES: [Stage; 3] =
     [Stage { way: 0.0, speed: 1.0 }, Stage { way: 0.9, speed: 0.736 }, Stage { way: 2.0, speed: 0.0 }];
 
+/// Largest share of these rates that is borne.
+fn most_borne<const N: usize>(rates: &[f64; N], borne: impl Fn(&[f64; N]) -> bool) -> f64 {
+    if rates.iter().all(|rate| *rate == 0.0) || borne(rates) {
+        return 1.0;
+    }
+    bisect(0.0, 1.0, HALVINGS, |share| borne(&rates.map(|rate| share * rate)))
+}
+
 impl CylinderModel {
     /// Lowest and highest force that a stop from this `speed` (m/s) may plan with, N.
     fn braking_forces(&self, supply: f64, tank: f64, speed: f64) -> [f64; 2] {
@@ -51,17 +61,18 @@ impl CylinderModel {
 
 impl<const N: usize> ControllerModel<N> {
     /// Share of the joint `rates` (rad/s or m/s) of a reference that is `at` a place that the cylinders can bring to rest behind two lags of this
-    /// `bandwidth` (rad/s).
-    pub fn braking_share(&self, at: &At<N>, rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> f64 {
-        let borne = |share: f64| {
-            let rates = rates.map(|rate| share * rate);
-            STAGES.iter().all(|stage| self.brakes(at, &rates, now.payload, bandwidth, stage))
-                && self.ends_held(&rates, bandwidth, now)
-        };
-        if rates.iter().all(|rate| *rate == 0.0) || borne(1.0) {
-            return 1.0;
-        }
-        bisect(0.0, 1.0, HALVINGS, borne)
+    /// `bandwidth` (rad/s). `lifting`: and end where the supply pressure lifts the load.
+    pub fn braking_share(&self, at: &At<N>, rates: &[f64; N], bandwidth: f64, now: &Means<N>, lifting: bool) -> f64 {
+        let here = LazyCell::new(|| self.cylinder_force(&at.q, &[0.0; N], now.payload));
+        most_borne(rates, |rates| {
+            STAGES.iter().all(|stage| self.brakes(at, rates, now.payload, bandwidth, stage))
+                && (!lifting || self.ends_lifted(at, rates, bandwidth, now, &here))
+        })
+    }
+
+    /// Share of the joint `rates` (rad/s or m/s) with which the crane comes to rest where closed valves hold it.
+    pub fn held_share(&self, rates: &[f64; N], bandwidth: f64, now: &Means<N>) -> f64 {
+        most_borne(rates, |rates| self.ends_held(rates, bandwidth, now))
     }
 
     /// Whether the cylinders bear the deceleration of a motion that is `at` a place at one of its stages.
@@ -89,6 +100,18 @@ impl<const N: usize> ControllerModel<N> {
             let more = || (stopping[c] - still[c]) / lever_arm;
             // At a dead centre itself the quotients are not numbers: no motion ends there.
             (force <= high || more() <= least) && (force >= low || more() >= -least)
+        })
+    }
+
+    /// Whether the supply pressure lifts the load where a motion that is `at` a place ends, or the load is no worse than `here`, N.
+    fn ends_lifted(&self, at: &At<N>, rates: &[f64; N], bandwidth: f64, now: &Means<N>, here: &[f64; N]) -> bool {
+        let time = STOPPED / bandwidth;
+        let end = hydrocrane_num::array::from_fn(|i| at.q[i] + time * rates[i]);
+        let there = self.cylinder_force(&end, &[0.0; N], now.payload);
+        (0..N).all(|c| {
+            let [low, high] = [[self.tank, DRAWN * self.supply], [DRAWN * self.supply, self.tank]]
+                .map(|[p_1, p_2]| self.cylinders[c].chambers.force(p_1, p_2));
+            (there[c] <= high || there[c] <= here[c]) && (there[c] >= low || there[c] >= here[c])
         })
     }
 

@@ -110,6 +110,25 @@ impl<const N: usize> Posture<N> {
     pub fn tip_per_stroke(&self, cylinder: usize) -> f64 {
         self.tip_per_joint(cylinder) / self.lever_arm[cylinder].abs()
     }
+
+    /// Joint coordinates where the pistons stand at `strokes` (m), near those of this posture, `q`.
+    pub fn joints_at(&self, q: &[f64; N], strokes: &[f64; N]) -> [f64; N] {
+        hydrocrane_num::array::from_fn(|i| {
+            let turned = (strokes[i] - self.stroke[i]) / self.lever_arm[i];
+            if turned.is_finite() {
+                q[i] + turned
+            } else {
+                q[i]
+            }
+        })
+    }
+
+    /// Place of the tip (m) with the joints at `there`, near those of this posture, `q`.
+    pub fn tip_at(&self, q: &[f64; N], there: &[f64; N]) -> [f64; 2] {
+        hydrocrane_num::array::from_fn(|r| {
+            self.tip[r] + (0..N).map(|i| self.jacobian[r][i] * (there[i] - q[i])).sum::<f64>()
+        })
+    }
 }
 
 /// Where the joints stand, with what follows of it and is asked for again and again.

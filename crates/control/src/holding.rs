@@ -1,9 +1,10 @@
 //! Whether the oil between closed valves holds a joint.            theory: docs/theory/control/holding.md
 //!
-//! h = 1 + (d tau/d q - F dg/dq) / (k g^2),   F = tau/g
+//! h = min(1 + (d tau/d q - F dg/dq) / (k g^2), |g / (dg/dq)| / 0.16 rad),   F = tau/g
 //!
-//! is the stiffness of a joint held by locked oil as a share of what the oil alone would give: tau is the torque that carries
-//! the crane, g = dx/dq the leverage of its cylinder, k the stiffness of its oil. Near a dead centre the leverage vanishes; where h
+//! is the stiffness of a joint held by locked oil as a share of what the oil alone would give, or less near a dead centre, where a
+//! balanced load would hold a joint that no valve moves: tau is the torque that carries the crane, g = dx/dq the leverage of its
+//! cylinder, k the stiffness of its oil. Near a dead centre the leverage vanishes; where h
 //! falls below zero the joint runs away though its valve is closed. Before that its natural frequency falls,
 //!
 //! omega^2 = h k g^2 / M,
@@ -32,6 +33,8 @@ const RETREAT: f64 = 0.6;
 const RETREATING: f64 = 0.5;
 /// A gain is borne in full by joints with this many times its frequency.
 const FREQUENCY_OVER_GAIN: f64 = 3.0;
+/// Angle to the dead centre below which h is less than 1 under any load, rad.
+const HOLDING: f64 = 0.16;
 /// Step of the differences, rad or m.
 const STEP: f64 = 1e-5;
 
@@ -63,6 +66,8 @@ struct Stiffness {
     /// d tau/d q - F dg/dq, of the load.
     load: f64,
     away: f64,
+    /// |g / (dg/dq)|: angle to the dead centre, rad; infinite for a cylinder that is the joint.
+    angle: f64,
 }
 
 impl Stiffness {
@@ -71,7 +76,7 @@ impl Stiffness {
         let share = 1.0 + self.load / self.oil;
         // At the dead centre itself nothing holds.
         if share.is_finite() {
-            share
+            share.min(self.angle / HOLDING)
         } else {
             f64::NEG_INFINITY
         }
@@ -106,7 +111,8 @@ impl<const N: usize> ControllerModel<N> {
             let (here, there) = (at.lever_arm[i], self.lever_arm(&beside, i));
             let slope = (torque(&beside)[i] / there - load[i] / here) * there / STEP;
             let away = if there.abs() == here.abs() { 0.0 } else { (there.abs() - here.abs()).signum() };
-            Stiffness { oil: oil[i] * here.square(), load: slope, away }
+            let angle = (here * STEP / (there - here)).abs();
+            Stiffness { oil: oil[i] * here.square(), load: slope, away, angle }
         })
     }
 

@@ -78,6 +78,10 @@ impl<const K: usize> Lags<K> {
         Lags([velocity; 2])
     }
 
+    fn scaled(self, share: f64) -> Self {
+        Lags(self.0.map(|lag| lag.map(|v| v * share)))
+    }
+
     fn follow(&mut self, wish: [f64; K], share: f64) -> [f64; K] {
         let [first, second] = &mut self.0;
         for r in 0..K {
@@ -97,6 +101,11 @@ impl<const N: usize> Shape<N> {
         self.stick_bandwidth.min((slower + fast * (1.0 - slower)) * slowest_mode)
     }
 
+    /// Whether the crane is so slow on its oil that its lags can be slower than the stick's.
+    fn slows(&self, now: &Means<N>) -> bool {
+        now.slowest_mode < FAST_MODE * self.stick_bandwidth
+    }
+
     /// Rate of the slow-down before limits, 1/s: a faster one would ask for more than the lags at this `bandwidth` (rad/s) do.
     fn slow_down(&self, bandwidth: f64) -> f64 {
         self.limit_rate.min(bandwidth / core::f64::consts::E)
@@ -106,8 +115,11 @@ impl<const N: usize> Shape<N> {
 /// What a sample says of the crane.
 #[derive(Debug, Clone, Copy)]
 pub struct Means<const N: usize> {
-    /// Joint coordinates, rad or m.
+    /// Joint coordinates, by the observers of the pistons and as the sensors see them, rad or m.
     pub observed: [f64; N],
+    pub seen: [f64; N],
+    /// Place of the tip by the latter, m.
+    pub tip: [f64; 2],
     /// Lowest and highest piston speeds to plan with, m/s.
     pub piston: [[f64; 2]; N],
     /// Chamber pressures, Pa.
@@ -126,6 +138,8 @@ pub struct Means<const N: usize> {
     pub full_speed: [f64; N],
     /// Share of its speed that a tip far away leaves to the set-point.
     pub following: f64,
+    /// Whether a tip that sinks could come into a region.
+    pub near_region: bool,
 }
 
 /// The reference at one sample.
@@ -147,6 +161,10 @@ pub struct Reference<const N: usize> {
     pub leave: Leave,
     /// Of each lag of the stick at the last sample, rad/s.
     bandwidth: f64,
+    /// Share of its speed that a tip far away has left at the last sample.
+    followed: f64,
+    /// Place of the tip as far as regions matter, m.
+    tip: [f64; 2],
     /// On the way to limits and regions.
     caution: Caution,
     lags: Lags<2>,
@@ -176,6 +194,8 @@ impl<const N: usize> Reference<N> {
             pace: 0.0,
             leave: Leave { share: 1.0, joint: 0 },
             bandwidth: f64::INFINITY,
+            followed: 1.0,
+            tip: posture.tip,
             caution: Caution::NONE,
             lags: Lags::at([0.0; 2]),
             joint_lags: None,
@@ -223,6 +243,7 @@ impl<const N: usize> Reference<N> {
     pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, wish: Wish<N>, now: &Means<N>) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
         self.caution = Caution { rate: shape.slow_down(shape.bandwidth(now.slowest_mode, 0.0)), blur: now.blur };
+        self.tip = self.near_set_point(shape, now);
         let wish = self.slowed(shape, wish);
         let bandwidth = shape.bandwidth(now.slowest_mode, self.used(model, shape, &wish, now));
         self.bandwidth = bandwidth;
@@ -249,13 +270,20 @@ impl<const N: usize> Reference<N> {
         // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
         self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
         let pistons = hydrocrane_num::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
-        let held = model.braking_share(&at, &rates, bandwidth, now);
-        if held < 1.0 {
-            // Lags that were wound up meanwhile would not let the set-point stop in time.
-            self.lags = Lags(self.lags.0.map(|lag| lag.map(|v| v * held)));
-            self.joint_lags = self.joint_lags.map(|lags| Lags(lags.0.map(|lag| lag.map(|v| v * held))));
+        // A slow crane that stops at once swings on its oil: the set-point loses its speed as behind its lags.
+        let slow = shape.slows(now);
+        let kept = if slow { 1.0 - (bandwidth * self.period).min(1.0) } else { 0.0 };
+        let held = model.braking_share(&at, &rates, bandwidth, now, slow && now.near_region).max(kept);
+        // But it stops at once where it would end near a dead centre, which a joint that has passed does not come back from.
+        let held = held.min(model.held_share(&rates, bandwidth, now));
+        let left = if slow { scale.max(self.least_left(shape, &wish)) * held } else { held };
+        if left < 1.0 {
+            // Lags that were wound up meanwhile would not let the set-point stop in time, and it would jump once its way is free.
+            self.lags = self.lags.scaled(left);
+            self.joint_lags = self.joint_lags.map(|lags| lags.scaled(left));
         }
-        let share = self.leave.share.min(model.pump_share(&pistons, &now.pressures)).min(held).min(now.following);
+        self.followed = now.following.max(if slow { self.followed + kept - 1.0 } else { 0.0 });
+        let share = self.leave.share.min(model.pump_share(&pistons, &now.pressures)).min(held).min(self.followed);
         let (rates, scale) = (rates.map(|rate| rate * share), scale * share);
         for r in 0..2 {
             self.set_point[r] += scale * velocity[r] * self.period;
@@ -309,13 +337,41 @@ impl<const N: usize> Reference<N> {
     /// A wish slowed down before regions to keep out of.
     pub fn slowed(&self, shape: &Shape<N>, wish: Wish<N>) -> Wish<N> {
         match wish {
-            Wish::Tip(velocity) => Wish::Tip(shape.keep_out.slowed(self.set_point, velocity, &self.caution)),
+            Wish::Tip(velocity) => Wish::Tip(self.kept_out(shape, velocity)),
             Wish::Joints(_) => {
                 let velocity = self.towards(shape, &wish);
-                let left = Vec2::<f64>::c(shape.keep_out.slowed(self.set_point, velocity, &self.caution)).norm();
+                let left = Vec2::<f64>::c(self.kept_out(shape, velocity)).norm();
                 wish.scaled(left / Vec2::<f64>::c(velocity).norm().max(f64::MIN_POSITIVE))
             }
         }
+    }
+
+    /// Share of its lags that a set-point keeps which limits hold: with none at all it would have no speed that makes room for the
+    /// correction of the path, and no direction would ever be free again.
+    fn least_left(&self, shape: &Shape<N>, wish: &Wish<N>) -> f64 {
+        let asked = Vec2::<f64>::c(self.towards(shape, wish)).norm();
+        (LEAST_LEFT * asked / self.speed().max(f64::MIN_POSITIVE)).min(1.0)
+    }
+
+    /// Where the tip of a slow crane is, as far as regions matter: at the set-point but for what it is off it beyond what their margin
+    /// covers, m.
+    fn near_set_point(&self, shape: &Shape<N>, now: &Means<N>) -> [f64; 2] {
+        let off = Vec2::<f64>::c(now.tip) - Vec2::c(self.set_point);
+        let covered = TOLERATED + now.blur;
+        if !shape.slows(now) || off.norm() <= covered {
+            return self.set_point;
+        }
+        let share = 1.0 - covered / off.norm();
+        [self.set_point[0] + share * off.x, self.set_point[1] + share * off.z]
+    }
+
+    /// A velocity slowed down before regions that the set-point nears, or the tip where it is far from it.
+    fn kept_out(&self, shape: &Shape<N>, velocity: [f64; 2]) -> [f64; 2] {
+        let left = shape.keep_out.slowed(self.set_point, velocity, &self.caution);
+        if self.tip == self.set_point {
+            return left;
+        }
+        shape.keep_out.slowed(self.tip, left, &self.caution)
     }
 
     /// Rates of the joints for a wish and a `correction` of the path, m/s.
@@ -417,6 +473,10 @@ const MOST_CORRECTED: f64 = 0.5;
 /// levers still ask for something, so that whoever holds them is told why the tip stands.
 const LEAST_LEVER_ARM: f64 = 1e-3;
 const LEAST_LIFT: f64 = 0.1;
+/// Share of the speed asked for that the lags keep while limits hold the set-point.
+const LEAST_LEFT: f64 = 0.1;
+/// Distance of the tip from its set-point that the margin of regions covers, m.
+const TOLERATED: f64 = 2e-3;
 /// Set-point speed that counts as standing, m/s.
 pub const STANDING: f64 = 1e-4;
 /// Guards of the weights near a dead centre and for a piston that cannot move.

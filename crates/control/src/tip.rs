@@ -99,6 +99,8 @@ struct State<const N: usize> {
     news: News,
 }
 
+/// Distance from the margin of a region within which a tip that sinks could come into it, m.
+const SINKING: f64 = 0.2;
 /// Share of the speed asked for that counts as nothing left of it.
 const BLOCKED: f64 = 0.1;
 /// Time after which a tip counts as held, s: longer than half a swing of a boom on its oil.
@@ -214,27 +216,6 @@ impl<const N: usize> State<N> {
         hydrocrane_num::array::from_fn(|c| f(&self.drives[c]))
     }
 
-    /// Joint coordinates as observed.
-    fn observed(&self, q: &[f64; N], measured: &Posture<N>) -> [f64; N] {
-        hydrocrane_num::array::from_fn(|i| {
-            let turned = (self.drives[i].position() - measured.stroke[i]) / measured.lever_arm[i];
-            if turned.is_finite() {
-                q[i] + turned
-            } else {
-                q[i]
-            }
-        })
-    }
-
-    /// From the tip to its set-point, m.
-    fn lag(&self, q: &[f64; N], measured: &Posture<N>, observed: &[f64; N]) -> Vec2<f64> {
-        // Observed and measured lie within a count of the sensor: the Jacobian takes one to the other.
-        let tip: [f64; 2] = hydrocrane_num::array::from_fn(|r| {
-            measured.tip[r] + (0..N).map(|i| measured.jacobian[r][i] * (observed[i] - q[i])).sum::<f64>()
-        });
-        Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip)
-    }
-
     /// Starts the set-point anew where the stick has long led back to a tip that does not come: the ground holds it.
     fn follow_the_stick_back(
         &mut self,
@@ -249,7 +230,7 @@ impl<const N: usize> State<N> {
         self.led_back = if led_back { self.led_back + s.period } else { 0.0 };
         if self.led_back >= LED_BACK {
             self.led_back = 0.0;
-            self.reference = Reference::at(model, s.period, now.observed);
+            self.reference = Reference::at(model, s.period, now.seen);
         }
     }
 
@@ -276,7 +257,7 @@ impl<const N: usize> State<N> {
         let cause = if !overloaded.is_empty() {
             if waiting < BLOCKED {
                 // Where the tip cannot be lifted back to is no place to wait for: the other ways must stay open.
-                self.reference = Reference::at(model, s.period, now.observed);
+                self.reference = Reference::at(model, s.period, now.seen);
             }
             Cause::Load(overloaded)
         } else if self.reference.leave.share < BLOCKED {
@@ -456,14 +437,22 @@ impl<const N: usize> State<N> {
             let held = self.reference.posture.stroke;
             (self.sinking, self.told_sinking) = (0.0, false);
             self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() - held[c]);
-            let observed = self.observed(q, &measured);
-            let lag = self.lag(q, &measured, &observed);
+            let observed = measured.joints_at(q, &self.of_each(Drive::position));
+            // An observer that is slow for a slow swing loses a tip that moves, which the sensors see but for half a count.
+            let seen: [f64; N] = hydrocrane_num::array::from_fn(|i| {
+                let blur = HALF_A_COUNT * counts[i];
+                q[i] + (observed[i] - q[i]).clamp(-blur, blur)
+            });
+            let tip = measured.tip_at(q, &seen);
+            let lag = Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
             let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
             let piston = self.of_each(Drive::range);
             let held = holding.map(|hold| hold.share);
             let now = Means {
                 observed,
+                seen,
+                tip,
                 piston,
                 pressures: self.of_each(Drive::pressures),
                 stiffness,
@@ -472,6 +461,7 @@ impl<const N: usize> State<N> {
                 slowest_mode: self.slowest,
                 blur: self.blur,
                 full_speed: self.drives.map(|drive| drive.full_speed_unloaded()),
+                near_region: s.shape.keep_out.distance(tip) < s.shape.keep_out.margin + SINKING,
                 following: ((FARTHEST - lag.norm() / s.lag_limit) / (FARTHEST - 1.0)).clamp(0.0, 1.0),
             };
             self.reference.advance(model, &s.shape, wish.scaled(waiting), &now);
