@@ -80,6 +80,7 @@ class Record:
 
     @property
     def columns(self) -> Columns:
+        """Everything the run recorded, over ``time``, with units and long names; the same content as `data`."""
         return Columns.of(self._held)
 
     @property
@@ -97,6 +98,7 @@ class Record:
 
     @cached_property
     def outcome(self) -> Outcome:
+        """How and when the run ended."""
         about = self._attrs
         return Outcome(str(about["outcome"]), float(about["outcome_time"]), str(about["outcome_message"]))
 
@@ -142,8 +144,10 @@ class Record:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints from the base to the tip."""
         return tuple(json.loads(str(self._attrs["joint_names"])))
 
     @property
     def cylinder_names(self) -> tuple[str, ...]:
+        """Names of the cylinders; cylinder i moves joint i."""
         return tuple(json.loads(str(self._attrs["cylinder_names"])))
