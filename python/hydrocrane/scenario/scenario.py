@@ -345,7 +345,7 @@ def _card(plan: Scenario) -> str:
     lines.append(f"solver  {plan.solver.method}, rtol {plan.solver.rtol:g}")
     lines += [f"{key}  {value}" for key, value in plan.overrides.items()]
     lines += [f"warning  {warning}" for warning in plan.warnings]
-    return card(f"Scenario {plan.name}", lines)
+    return card(f"Scenario {plan.name}", lines, "print(scenario.to_toml())")
 
 
 def _driver(plan: Scenario) -> str:
