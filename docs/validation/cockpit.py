@@ -22,9 +22,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/python"))
 
-from browser import chromium, served  # noqa: E402
+from browser import chromium, hosted, served  # noqa: E402
 
 from hydrocrane.app.live_server import PAGE as BUILT  # noqa: E402
+from hydrocrane.app.live_server import page_files  # noqa: E402
 
 PAGE = Path(__file__).with_name("cockpit.md")
 # Milliseconds from a key to the first drawn picture that differs, with the crane at rest before.
@@ -104,6 +105,7 @@ def measure(seconds: float) -> dict[str, Any]:
             tab.locator("#reset").click()
             tab.wait_for_timeout(1500)
         found = drive(tab, seconds)
+        tab.close()
         offline = loading_offline(browser)
         return {
             "loading": loading,
@@ -116,15 +118,15 @@ def measure(seconds: float) -> dict[str, Any]:
 
 def loading_offline(browser: Any) -> float:
     """Seconds to the first picture of a page visited before, without a network."""
-    with served() as address:
+    with hosted(page_files()) as server:
         context = browser.new_context(viewport={"width": 1400, "height": 850})
         tab = context.new_page()
-        tab.goto(address)
+        tab.goto(server.address)
         while not tab.evaluate("navigator.serviceWorker.controller !== null"):
             tab.wait_for_timeout(50)
         context.set_offline(True)
         began = time.monotonic()
-        tab.goto(address)
+        tab.goto(server.address)
         while "tip" not in tab.locator("#readout").inner_text():
             tab.wait_for_timeout(5)
         return time.monotonic() - began
