@@ -40,7 +40,7 @@ LATENCY = """async () => {
   const frame = () => new Promise(requestAnimationFrame);
   await frame();
   const before = seen();
-  const key = (kind) => window.dispatchEvent(new KeyboardEvent(kind, { code: "ArrowUp" }));
+  const key = (kind) => document.body.dispatchEvent(new KeyboardEvent(kind, { code: "ArrowUp", bubbles: true }));
   const began = performance.now();
   key("keydown");
   let taken = NaN;
@@ -92,6 +92,8 @@ def drive(tab: Any, seconds: float) -> dict[str, float]:
 def measure(seconds: float) -> dict[str, Any]:
     with served("rottne-f9-lab") as address, chromium() as browser:
         tab = browser.new_page(viewport={"width": 1400, "height": 850})
+        errors: list[Exception] = []
+        tab.on("pageerror", lambda error: errors.append(error))
         began = time.monotonic()
         tab.goto(address)
         while "tip" not in tab.locator("#readout").inner_text():
@@ -106,6 +108,8 @@ def measure(seconds: float) -> dict[str, Any]:
             tab.wait_for_timeout(1500)
         found = drive(tab, seconds)
         tab.close()
+        if errors:
+            raise errors[0]
         offline = loading_offline(browser)
         return {
             "loading": loading,
