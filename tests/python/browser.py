@@ -8,13 +8,15 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from socketserver import BaseServer
+from typing import Any, TypeVar
 
 from hydrocrane.app.live import cockpit_server
 from hydrocrane.app.live_server import Files, Server
 from hydrocrane.app.view import viewer_server
 from hydrocrane.results.run import Run
 
+AnyServer = TypeVar("AnyServer", bound=BaseServer)
 # Names of browsers that understand Chromium's remote control.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
@@ -64,7 +66,7 @@ def hosted(files: Files) -> Iterator[Server]:
 
 
 @contextmanager
-def answering(server: Server) -> Iterator[Server]:
+def answering(server: AnyServer) -> Iterator[AnyServer]:
     """A server that answers in a thread."""
     with server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
