@@ -81,13 +81,19 @@ export class View {
   }
 }
 
-/** Lets people move the view: wheel and pinch zoom, drag pans, double click fits. */
+/**
+ * Lets people move the view: wheel and pinch zoom, drag pans, double click fits. Within another page, the plain wheel and a finger
+ * that goes up or down scroll that page, as they do beside the picture; Ctrl and the wheel zoom.
+ */
 export function steerView(canvas: HTMLCanvasElement, view: View): void {
   const fingers = new Map<number, Point>();
+  const within = window.top !== window;
+  if (within) canvas.style.touchAction = "pan-y";
   const here = (event: MouseEvent): Point => [event.offsetX, event.offsetY];
   canvas.addEventListener(
     "wheel",
     (event) => {
+      if (within && !event.ctrlKey) return;
       event.preventDefault();
       view.zoom(Math.exp(-event.deltaY * 0.0015), here(event));
     },

@@ -84,7 +84,8 @@ globals().update(notebooks.settings(ROOT))
 # --- docstrings -------------------------------------------------------------------------------------------------------
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "undoc-members": False}
+# `"undoc-members": False` would turn them on: to Sphinx an option that is named is an option that is given.
+autodoc_default_options = {"members": True}
 autosummary_generate = False
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
@@ -102,6 +103,7 @@ html_theme = "furo"
 templates_path = ["templates"]
 html_static_path = ["static", os.path.relpath(KATEX, SITE)]
 html_css_files = ["site.css"]
+html_favicon = "../../cockpit/src/icon.svg"
 html_copy_source = False
 html_show_copyright = False
 html_last_updated_fmt = None

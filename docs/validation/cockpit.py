@@ -22,9 +22,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/python"))
 
-from browser import chromium, served  # noqa: E402
+from browser import chromium, hosted, served  # noqa: E402
 
 from hydrocrane.app.live_server import PAGE as BUILT  # noqa: E402
+from hydrocrane.app.live_server import page_files  # noqa: E402
 
 PAGE = Path(__file__).with_name("cockpit.md")
 # Milliseconds from a key to the first drawn picture that differs, with the crane at rest before.
@@ -39,7 +40,7 @@ LATENCY = """async () => {
   const frame = () => new Promise(requestAnimationFrame);
   await frame();
   const before = seen();
-  const key = (kind) => window.dispatchEvent(new KeyboardEvent(kind, { code: "ArrowUp" }));
+  const key = (kind) => document.body.dispatchEvent(new KeyboardEvent(kind, { code: "ArrowUp", bubbles: true }));
   const began = performance.now();
   key("keydown");
   let taken = NaN;
@@ -91,6 +92,8 @@ def drive(tab: Any, seconds: float) -> dict[str, float]:
 def measure(seconds: float) -> dict[str, Any]:
     with served("rottne-f9-lab") as address, chromium() as browser:
         tab = browser.new_page(viewport={"width": 1400, "height": 850})
+        errors: list[Exception] = []
+        tab.on("pageerror", lambda error: errors.append(error))
         began = time.monotonic()
         tab.goto(address)
         while "tip" not in tab.locator("#readout").inner_text():
@@ -104,6 +107,9 @@ def measure(seconds: float) -> dict[str, Any]:
             tab.locator("#reset").click()
             tab.wait_for_timeout(1500)
         found = drive(tab, seconds)
+        tab.close()
+        if errors:
+            raise errors[0]
         offline = loading_offline(browser)
         return {
             "loading": loading,
@@ -116,15 +122,15 @@ def measure(seconds: float) -> dict[str, Any]:
 
 def loading_offline(browser: Any) -> float:
     """Seconds to the first picture of a page visited before, without a network."""
-    with served() as address:
+    with hosted(page_files()) as server:
         context = browser.new_context(viewport={"width": 1400, "height": 850})
         tab = context.new_page()
-        tab.goto(address)
+        tab.goto(server.address)
         while not tab.evaluate("navigator.serviceWorker.controller !== null"):
             tab.wait_for_timeout(50)
         context.set_offline(True)
         began = time.monotonic()
-        tab.goto(address)
+        tab.goto(server.address)
         while "tip" not in tab.locator("#readout").inner_text():
             tab.wait_for_timeout(5)
         return time.monotonic() - began

@@ -9,8 +9,9 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-# Most bytes of a card; its last lines are left out.
+# Most bytes and rows of a card, about a screen; its last lines are left out.
 LONGEST = 20_000
+TALLEST = 60
 # Interval for updates of a bar, s.
 PAUSE = 0.2
 DOUBT = re.compile(r"^\s*warning\b", re.IGNORECASE)
@@ -21,7 +22,7 @@ LABELLED = re.compile(r"^ {0,4}(?P<label>\S+(?: \S+)*) {2,}(?P<rest>\S.*)$")
 def card(title: str, lines: Sequence[str], whole: str = "") -> str:
     """A heading with a row per line: label and value if a line has both. All text is escaped.
 
-    Lines beyond 20 kB are left out, with a last row that states their number and how to print them all: `whole`.
+    Lines beyond 60 or 20 kB are left out, with a last row that states their number and how to print them all: `whole`.
     """
     head = f'<div class="hydrocrane"><strong>{html.escape(title)}</strong><table>'
     foot = "</table></div>"
@@ -29,7 +30,7 @@ def card(title: str, lines: Sequence[str], whole: str = "") -> str:
     more = "<tr><td colspan='2'>and {} more lines" + (f": {html.escape(whole)}" if whole else "") + "</td></tr>"
     room = LONGEST - len((head + foot + more).encode()) - 20
     kept = 0
-    while kept < len(rows) and (room := room - len(rows[kept].encode())) >= 0:
+    while kept < min(len(rows), TALLEST) and (room := room - len(rows[kept].encode())) >= 0:
         kept += 1
     left = more.format(len(rows) - kept) if kept < len(rows) else ""
     return head + "".join(rows[:kept]) + left + foot

@@ -8,12 +8,15 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from socketserver import BaseServer
+from typing import Any, TypeVar
 
 from hydrocrane.app.live import cockpit_server
+from hydrocrane.app.live_server import Files, Server
 from hydrocrane.app.view import viewer_server
 from hydrocrane.results.run import Run
 
+AnyServer = TypeVar("AnyServer", bound=BaseServer)
 # Names of browsers that understand Chromium's remote control.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
@@ -51,11 +54,25 @@ def chromium() -> Iterator[Any]:
 @contextmanager
 def served(target: str | Run | None = None) -> Iterator[str]:
     """Address of the cockpit, served in a thread, on a machine, scenario or run."""
-    with viewer_server(target) if isinstance(target, Run) else cockpit_server(target) as server:
+    with answering(viewer_server(target) if isinstance(target, Run) else cockpit_server(target)) as server:
+        yield server.address
+
+
+@contextmanager
+def hosted(files: Files) -> Iterator[Server]:
+    """A web host of files, which can change: of the built page with its service worker, which `served` leaves out."""
+    with answering(Server(files)) as server:
+        yield server
+
+
+@contextmanager
+def answering(server: AnyServer) -> Iterator[AnyServer]:
+    """A server that answers in a thread."""
+    with server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:
-            yield server.address
+            yield server
         finally:
             server.shutdown()
             thread.join()

@@ -42,6 +42,8 @@ class LoadChart:
         Index of the cylinder that limits the payload; -1 if none does up to the ceiling.
     supply_pressure : float
         Pa.
+    machine : Machine
+        The crane.
 
     Examples
     --------

@@ -226,6 +226,7 @@ class Sensitivities:
 
     @property
     def outcome(self) -> Outcome:
+        """How and when the run ended."""
         return Outcome(*self._raw["outcome"])
 
     @cached_property

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +18,7 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.linear import responses
 from hydrocrane.linear.matrices import Matrices
 from hydrocrane.linear.responses import StepResponse
+from hydrocrane.notebook import card
 
 if TYPE_CHECKING:
     import control
@@ -146,21 +146,18 @@ class LinearModel(Matrices):
     def _repr_html_(self) -> str:
         """For notebooks: the working point, the oscillations, inputs, outputs and warnings."""
         modes = self.oscillations
-        rows = "".join(
-            f"<tr><td>{frequency:.4g}</td><td>{damping:.3g}</td><td>{escape(state)}</td></tr>"
+        lines = [f"states  {len(self.A)}", f"payload  {self.payload:g} kg"]
+        lines += [
+            f"oscillation  {frequency:.4g} Hz, damping ratio {damping:.3g}, mostly in {state}"
             for frequency, damping, state in zip(modes.frequency, modes.damping, modes.state, strict=True)
-        )
-        signals = "".join(
-            f"<p>{kind}: {escape(', '.join(f'{n} [{u}]' for n, u in zip(names, units, strict=True)))}</p>"
-            for kind, names, units in (
-                ("inputs", self.input_names, self.input_units),
-                ("outputs", self.output_names, self.output_units),
-            )
-        )
-        doubts = "".join(f"<p>warning: {escape(str(warning))}</p>" for warning in self.warnings)
-        head = f"<b>Linear model of {escape(self.machine)}</b>, {len(self.A)} states, payload {self.payload:g} kg"
-        table = f"<table><tr><th>frequency, Hz</th><th>damping ratio</th><th>mostly in</th></tr>{rows}</table>"
-        return f"<div>{head}{signals}{table}{doubts}</div>"
+        ]
+        for kind, names, units in (
+            ("inputs", self.input_names, self.input_units),
+            ("outputs", self.output_names, self.output_units),
+        ):
+            lines.append(f"{kind}  {', '.join(f'{name} [{unit}]' for name, unit in zip(names, units, strict=True))}")
+        lines += [f"warning  {warning}" for warning in self.warnings]
+        return card(f"Linear model of {self.machine}", lines, "print(model.oscillations)")
 
 
 def chosen(what: str, names: str | Sequence[str] | None, known: Sequence[str]) -> list[int]:

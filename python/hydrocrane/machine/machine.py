@@ -158,18 +158,22 @@ class Machine(Stated):
 
     @property
     def name(self) -> str:
+        """Name of the machine, as its file states it."""
         return self.core.name
 
     @property
     def title(self) -> str:
+        """What it is, in a few words."""
         return self.core.title
 
     @property
     def description(self) -> str:
+        """What the machine file says about it."""
         return self.core.description
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints from the base to the tip, in the order of every `q`."""
         return tuple(self.core.joint_names)
 
     @cached_property
@@ -184,10 +188,12 @@ class Machine(Stated):
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in the order of every state vector."""
         return tuple(self.core.state_names)
 
     @cached_property
     def state_units(self) -> tuple[str, ...]:
+        """SI unit of each state."""
         return tuple(self.core.state_units)
 
     @cached_property

@@ -35,13 +35,15 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None] | None
 _SIZE: dict[str, Any] = {"figsize": (6.6, 5.4), "layout": "constrained"}
 _DPI = 100
+# The title not at the very edge.
+_RC = {**RC, "figure.constrained_layout.h_pad": 0.12}
 
 
 class Film(FuncAnimation):
     """The animation of a run in a separate figure; the last picture stays for half a second. Notebooks play it."""
 
     def __init__(self, run: Record, fps: int, speed: float) -> None:
-        with mpl.rc_context(RC):
+        with mpl.rc_context(_RC):
             scene = _Scene(run, fps, speed, plt.figure(**_SIZE))
         shown_once(scene.figure)
         super().__init__(scene.figure, scene.show, frames=scene.order, interval=1000 / fps, blit=False)
@@ -69,7 +71,7 @@ def write(run: Record, path: Path, *, fps: int = 20, speed: float = 1.0, progres
     if progress is None and in_notebook():
         with progress_bar(f"drawing {path.name}") as progress:
             return write(run, path, fps=fps, speed=speed, progress=progress)
-    with mpl.rc_context(RC), written_whole(path) as beside:
+    with mpl.rc_context(_RC), written_whole(path) as beside:
         figure = Figure(dpi=_DPI, **_SIZE)
         FigureCanvasAgg(figure)
         scene = _Scene(run, fps, speed, figure)

@@ -27,6 +27,11 @@ if TYPE_CHECKING:
 class Comparison:
     """Differences by quantity; a mapping name -> ``Difference`` with shortcuts.
 
+    Attributes
+    ----------
+    differences : dict
+        ``Difference`` by name of the quantity, with both signals, their unit and where they differ most.
+
     Examples
     --------
     >>> run = hc.simulate("vertical-lift-open-loop", duration=1.0)
@@ -49,10 +54,12 @@ class Comparison:
 
     @property
     def rms(self) -> dict[str, float]:
+        """Root mean square of each difference, in its unit."""
         return {name: d.rms for name, d in self.differences.items()}
 
     @property
     def maximum(self) -> dict[str, float]:
+        """Largest absolute value of each difference, in its unit."""
         return {name: d.maximum for name, d in self.differences.items()}
 
     @cached_property
@@ -66,6 +73,7 @@ class Comparison:
         return card("Run and log", self.summary().splitlines(), "print(comparison.summary())")
 
     def summary(self) -> str:
+        """A line per quantity: root mean square, largest difference and when it occurs."""
         width = max(len(name) for name in self.differences)
         return "\n".join(
             f"{d.name:<{width}}  rms {d.rms:.4g} {d.unit}, largest {d.maximum:.4g} {d.unit} at {d.maximum_time:.3g} s"

@@ -33,6 +33,7 @@ class Outcome:
 
     @property
     def completed(self) -> bool:
+        """Whether the run reached its end."""
         return self.kind == "completed"
 
 

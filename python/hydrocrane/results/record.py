@@ -80,6 +80,10 @@ class Record:
 
     @property
     def columns(self) -> Columns:
+        """The same as `data`, as plain arrays by name: ``run.columns["tip.x"].values``.
+
+        A program that does not use `data` does not import xarray and pandas.
+        """
         return Columns.of(self._held)
 
     @property
@@ -97,6 +101,7 @@ class Record:
 
     @cached_property
     def outcome(self) -> Outcome:
+        """How and when the run ended."""
         about = self._attrs
         return Outcome(str(about["outcome"]), float(about["outcome_time"]), str(about["outcome_message"]))
 
@@ -142,8 +147,10 @@ class Record:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints from the base to the tip."""
         return tuple(json.loads(str(self._attrs["joint_names"])))
 
     @property
     def cylinder_names(self) -> tuple[str, ...]:
+        """Names of the cylinders; cylinder i moves joint i."""
         return tuple(json.loads(str(self._attrs["cylinder_names"])))

@@ -30,9 +30,6 @@ class Run(Record):
         ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``payload``, ``ledger.*``; each
         with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
         where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
-    columns : Columns
-        The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that does not use `data` does not
-        import xarray and pandas.
 
     Examples
     --------

@@ -75,6 +75,12 @@ class Scenario:
         kg at the tip; default is the machine's own.
     overrides : mapping
         Machine keys to change, see :func:`hydrocrane.load_machine`.
+    solver : Solver
+        Method of integration and its tolerances.
+    name, title : str
+        Name in results and charts; what the scenario shows, in a few words.
+    seed : int
+        Of everything drawn at random.
     controller : str or object, optional
         In place of `commands`: ``tip``, ``heinze-pid``, ``lever``, or your own controller (an object with
         ``reset(machine, obs)`` and ``step(obs, command)``, or a function like ``step``) that returns spool commands.
@@ -339,7 +345,7 @@ def _card(plan: Scenario) -> str:
     lines.append(f"solver  {plan.solver.method}, rtol {plan.solver.rtol:g}")
     lines += [f"{key}  {value}" for key, value in plan.overrides.items()]
     lines += [f"warning  {warning}" for warning in plan.warnings]
-    return card(f"Scenario {plan.name}", lines)
+    return card(f"Scenario {plan.name}", lines, "print(scenario.to_toml())")
 
 
 def _driver(plan: Scenario) -> str:

@@ -11,7 +11,10 @@ def varied_and_kept(cases: Cases, job: Job) -> list[str]:
     lines = []
     for key, values in zip(cases.keys, cases.axes, strict=True):
         tried = list(dict.fromkeys(map(_shown, values)))
-        ends = ", ".join(tried) if len(tried) <= 6 else f"{tried[0]} ... {tried[-1]}"
+        numbers = [value for value in values if isinstance(value, (int, float))]
+        # Drawn numbers come in no order.
+        first, last = (min(numbers), max(numbers)) if len(numbers) == len(values) else (values[0], values[-1])
+        ends = ", ".join(tried) if len(tried) <= 6 else f"{_shown(first)} ... {_shown(last)}"
         lines.append(f"{key.name}  {len(values)} values: {ends}")
     lines.append(f"measures  {', '.join(measure.name for measure in job.measures)}")
     if job.signals:

@@ -120,7 +120,7 @@ class Study:
         try:
             how = self.method + ("" if self.method in ("grid", "list") else f", seed {self.seed}")
             lines = [f"machine  {self.base_machine.name}", f"cases  {self.cases.count}, {how}"]
-            return card(f"Study of {self.plan.name}", [*lines, *varied_and_kept(self.cases, self.job)])
+            return card(f"Study of {self.plan.name}", [*lines, *varied_and_kept(self.cases, self.job)], "study.keys")
         except HydrocraneError as error:
             return card("Study", [f"warning  {error}"])
 

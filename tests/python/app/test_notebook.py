@@ -2,6 +2,7 @@
 
 import base64
 import html
+import re
 import sys
 import types
 from html.parser import HTMLParser
@@ -113,6 +114,20 @@ def test_a_study_says_what_it_varies_and_a_wrong_one_why():
     assert "payload.mas" in wrong and "warning" in wrong
 
 
+def test_a_study_of_drawn_values_says_their_range():
+    study = hc.Study("single-cylinder-step", {"payload.mass": (0.0, 20.0)}, method="random", n=200)
+    (ends,) = re.findall(r"payload.mass 200 values: (\S+) \.\.\. (\S+)", words(" ".join(page(study).cells)))
+    assert 0.0 <= float(ends[0]) < 1.0 and 19.0 < float(ends[1]) <= 20.0
+
+
+def test_a_linear_model_says_what_oscillates():
+    crane = hc.load_machine("rottne-f9-lab")
+    model = crane.linearise(crane.home)
+    text = words(" ".join(page(model).cells))
+    assert text.startswith("Linear model of rottne-f9-lab") and "tip.z [m]" in text
+    assert text.count("damping ratio") == len(model.oscillations.frequency)
+
+
 def test_what_a_file_says_is_text_and_no_tag():
     plan = hc.load_scenario("single-cylinder-step").changed(title=WILD)
     assert html.escape(WILD) in plan._repr_html_() and WILD in page(plan).cells
@@ -126,6 +141,9 @@ def test_long_texts_are_cut_and_say_so():
     assert last.startswith("and ") and last.endswith("more lines: print(it)")
     rows = Page(source).tags.count("tr") - 1
     assert int(last.split()[1]) == 500 - rows
+    short = notebook.card("many", [f"key {i}  {i}" for i in range(500)], "print(it)")
+    assert Page(short).tags.count("tr") == notebook.TALLEST + 1
+    assert Page(short).cells[-1] == f"and {500 - notebook.TALLEST} more lines: print(it)"
 
 
 class Shell:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import hosted
 
 import hydrocrane as hc
 from hydrocrane.app.live import cockpit_server, drive_request
@@ -42,9 +43,7 @@ def page(tmp_path):
 @pytest.fixture
 def ask(page):
     """Ask a running server: (status, headers, content)."""
-    with Server({**page_files(page), "/chosen.json": ("application/json", b"{}")}) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
-        thread.start()
+    with hosted({**page_files(page), "/chosen.json": ("application/json", b"{}")}) as server:
 
         def ask(path, method="GET", host=None, **headers):
             connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
@@ -57,8 +56,6 @@ def ask(page):
 
         ask.server = server
         yield ask
-        server.shutdown()
-        thread.join()
 
 
 def test_the_server_hands_out_the_page_with_strict_headers(ask):

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import re
+import shutil
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
+from browser import answering
 from cockpit_tab import PICTURES, STARTS, Page, hold
 
 import hydrocrane as hc
+from hydrocrane.app.live_server import PAGE
 
 SCREENS = {"wide": (1440, 900), "narrow": (1024, 768), "upright": (390, 844), "lying": (844, 390)}
 # Pixels of a colour on a canvas, within what smooth edges change.
@@ -120,6 +125,31 @@ def test_the_picture_is_to_scale(cockpit):
         cockpit.wait(0.3)
         drawn = coloured(cockpit, LOG) / scale(cockpit) ** 2
         assert 0.65 < drawn / (kilograms / (850 * 3)) < 1.0, (kilograms, drawn)
+
+
+def test_within_another_page_the_wheel_scrolls_that_page(browser, tmp_path):
+    """As on the first page of the site; `hydrocrane live` itself lets no page embed it."""
+    if not PAGE.is_dir():
+        pytest.skip("the cockpit is not built: run `make cockpit`")
+    shutil.copytree(PAGE, tmp_path / "cockpit")
+    around = '<link rel=icon href=data:,><iframe src="cockpit/index.html" width=1000 height=600></iframe>'
+    around += '<p style="height: 3000px">'
+    (tmp_path / "index.html").write_text(around, encoding="utf-8")
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=tmp_path))
+    with answering(server), browser.new_context(viewport={"width": 1100, "height": 800}) as context:
+        tab = context.new_page()
+        tab.goto(f"http://127.0.0.1:{server.server_port}/")
+        bar = tab.frame_locator("iframe").locator("#scale-bar")
+        bar.wait_for(timeout=STARTS)
+        before = bar.bounding_box()["width"]
+        tab.mouse.move(300, 300)
+        tab.mouse.wheel(0, 100)
+        tab.wait_for_timeout(500)
+        assert tab.evaluate("() => scrollY") == 100 and bar.bounding_box()["width"] == before
+        tab.keyboard.down("Control")
+        tab.mouse.wheel(0, -100)
+        tab.wait_for_timeout(500)
+        assert tab.evaluate("() => scrollY") == 100 and bar.bounding_box()["width"] != before
 
 
 def test_charts_show_saturation_and_one_time(cockpit):

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import threading
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import served
+from browser import hosted, served
 from cockpit_tab import PICTURES, STARTS, Page, hold, table
 
 import hydrocrane as hc
-from hydrocrane.app.live_server import PAGE, Server, own_page, page_files
+from hydrocrane.app.live_server import PAGE, own_page, page_files
 
 # A chain of four joints.
 LONG = Path(__file__).resolve().parents[2] / "data/two-telescopes.toml"
@@ -209,19 +207,6 @@ def test_the_hint_goes_with_the_first_motion(cockpit):
 # --- no network -----------------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def host(files):
-    """A web host whose files can change."""
-    with Server(files) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
-        thread.start()
-        try:
-            yield server
-        finally:
-            server.shutdown()
-            thread.join()
-
-
 def another_build(files):
     """The page of a later version."""
     style = next(name for name in files if name.endswith(".css"))
@@ -238,7 +223,7 @@ def test_the_page_works_without_a_network_and_is_never_stale(browser):
     if not (PAGE / "service-worker.js").is_file():
         pytest.skip("the cockpit is not built: run `make cockpit`")
     kept = "async () => navigator.serviceWorker.controller ? await caches.keys() : []"
-    with host(page_files()) as server, Page(browser, server.address) as page:
+    with hosted(page_files()) as server, Page(browser, server.address) as page:
 
         def again():
             page.tab.goto(server.address)
@@ -267,7 +252,7 @@ def test_the_kept_page_gives_way_to_what_has_its_address_next(browser, after):
     kept = (
         "async () => [await caches.keys(), await navigator.serviceWorker.getRegistrations()].map((all) => all.length)"
     )
-    with host(page_files()) as server, Page(browser, server.address) as page:
+    with hosted(page_files()) as server, Page(browser, server.address) as page:
         page.until(lambda: page.tab.evaluate("() => navigator.serviceWorker.controller !== null"))
         page.until(lambda: page.tab.evaluate(kept) == [1, 1])
         server.files = other if after == "another program" else own_page()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import doctest
 import inspect
 import re
 import sys
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -46,3 +48,27 @@ def test_examples_of_a_public_name_run(name, tmp_path, monkeypatch):
     failures: list[str] = []
     doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(examples(name), out=failures.append)
     assert not failures, "\n".join(failures)
+
+
+@pytest.mark.parametrize("name", [name for name in PUBLIC if inspect.isclass(getattr(hc, name))])
+def test_every_member_of_a_public_class_is_explained(name):
+    """By its own docstring or, as every field, in that of the class: the site shows nothing without words."""
+    public = getattr(hc, name)
+    held = {member: inspect.getattr_static(public, member) for member in dir(public) if not member.startswith("_")}
+    mute = {
+        member
+        for member, it in held.items()
+        if (callable(getattr(public, member)) or isinstance(it, (property, cached_property))) and not inspect.getdoc(it)
+    }
+    if dataclasses.is_dataclass(public):
+        mute |= {field.name for field in dataclasses.fields(public) if field.repr}
+    words = inspect.getdoc(public) or ""
+    assert not [member for member in mute if not re.search(rf"\b{member}\b", words)]
+
+
+def test_the_reference_shows_inherited_members():
+    pages = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs/site/python").glob("*.rst"))
+    for name in PUBLIC:
+        bases = getattr(getattr(hc, name), "__mro__", ())[1:-1]
+        if any(base.__module__.startswith("hydrocrane.") and not issubclass(base, Exception) for base in bases):
+            assert f".. autoclass:: hydrocrane.{name}\n   :inherited-members:\n" in pages, name
