@@ -3,7 +3,7 @@
 use crate::errors::BuildError;
 use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
 use crate::plant::Plant;
-use crate::supply::{FurtherPump, Supply};
+use crate::supply::{ControlledPump, Supply};
 use hydrocrane_machine::{model as file, Number};
 use hydrocrane_num::curve::MonotoneCurve;
 use hydrocrane_num::{portable, smooth, Real, Vec2};
@@ -79,12 +79,10 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
 fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> {
     let rise = of.pressure - of.tank_pressure;
     Supply {
-        pump: pump(&mains.pump, rise),
-        further: hydrocrane_num::array::from_fn(|i| {
-            mains.further.get(i).map(|p| FurtherPump { pump: pump(p, rise), control: control(p) })
+        pumps: hydrocrane_num::array::from_fn(|i| {
+            mains.pumps().nth(i).map(|p| ControlledPump { pump: pump(p, rise), control: control(p) })
         }),
         highest: of.pressure,
-        control: control(&mains.pump),
         sensing: mains
             .load_sensing
             .as_ref()

@@ -140,8 +140,8 @@ pub fn supply_powers<T: Real>(
     let SupplyPressures { supply: p, tank, .. } = *pressures;
     let reservoir = supply.reservoir(tank);
     let rise = p - reservoir;
-    let ((mut leaked, mut rubbed), mut shaft) = (supply.pump.losses(e[0], rise), supply.pump.shaft_power(e[0], rise));
-    for (of, e) in supply.further.iter().flatten().zip(&e[1..]) {
+    let (mut leaked, mut rubbed, mut shaft) = (T::c(0.0), T::c(0.0), T::c(0.0));
+    for (of, e) in supply.pumps().zip(e) {
         let lost = of.pump.losses(*e, rise);
         (leaked, rubbed, shaft) = (leaked + lost.0, rubbed + lost.1, shaft + of.pump.shaft_power(*e, rise));
     }

@@ -216,10 +216,11 @@ pub fn write<T: Real, const N: usize>(
             unit.rates(&plant.fluid, &pressures, &e, Demand { drawn, ..plant.no_demand(pressures.tank) });
         let (of_mains, others) = rest.split_at_mut(OF_MAINS.len());
         let rise = pressures.supply - unit.reservoir(pressures.tank);
-        let pumps = || std::iter::once(&unit.pump).chain(unit.further.iter().flatten().map(|of| &of.pump)).zip(&e);
+        let pumps = || unit.pumps().map(|of| &of.pump).zip(&e);
         let mut shaft_power = T::c(0.0);
         pumps().for_each(|(pump, e)| shaft_power += pump.shaft_power(*e, rise));
-        of_mains.copy_from_slice(&[pump_flow, relief_flow, shaft_power, unit.pump.shaft_speed(e[0], rise)]);
+        of_mains[..3].copy_from_slice(&[pump_flow, relief_flow, shaft_power]);
+        pumps().take(1).for_each(|(pump, e)| of_mains[3] = pump.shaft_speed(*e, rise));
         rest = others;
         if unit.is_controlled() {
             let (setting, shortfall) = unit.setting_and_shortfall(&pressures, &e);
@@ -239,7 +240,8 @@ pub fn write<T: Real, const N: usize>(
             of_tank_line.copy_from_slice(&[returned, whole, filter_drop, bypassed]);
             rest = others;
         }
-        for (pump, e) in pumps().filter(|_| unit.further[0].is_some()) {
+        let several = pumps().count() > 1;
+        for (pump, e) in pumps().filter(|_| several) {
             let (of_pump, others) = rest.split_at_mut(OF_PUMPS.len());
             of_pump.copy_from_slice(&[pump.flow(*e, rise), pump.shaft_power(*e, rise), pump.shaft_speed(*e, rise)]);
             rest = others;
