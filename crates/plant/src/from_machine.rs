@@ -22,6 +22,7 @@ use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::hose_burst::HoseBurst;
+use hydrocrane_physics::hydraulics::hose_leak::HoseLeak;
 use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
 use hydrocrane_physics::hydraulics::line::Resistance;
 use hydrocrane_physics::hydraulics::load_holding::LoadHolding;
@@ -256,6 +257,7 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         crossover: CrossoverRelief {
             from: hydrocrane_num::array::from_fn(|side| c.crossover[side].as_ref().map(port_relief)),
         },
+        leaks: hydrocrane_num::array::from_fn(|side| c.leaks[side].as_ref().map(|leak| hose_leak(leak, &m.fluid))),
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
@@ -335,6 +337,10 @@ fn port_valves<T: Number>(v: &file::PortValves<T>) -> PortValves<T> {
             coefficient: v.nominal_flow / (v.nominal_pressure_drop - v.opening_pressure).sqrt(),
         }),
     }
+}
+
+fn hose_leak<T: Number>(of: &file::HoseLeak<T>, fluid: &file::Fluid<T>) -> HoseLeak<T> {
+    HoseLeak { coefficient: of.discharge_coefficient * of.opening * (T::c(2.0) / fluid.density).sqrt() }
 }
 
 fn port_relief<T: Number>(v: &file::PortRelief<T>) -> ReliefValve<T> {
