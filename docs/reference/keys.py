@@ -1,7 +1,7 @@
 """Write what is declared of the keys of files: ``python docs/reference/keys.py``.
 
-The tables of ``machine-file.md`` and ``scenario-file.md`` between their marks, and the types of the cockpit in
-``cockpit/src/file-keys.ts``.
+The tables of ``machine-file.md``, ``machine-file-circuit.md`` and ``scenario-file.md`` between their marks, and the
+types of the cockpit in ``cockpit/src/file-keys.ts``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,11 @@ from pathlib import Path
 from hydrocrane import _core
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = {kind: ROOT / f"docs/reference/{kind}-file.md" for kind in ("machine", "scenario")}
+# Kind of file -> its pages.
+PAGES = {
+    kind: tuple(ROOT / f"docs/reference/{name}.md" for name in names)
+    for kind, names in {"machine": ("machine-file", "machine-file-circuit"), "scenario": ("scenario-file",)}.items()
+}
 TYPES = ROOT / "cockpit/src/file-keys.ts"
 # <!-- keys of machine: link --> ... <!-- keys: end -->
 BLOCK = re.compile(r"(<!-- keys of (machine|scenario): ([^\n]*) -->\n).*?(<!-- keys: end -->)", re.DOTALL)
@@ -126,13 +130,13 @@ def table(keys: list[Key], paths: list[str]) -> str:
     return "".join("| " + " | ".join(line[i] for i in columns) + " |\n" for line in lines)
 
 
-def page(kind: str) -> str:
-    """The page of a kind of file with its tables brought up to date; every key must have a place."""
-    text = PAGES[kind].read_text(encoding="utf-8")
-    blocks = [paths.split(", ") for _, _, paths, _ in BLOCK.findall(text)]
-    missing = {key.path.split(".")[0] for key in declared(kind)} - {path for paths in blocks for path in paths}
+def page(kind: str, path: Path) -> str:
+    """A page of a kind of file with its tables brought up to date; every key must have a place on one of the pages."""
+    texts = {one: one.read_text(encoding="utf-8") for one in PAGES[kind]}
+    blocks = [paths.split(", ") for text in texts.values() for _, _, paths, _ in BLOCK.findall(text)]
+    missing = {key.path.split(".")[0] for key in declared(kind)} - {one for paths in blocks for one in paths}
     if missing:
-        raise SystemExit(f"{PAGES[kind].name} has no place for the keys {sorted(missing)}")
+        raise SystemExit(f"{PAGES[kind][0].name} has no place for the keys {sorted(missing)}")
 
     def written(match: re.Match[str]) -> str:
         begin, _, paths, end = match.groups()
@@ -142,7 +146,7 @@ def page(kind: str) -> str:
         keys = [key for key in declared(kind) if not any(key.path.startswith(f"{path}.") for path in inner)]
         return f"{begin}\n{table(keys, own)}\n{end}"
 
-    return BLOCK.sub(written, text)
+    return BLOCK.sub(written, texts[path])
 
 
 # --- the types of the cockpit --------------------------------------------------------------------------------------
@@ -171,7 +175,9 @@ def types() -> str:
     )
 
 
-FILES: dict[Path, Callable[[], str]] = {PAGES[kind]: partial(page, kind) for kind in PAGES} | {TYPES: types}
+FILES: dict[Path, Callable[[], str]] = {
+    path: partial(page, kind, path) for kind, paths in PAGES.items() for path in paths
+} | {TYPES: types}
 
 if __name__ == "__main__":
     for path, text in FILES.items():

@@ -21,6 +21,7 @@ from hydrocrane._moved import OldNames
 _HOME = {
     "BatchObservation": "simulation.batch",
     "BatchSimulator": "simulation.batch",
+    "Burst": "scenario.bursts",
     "Command": "scenario.command",
     "Comparison": "results.comparison",
     "Controller": "control.controllers",

@@ -27,6 +27,8 @@ OutcomeEntry: TypeAlias = tuple[str, float, str]
 SignalEntry: TypeAlias = tuple[str, str, str]
 # Time, payload before and after, velocity of the tip before and after, loss.
 PayloadEntry: TypeAlias = tuple[float, Sequence[float], Sequence[Sequence[float]], float]
+# Cylinder, side, time, opening.
+BurstEntry: TypeAlias = tuple[str, str, float, float]
 # Signal, kind, from, until, size.
 FaultEntry: TypeAlias = tuple[str, str, float, float, float]
 
@@ -157,6 +159,7 @@ class ScenarioEntry(TypedDict):
     goals: list[GoalEntry]
     phases: list[PhaseEntry]
     sensor_faults: list[FaultEntry]
+    bursts: list[BurstEntry]
     solver: SolverEntry
     seed: int
 
@@ -173,6 +176,7 @@ StageTable = TypedDict(
         "sensors": str,
         "stick_times": int,
         "machine": NotRequired["_core.Machine"],
+        "changes": NotRequired["list[tuple[float, _core.Machine]]"],
         "controller_model": NotRequired["_core.Machine"],
     },
 )
@@ -284,6 +288,7 @@ class ScenarioTable(TypedDict):
     recorded_by: str | None
     warnings: list[WarningEntry]
     sensor_faults: list[FaultTable]
+    bursts: list[BurstEntry]
     solver: SolverTable
 
 

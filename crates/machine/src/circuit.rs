@@ -56,6 +56,14 @@ pub struct Line<T = f64> {
     pub resistance: Option<Resistance<T>>,
 }
 
+/// A hole in the hose to a side of a cylinder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HoseLeak<T = f64> {
+    /// Area, m^2; zero while the hose is tight.
+    pub opening: T,
+    pub discharge_coefficient: T,
+}
+
 /// Pressure drop over a line: R q + K q |q|.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resistance<T = f64> {
@@ -133,6 +141,22 @@ pub struct LoadSensing<T = f64> {
     pub margin: T,
     /// Of the line, s.
     pub time_constant: T,
+}
+
+/// Pressure compensator of a valve section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Compensator<T = f64> {
+    None,
+    /// Before the spool, with the pressure drop that it holds over the metering edge, Pa.
+    Before(T),
+    /// Behind the spool: all sections have the drop that remains from the pump.
+    Behind,
+}
+
+impl<T> Compensator<T> {
+    pub fn is_none(&self) -> bool {
+        matches!(self, Compensator::None)
+    }
 }
 
 /// An edge to the tank that holds the pressure of its port.

@@ -156,6 +156,8 @@ pub struct Cylinder<T = f64> {
     pub port_valves: [PortValves<T>; 2],
     /// Relief valves from each of the two sides to the other one.
     pub crossover: [Option<PortRelief<T>>; 2],
+    /// Of the hoses to the two sides.
+    pub leaks: [Option<HoseLeak<T>>; 2],
     pub friction: Friction<T>,
 }
 
@@ -163,6 +165,11 @@ impl<T> Cylinder<T> {
     /// Whether a line to it has a resistance.
     pub fn has_line_resistance(&self) -> bool {
         self.lines.iter().flatten().any(|line| line.resistance.is_some())
+    }
+
+    /// Whether a hose to it may leak.
+    pub fn has_hose_leak(&self) -> bool {
+        self.leaks.iter().any(Option::is_some)
     }
 
     /// Whether a relief valve leads from one of its ports to the other one.
@@ -279,22 +286,6 @@ impl<T: Number> Valve<T> {
             None => self.overlap,
         };
         closed(&self.metering[0]).min(closed(&self.metering[2]))
-    }
-}
-
-/// Pressure compensator of a valve section.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Compensator<T = f64> {
-    None,
-    /// Before the spool, with the pressure drop that it holds over the metering edge, Pa.
-    Before(T),
-    /// Behind the spool: all sections have the drop that remains from the pump.
-    Behind,
-}
-
-impl<T> Compensator<T> {
-    pub fn is_none(&self) -> bool {
-        matches!(self, Compensator::None)
     }
 }
 

@@ -43,6 +43,7 @@ quantities! {
     STIFFNESS = "stiffness" in "N/m";
     DAMPING = "damping coefficient" in "N s/m";
     PRESSURE = "pressure" in "Pa";
+    AREA = "area" in "m^2";
     VOLUME = "volume" in "m^3";
     FLOW = "volume flow" in "m^3/s";
     TORQUE = "torque" in "N m";

@@ -1,5 +1,6 @@
 //! Scenario files: machine, start, inputs and duration of a run.
 
+mod burst;
 mod closed_loop;
 mod command;
 mod goal;
@@ -13,6 +14,7 @@ mod supply;
 mod value;
 mod written;
 
+pub use burst::{Burst, Side};
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
 pub use command::{CommandLog, LoggedColumn, SpoolCommand};
 pub use goal::Goal;
@@ -67,6 +69,8 @@ pub struct Scenario {
     /// Changes during the run, in order of time; phases after the duration have no effect.
     pub phases: Vec<Phase>,
     pub sensor_faults: Vec<SensorFault>,
+    /// Hoses that burst.
+    pub bursts: Vec<Burst>,
     pub solver: Solver,
     pub seed: u64,
     /// Version of hydrocrane that recorded it, if it is a drive of the cockpit.
@@ -211,6 +215,7 @@ fn build(
         joystick,
         goals: goal::read(&root)?,
         phases,
+        bursts: burst::read(&root, &machine)?,
         solver: solver(&root)?,
         seed: seed(&head)?,
         recorded_by: head.optional("recorded-by")?.map(|field| field.text().map(str::to_string)).transpose()?,

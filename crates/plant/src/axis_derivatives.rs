@@ -164,12 +164,12 @@ impl<L: Real> Lifted<L> {
         let by_pressures = |number: CoupledPort<L>| [number.derivative[AT_MAINS], number.derivative[AT_LOAD]];
         let signal = self.coupled.valve.connection.signal(
             Dual::variable(s.spool, AT_SPOOL),
-            [a.pressure + a.line_drop, b.pressure + b.line_drop],
+            [a, b].map(|port| port.pressure + port.line_drop - port.hose_drop),
             Dual::constant(supply_pressures.tank),
         );
         let bulk = (self.bulk_modulus(s.p1).value, self.bulk_modulus(s.p2).value);
         let (stiffness_1, stiffness_2) = self.chambers.stiffness(bulk, s.x, (s.p1, s.p2));
-        let (inflow_1, inflow_2) = (a.fed - a.drained, b.fed - b.drained);
+        let [inflow_1, inflow_2] = [a, b].map(|port| port.fed - port.drained - port.lost);
         SupplyDerivatives {
             drawn: piston.row(&by_states(a.fed + b.fed)),
             signal: signal.value,

@@ -3,7 +3,9 @@
 use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives, TankDerivatives};
 use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
 use crate::layout::Layout;
-use crate::ledger::{crossover_power, line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS};
+use crate::ledger::{
+    crossover_power, leak_power, line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS,
+};
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
@@ -28,6 +30,7 @@ pub struct AxisPowers<L> {
     pub crossover: L,
     pub priority: L,
     pub lines: L,
+    pub leaks: L,
     pub drawn: L,
     pub returned: L,
 }
@@ -200,6 +203,7 @@ impl<L: Real> AxisGroup<L> {
                     crossover: crossover_power(&rates),
                     priority: given[0] + given[1],
                     lines: line_power(&rates),
+                    leaks: if cfg!(feature = "chains") { leak_power(&rates) } else { L::c(0.0) },
                     drawn: rates.edges.supply(),
                     returned: rates.returned(),
                 }

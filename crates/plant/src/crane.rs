@@ -62,6 +62,7 @@ impl<const N: usize> Crane<N> {
                 && !c.has_port_valves()
                 && !c.has_crossover_relief()
                 && !c.has_line_resistance()
+                && !c.has_hose_leak()
         };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);
         if mobile && !cfg!(feature = "chains") {

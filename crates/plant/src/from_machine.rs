@@ -3,7 +3,7 @@
 use crate::errors::BuildError;
 use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
 use crate::plant::Plant;
-use crate::supply::{FurtherPump, Supply};
+use crate::supply::{ControlledPump, Supply};
 use hydrocrane_machine::{model as file, Number};
 use hydrocrane_num::curve::MonotoneCurve;
 use hydrocrane_num::{portable, smooth, Real, Vec2};
@@ -22,6 +22,7 @@ use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::hose_burst::HoseBurst;
+use hydrocrane_physics::hydraulics::hose_leak::HoseLeak;
 use hydrocrane_physics::hydraulics::leakage::{annular_gap_conductance, Leakage};
 use hydrocrane_physics::hydraulics::line::Resistance;
 use hydrocrane_physics::hydraulics::load_holding::LoadHolding;
@@ -79,12 +80,10 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
 fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> {
     let rise = of.pressure - of.tank_pressure;
     Supply {
-        pump: pump(&mains.pump, rise),
-        further: hydrocrane_num::array::from_fn(|i| {
-            mains.further.get(i).map(|p| FurtherPump { pump: pump(p, rise), control: control(p) })
+        pumps: hydrocrane_num::array::from_fn(|i| {
+            mains.pumps().nth(i).map(|p| ControlledPump { pump: pump(p, rise), control: control(p) })
         }),
         highest: of.pressure,
-        control: control(&mains.pump),
         sensing: mains
             .load_sensing
             .as_ref()
@@ -258,6 +257,7 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         crossover: CrossoverRelief {
             from: hydrocrane_num::array::from_fn(|side| c.crossover[side].as_ref().map(port_relief)),
         },
+        leaks: hydrocrane_num::array::from_fn(|side| c.leaks[side].as_ref().map(|leak| hose_leak(leak, &m.fluid))),
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
@@ -337,6 +337,10 @@ fn port_valves<T: Number>(v: &file::PortValves<T>) -> PortValves<T> {
             coefficient: v.nominal_flow / (v.nominal_pressure_drop - v.opening_pressure).sqrt(),
         }),
     }
+}
+
+fn hose_leak<T: Number>(of: &file::HoseLeak<T>, fluid: &file::Fluid<T>) -> HoseLeak<T> {
+    HoseLeak { coefficient: of.discharge_coefficient * of.opening * (T::c(2.0) / fluid.density).sqrt() }
 }
 
 fn port_relief<T: Number>(v: &file::PortRelief<T>) -> ReliefValve<T> {

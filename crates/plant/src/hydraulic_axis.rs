@@ -8,11 +8,12 @@ use hydrocrane_physics::hydraulics::connector::Connector;
 use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::hose_leak::{HoseLeak, Leaking, Spill};
 use hydrocrane_physics::hydraulics::leakage::Leakage;
 use hydrocrane_physics::hydraulics::port_valves::PortValves;
 use hydrocrane_physics::hydraulics::priority::Priority;
 use hydrocrane_physics::hydraulics::spool::Spool;
-use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures, SpoolValve};
+use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortFlows, PortPressures, SpoolValve};
 
 /// Which friction law acts, with its parameters.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +43,8 @@ pub struct HydraulicAxis<T> {
     /// At the piston side and at the rod side.
     pub port_valves: [PortValves<T>; 2],
     pub crossover: CrossoverRelief<T>,
+    /// Of the hoses to the piston side and to the rod side.
+    pub leaks: [Option<HoseLeak<T>>; 2],
     pub spool: Spool<T>,
     pub leakage: Leakage<T>,
     pub connector: Connector<T>,
@@ -98,12 +101,16 @@ pub struct LocalRates<T> {
     pub relieved: [T; 2],
     /// From the piston-side port through a cross-over relief valve to the rod-side port, m^3/s.
     pub crossed: T,
+    /// From the hose of each port to the outside, m^3/s.
+    pub lost: [T; 2],
     /// Leakage from chamber 1 to 2 and from chamber 2 outside, m^3/s.
     pub internal_leakage: T,
     pub external_leakage: T,
     /// Pressures at the valve's ports, behind the lines, Pa, and those before them above that.
     pub ports: PortPressures<T>,
     pub line_drops: [T; 2],
+    /// Of the hoses below those of the chambers, Pa: where they leak behind a valve that holds the load.
+    pub hose_drops: [T; 2],
     /// Damping force of the end stops, N, positive outward.
     pub stop_damping: T,
     /// Power stored in the bristles, W.
@@ -129,10 +136,12 @@ impl<T: Copy> LocalRates<T> {
             },
             relieved: [f(self.relieved[0]), f(self.relieved[1])],
             crossed: f(self.crossed),
+            lost: [f(self.lost[0]), f(self.lost[1])],
             internal_leakage: f(self.internal_leakage),
             external_leakage: f(self.external_leakage),
             ports: PortPressures { supply: f(p.supply), load: f(p.load), tank: f(p.tank), a: f(p.a), b: f(p.b) },
             line_drops: [f(self.line_drops[0]), f(self.line_drops[1])],
+            hose_drops: [f(self.hose_drops[0]), f(self.hose_drops[1])],
             stop_damping: f(self.stop_damping),
             bristle_power: f(self.bristle_power),
         }
@@ -140,12 +149,16 @@ impl<T: Copy> LocalRates<T> {
 }
 
 impl<T: Real> LocalRates<T> {
-    /// Flow into the piston side and out of the rod side, m^3/s: that of the spool valve less that of the ports' own valves and from
-    /// port to port.
+    /// Flow into the piston side and out of the rod side, m^3/s: that of the spool valve less that of the ports' own valves, from
+    /// port to port, and out of hoses that leak.
     #[inline(always)]
     pub fn through_ports(&self) -> (T, T) {
         let (a, b) = (self.edges.port_a() - self.relieved[0], self.edges.port_b() + self.relieved[1]);
-        (a - self.crossed, b - self.crossed)
+        if cfg!(feature = "chains") {
+            (a - self.crossed - self.lost[0], b - self.crossed + self.lost[1])
+        } else {
+            (a - self.crossed, b - self.crossed)
+        }
     }
 
     /// Flow to the tank, m^3/s: through the spool valve, the ports' own valves, and past the rod.
@@ -157,7 +170,8 @@ impl<T: Real> LocalRates<T> {
     /// Pressures around the valve, those of its ports before the lines to the cylinder.
     #[inline(always)]
     pub fn at_valve(&self) -> PortPressures<T> {
-        PortPressures { a: self.ports.a + self.line_drops[0], b: self.ports.b + self.line_drops[1], ..self.ports }
+        let before = |port: usize, behind: T| behind + self.line_drops[port] - self.hose_drops[port];
+        PortPressures { a: before(0, self.ports.a), b: before(1, self.ports.b), ..self.ports }
     }
 }
 
@@ -225,8 +239,11 @@ pub struct Port<T> {
     pub drained: T,
     /// Through the port's own valves to the tank, m^3/s.
     pub relieved: T,
-    /// Drop from the valve over the line to the cylinder, Pa.
+    /// From its hose to the outside, m^3/s.
+    pub lost: T,
+    /// Drop from the valve over the line to the cylinder, Pa, and from the chamber to a hose that leaks.
     pub line_drop: T,
+    pub hose_drop: T,
 }
 
 impl<T: Copy> Port<T> {
@@ -237,7 +254,9 @@ impl<T: Copy> Port<T> {
             fed: f(self.fed),
             drained: f(self.drained),
             relieved: f(self.relieved),
+            lost: f(self.lost),
             line_drop: f(self.line_drop),
+            hose_drop: f(self.hose_drop),
         }
     }
 }
@@ -282,15 +301,13 @@ impl<T: Real> HydraulicAxis<T> {
     /// Flows of port A; the pressure of port B counts if it opens the load-holding valve of port A.
     #[inline(always)]
     pub fn port_a(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
-        let (fed, drained) = self.valve.flows_at_a(spool, ports);
-        self.port(0, ports.a, ports.tank, (self.left_by_priority(ports, fed), drained))
+        self.port(0, ports.a, ports, self.valve.flows_at_a(spool, ports, self.leak(0)))
     }
 
     /// Flows of port B, likewise.
     #[inline(always)]
     pub fn port_b(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
-        let (fed, drained) = self.valve.flows_at_b(spool, ports);
-        self.port(1, ports.b, ports.tank, (self.left_by_priority(ports, fed), drained))
+        self.port(1, ports.b, ports, self.valve.flows_at_b(spool, ports, self.leak(1)))
     }
 
     /// What a section that gives way gets of the flow `fed` from the supply, m^3/s.
@@ -327,14 +344,29 @@ impl<T: Real> HydraulicAxis<T> {
             .map(|(port, flow)| priority.loss(p.supply, p.load, drop(port), flow))
     }
 
+    /// The leak of the hose of a port, if it may leak. Builds for the smallest chains only have none.
     #[inline(always)]
-    fn port(&self, number: usize, pressure: T, tank: T, (fed, drained): (T, T)) -> Port<T> {
+    fn leak(&self, port: usize) -> Option<&HoseLeak<T>> {
+        self.leaks[port].as_ref().filter(|_| cfg!(feature = "chains"))
+    }
+
+    #[inline(always)]
+    fn port(&self, number: usize, pressure: T, ports: &PortPressures<T>, flows: PortFlows<T>) -> Port<T> {
+        let (fed, drained) = (self.left_by_priority(ports, flows.fed), flows.drained);
+        let Spill { fed, lost, drop } = match (self.leak(number), flows.leaking) {
+            (Some(leak), Some(Leaking { outward, behind })) => {
+                leak.spill(pressure, fed, &Leaking { outward: self.left_by_priority(ports, outward), behind })
+            }
+            _ => Spill { fed, lost: T::c(0.0), drop: T::c(0.0) },
+        };
         Port {
             pressure,
             fed,
             drained,
-            relieved: self.port_valves[number].flow(pressure, tank),
+            relieved: self.port_valves[number].flow(pressure, ports.tank),
+            lost,
             line_drop: self.valve.line_drop(number, fed - drained),
+            hose_drop: drop,
         }
     }
 
@@ -369,6 +401,9 @@ impl<T: Real> HydraulicAxis<T> {
         if !self.crossover.is_none() {
             inflow = (inflow.0 - *crossed, inflow.1 + *crossed);
         }
+        if cfg!(feature = "chains") && self.leaks.iter().any(Option::is_some) {
+            inflow = (inflow.0 - port_a.lost, inflow.1 - port_b.lost);
+        }
         let (p1_rate, p2_rate) = self.chambers.pressure_rates(outputs.bulk, s.x, s.v, (s.p1, s.p2), inflow);
         LocalRates {
             force: self.chambers.force(s.p1, s.p2) + stops.0 + stops.1 - friction.force,
@@ -379,6 +414,7 @@ impl<T: Real> HydraulicAxis<T> {
             edges,
             relieved: [port_a.relieved, port_b.relieved],
             crossed: *crossed,
+            lost: [port_a.lost, port_b.lost],
             internal_leakage,
             external_leakage,
             ports: PortPressures {
@@ -389,6 +425,7 @@ impl<T: Real> HydraulicAxis<T> {
                 b: port_b.pressure,
             },
             line_drops: [port_a.line_drop, port_b.line_drop],
+            hose_drops: [port_a.hose_drop, port_b.hose_drop],
             stop_damping: stops.1,
             bristle_power: friction.bristle_power,
         }
@@ -410,6 +447,7 @@ impl<T: Real> HydraulicAxis<T> {
         let at_ports = |unit: &Self| unit.port_valves.map(|valves| valves.kinds());
         let out = |unit: &Self| unit.valve.meter_out.map(|of| of.is_some());
         let lines = |unit: &Self| unit.valve.lines.map(|line| line.is_some());
+        let leaks = |unit: &Self| unit.leaks.map(|leak| leak.is_some());
         let curves = |unit: &Self| unit.valve.metering().map(|metering| metering.curves);
         edges(self) == edges(other)
             && switches(self) == switches(other)
@@ -421,6 +459,7 @@ impl<T: Real> HydraulicAxis<T> {
             && curves(self) == curves(other)
             && out(self) == out(other)
             && lines(self) == lines(other)
+            && leaks(self) == leaks(other)
             && self.friction.same_laws(&other.friction)
     }
 }
@@ -440,6 +479,7 @@ impl<T: Copy> HydraulicAxis<T> {
             priority: self.priority.map(|priority| priority.map(f)),
             port_valves: self.port_valves.map(|valves| valves.map(f)),
             crossover: self.crossover.map(f),
+            leaks: self.leaks.map(|leak| leak.map(|leak| leak.map(f))),
             spool: self.spool.map(f),
             leakage: self.leakage.map(f),
             connector: self.connector.map(f),

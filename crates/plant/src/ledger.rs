@@ -8,7 +8,7 @@
 //! `elastic` is the strain energy that oil carries with it through the chamber boundaries (w q, with w the
 //! energy density at the chamber's pressure). Compensators add their losses; the loss of an edge from the supply is
 //! then that of its own drop. Relief and anti-cavitation valves of the ports are two more losses, cross-over relief valves, the
-//! resistance of the lines and the priority elements of sections that give way are others. With a pump, the energy of the mains is stored too:
+//! resistance of the lines, the priority elements of sections that give way and hoses that leak are others. With a pump, the energy of the mains is stored too:
 //! ```text
 //! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
 //! ```
@@ -70,6 +70,13 @@ pub const PRIORITY_TERMS: [Term; 1] =
 /// The same for lines with a resistance.
 pub const LINE_TERMS: [Term; 1] = [("resistance", "loss of the resistance of all lines to the cylinders", -1.0)];
 
+/// The same for hoses that leak.
+pub const LEAK_TERMS: [Term; 1] = [(
+    "leaks",
+    "loss of the oil that leaves through leaking hoses, and of the valves that hold a load before these",
+    -1.0,
+)];
+
 /// The same for a pump with its mains, or for the sums over all pumps. What the mains deliver is the work of the supply on all cylinders.
 pub const SUPPLY_TERMS: [Term; 7] = [
     ("shaft", "work of the shaft on the pump", 1.0),
@@ -92,8 +99,8 @@ pub const TANK_LINE_TERMS: [Term; 7] = [
     ("carried", "elastic energy carried in with the oil", 1.0),
 ];
 
-/// Terms after those of the cylinders, each with its owner: of ground, compensators, port valves, cross-over relief valves, priority, lines, supply and tank line, if
-/// the machine has them.
+/// Terms after those of the cylinders, each with its owner: of ground, compensators, port valves, cross-over relief valves, priority,
+/// lines, hoses that leak, supply and tank line, if the machine has them.
 pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let ground = machine.ground.iter().flat_map(|_| GROUND_TERMS.iter().map(|term| ("ground", term)));
     let supply = machine.supply.mains.iter().flat_map(|_| SUPPLY_TERMS.iter().map(|term| ("mains", term)));
@@ -107,6 +114,8 @@ pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
     let priority = PRIORITY_TERMS.iter().filter(|_| first).map(|term| ("valves", term));
     let resisting = machine.cylinders.iter().any(Cylinder::has_line_resistance);
     let lines = LINE_TERMS.iter().filter(|_| resisting).map(|term| ("lines", term));
+    let leaking = machine.cylinders.iter().any(Cylinder::has_hose_leak);
+    let leaks = LEAK_TERMS.iter().filter(|_| leaking).map(|term| ("lines", term));
     let returns = machine.supply.mains.iter().filter(|mains| mains.tank_line.is_some());
     let tank_line = returns.flat_map(|_| TANK_LINE_TERMS.iter().map(|term| ("tank_line", term)));
     ground
@@ -115,6 +124,7 @@ pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
         .chain(crossover)
         .chain(priority)
         .chain(lines)
+        .chain(leaks)
         .chain(supply)
         .chain(tank_line)
         .collect()
@@ -124,6 +134,18 @@ pub fn shared_terms(machine: &Machine) -> Vec<(&'static str, &'static Term)> {
 #[inline(always)]
 pub fn line_power<T: Real>(r: &LocalRates<T>) -> T {
     r.line_drops[0] * r.edges.port_a() - r.line_drops[1] * r.edges.port_b()
+}
+
+/// Power lost through hoses that leak, W: that of the oil that leaves, at the pressure of the hose, and of what comes out of the chamber
+/// over the drop to it.
+#[inline(always)]
+pub fn leak_power<T: Real>(r: &LocalRates<T>) -> T {
+    let (e, p) = (&r.edges, &r.ports);
+    let port = |number: usize, pressure: T, inflow: T| {
+        let (lost, drop) = (r.lost[number], r.hose_drops[number]);
+        (pressure - drop) * lost + drop * (lost - inflow)
+    };
+    port(0, p.a, e.port_a()) + port(1, p.b, -e.port_b())
 }
 
 /// Powers (W) in the order of [`SUPPLY_TERMS`]; `stored` is the oil's energy density in the mains, J/m^3, `e` the shares of the
@@ -140,8 +162,8 @@ pub fn supply_powers<T: Real>(
     let SupplyPressures { supply: p, tank, .. } = *pressures;
     let reservoir = supply.reservoir(tank);
     let rise = p - reservoir;
-    let ((mut leaked, mut rubbed), mut shaft) = (supply.pump.losses(e[0], rise), supply.pump.shaft_power(e[0], rise));
-    for (of, e) in supply.further.iter().flatten().zip(&e[1..]) {
+    let (mut leaked, mut rubbed, mut shaft) = (T::c(0.0), T::c(0.0), T::c(0.0));
+    for (of, e) in supply.pumps().zip(e) {
         let lost = of.pump.losses(*e, rise);
         (leaked, rubbed, shaft) = (leaked + lost.0, rubbed + lost.1, shaft + of.pump.shaft_power(*e, rise));
     }

@@ -111,6 +111,12 @@ const CROSSED: [(&str, &str, &str); 1] = [(
     "flow from the piston-side port through its cross-over relief valve to the rod-side port, negative the other way",
 )];
 
+/// Further outputs of each cylinder if a hose of one may leak.
+const LOST: [(&str, &str, &str); 2] = [
+    ("lost1", "m^3/s", "flow from the hose of the piston side to the outside"),
+    ("lost2", "m^3/s", "the same from the hose of the rod side"),
+];
+
 /// Further outputs of each cylinder if the line to one has a resistance.
 const IN_LINES: [(&str, &str, &str); 2] = [
     ("line_drop1", "Pa", "pressure drop over the line to the piston side, positive while oil flows to the cylinder"),
@@ -148,7 +154,8 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let at_ports = machine.cylinders.iter().any(Cylinder::has_port_valves);
     let lines = machine.cylinders.iter().any(Cylinder::has_line_resistance);
     let crossing = machine.cylinders.iter().any(Cylinder::has_crossover_relief);
-    let optional = [(at_ports, &AT_PORTS[..]), (crossing, &CROSSED[..]), (lines, &IN_LINES[..])];
+    let leaking = machine.cylinders.iter().any(Cylinder::has_hose_leak);
+    let optional = [(at_ports, &AT_PORTS[..]), (crossing, &CROSSED[..]), (lines, &IN_LINES[..]), (leaking, &LOST[..])];
     let optional = optional.map(|(there, rows)| if there { rows } else { &[] });
     for rows in optional.into_iter().chain([&PER_CYLINDER[..]]) {
         for c in &machine.cylinders {
@@ -216,10 +223,11 @@ pub fn write<T: Real, const N: usize>(
             unit.rates(&plant.fluid, &pressures, &e, Demand { drawn, ..plant.no_demand(pressures.tank) });
         let (of_mains, others) = rest.split_at_mut(OF_MAINS.len());
         let rise = pressures.supply - unit.reservoir(pressures.tank);
-        let pumps = || std::iter::once(&unit.pump).chain(unit.further.iter().flatten().map(|of| &of.pump)).zip(&e);
+        let pumps = || unit.pumps().map(|of| &of.pump).zip(&e);
         let mut shaft_power = T::c(0.0);
         pumps().for_each(|(pump, e)| shaft_power += pump.shaft_power(*e, rise));
-        of_mains.copy_from_slice(&[pump_flow, relief_flow, shaft_power, unit.pump.shaft_speed(e[0], rise)]);
+        of_mains[..3].copy_from_slice(&[pump_flow, relief_flow, shaft_power]);
+        pumps().take(1).for_each(|(pump, e)| of_mains[3] = pump.shaft_speed(*e, rise));
         rest = others;
         if unit.is_controlled() {
             let (setting, shortfall) = unit.setting_and_shortfall(&pressures, &e);
@@ -239,7 +247,8 @@ pub fn write<T: Real, const N: usize>(
             of_tank_line.copy_from_slice(&[returned, whole, filter_drop, bypassed]);
             rest = others;
         }
-        for (pump, e) in pumps().filter(|_| unit.further[0].is_some()) {
+        let several = pumps().count() > 1;
+        for (pump, e) in pumps().filter(|_| several) {
             let (of_pump, others) = rest.split_at_mut(OF_PUMPS.len());
             of_pump.copy_from_slice(&[pump.flow(*e, rise), pump.shaft_power(*e, rise), pump.shaft_speed(*e, rise)]);
             rest = others;
@@ -258,6 +267,11 @@ pub fn write<T: Real, const N: usize>(
     if plant.has_line_resistance() {
         let (drops, others) = rest.split_at_mut(IN_LINES.len() * N);
         drops.iter_mut().zip(rates.iter().flat_map(|r| r.line_drops)).for_each(|(out, drop)| *out = drop);
+        rest = others;
+    }
+    if plant.has_hose_leak() {
+        let (lost, others) = rest.split_at_mut(LOST.len() * N);
+        lost.iter_mut().zip(rates.iter().flat_map(|r| r.lost)).for_each(|(out, flow)| *out = flow);
         rest = others;
     }
     let (of_cylinders, drops) = rest.split_at_mut(N * PER_CYLINDER.len());

@@ -81,6 +81,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.cylinders.iter().find_map(|c| c.priority.as_ref()).filter(|_| cfg!(feature = "chains"))
     }
 
+    /// Whether a hose may leak. Builds for the smallest chains only have none.
+    pub fn has_hose_leak(&self) -> bool {
+        cfg!(feature = "chains") && self.cylinders.iter().any(|c| c.leaks.iter().any(Option::is_some))
+    }
+
     /// Whether a line has a resistance.
     pub fn has_line_resistance(&self) -> bool {
         self.cylinders.iter().any(|c| c.valve.lines.iter().any(Option::is_some))

@@ -3,8 +3,13 @@
 //! Written from the description of the machine, with textbook steps instead of shared ones: link angles and
 //! trigonometry, a Newton-Euler recursion for forces, the laws in plain `f64` with ordinary branches.
 
+mod laws;
+mod supply;
+
 use hydrocrane_machine::model::*;
+use laws::{bulk_modulus, curve, flank, rounded};
 use std::f64::consts::{FRAC_PI_4, PI};
+use supply::supply_rates;
 
 type V = [f64; 2];
 
@@ -63,149 +68,14 @@ fn push_of_ground(ground: &Ground, load: &Payload, at: V, v: V, payload: f64) ->
     add(scale([-slope, 1.0], normal), scale([1.0, slope], -friction))
 }
 
-fn bulk_modulus(f: &Fluid, p: f64) -> f64 {
-    let oil = |p: f64| 0.5 * f.bulk_modulus_max * (f.bulk_c1 * p / f.bulk_reference_pressure + f.bulk_c2).log10();
-    match f.cavitation {
-        Cavitation::FreeGas { vacuum } if p < 0.0 => {
-            let y = ((p - vacuum) / -vacuum).max(1e-9);
-            let gas_share = -vacuum / oil(0.0);
-            oil(0.0) * y * (y + gas_share * (1.0 - y))
-        }
-        _ => oil(p.abs()),
-    }
-}
-
-/// Flow through the tank line at the drop `whole` from the line to the tank, by halving.
-fn through_tank_line(line: &TankLine, whole: f64) -> f64 {
-    let drop = |q: f64| {
-        let own = line.resistance.as_ref().map_or(0.0, |of| of.laminar * q + of.turbulent * q * q.abs());
-        let filter = line.filter.as_ref().map_or(0.0, |of| {
-            let alone = q * of.nominal_pressure_drop / of.nominal_flow;
-            match &of.bypass {
-                Some(by) if alone > by.pressure => {
-                    let (a, b) = (of.nominal_flow / of.nominal_pressure_drop, of.nominal_flow / by.overpressure);
-                    (q + b * by.pressure) / (a + b)
-                }
-                _ => alone,
-            }
-        });
-        own + filter
-    };
-    let (mut least, mut most) = (-1.0, 1.0);
-    for _ in 0..200 {
-        let middle = 0.5 * (least + most);
-        if drop(middle) > whole {
-            most = middle;
-        } else {
-            least = middle;
-        }
-    }
-    0.5 * (least + most)
-}
-
-/// Rates of the states of the supply, `x`: pressure of the mains, with load sensing that of its line, with a tank line its pressure, and
-/// where the pumps swivel the shares of their displacements. The valves draw `drawn`, give `signal` to the load-sensing line and give back
-/// `returned`.
-fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f64, returned: f64) -> Vec<f64> {
-    let (pumps, tank, p) = (mains.pumps().collect::<Vec<_>>(), m.supply.tank_pressure, x[0]);
-    let controlled = mains.pump.control.is_some();
-    let share = |k: usize| if controlled { x[x.len() - pumps.len() + k] } else { 1.0 };
-    let follows = |highest: f64| match &mains.load_sensing {
-        Some(sensing) => highest.min(x[1] + sensing.margin),
-        None => highest,
-    };
-    let opens = if controlled { mains.relief_pressure } else { follows(mains.relief_pressure) };
-    let per_angle = |pump: &Pump| pump.displacement / (2.0 * PI);
-    let given = |(k, pump): (usize, &&Pump)| {
-        // The engine slows down under the torque of the pump.
-        let torque = per_angle(pump) * (p - tank) * (share(k) - 1.0 + 1.0 / pump.hydromechanical_efficiency);
-        let speed = pump
-            .engine
-            .as_ref()
-            .map_or(pump.speed, |engine| (pump.speed * (1.0 - engine.droop * torque / engine.rated_torque)).max(0.0));
-        let leaking = (1.0 - pump.volumetric_efficiency) * per_angle(pump) * pump.speed / (m.supply.pressure - tank);
-        share(k) * per_angle(pump) * speed - leaking * (p - tank)
-    };
-    let given: f64 = pumps.iter().enumerate().map(given).sum();
-    let relieved = mains.relief_gradient * rounded(p - opens, 0.5e5);
-    // Gas that the oil compresses above its precharge.
-    let (held, growth) = mains.accumulator.as_ref().map_or((0.0, 0.0), |a| {
-        let (atmosphere, within) = (1.013_25e5, 1e5);
-        let slope = ((p - a.precharge + within) / (2.0 * within)).clamp(0.0, 1.0);
-        let absolute = a.precharge + atmosphere;
-        let gas =
-            a.volume * (absolute / (absolute + rounded(p - a.precharge, within))).powf(1.0 / a.polytropic_exponent);
-        let growth = gas / (a.polytropic_exponent * (absolute + rounded(p - a.precharge, within))) * slope;
-        (a.volume - gas, growth)
-    });
-    let volume = mains.volume + mains.compliance * p + held;
-    let inflow = given - relieved - drawn;
-    let mut rates = vec![inflow / (volume / bulk_modulus(&m.fluid, p) + mains.compliance + growth)];
-    rates.extend(mains.load_sensing.iter().map(|sensing| (signal - x[1]) / sensing.time_constant));
-    rates.extend(mains.tank_line.iter().map(|line| {
-        let p = x[1 + usize::from(mains.load_sensing.is_some())];
-        let capacity = (line.volume + line.compliance * p) / bulk_modulus(&m.fluid, p) + line.compliance;
-        (returned + relieved - through_tank_line(line, p - tank)) / capacity
-    }));
-    rates.extend(pumps.iter().enumerate().filter_map(|(k, pump)| {
-        let control = pump.control.as_ref()?;
-        let mut wanted = (follows(m.supply.pressure) - p) / control.range;
-        if let Some(limit) = control.torque_limit {
-            wanted = wanted
-                .min(limit / (per_angle(pump) * (p - tank).max(1e3)) - (1.0 / pump.hydromechanical_efficiency - 1.0));
-        }
-        Some((wanted.clamp(0.0, 1.0) - share(k)) / control.time_constant)
-    }));
-    rates
-}
-
-/// A positive part, rounded within `width`.
-fn rounded(dp: f64, width: f64) -> f64 {
-    match dp {
-        dp if dp <= -width => 0.0,
-        dp if dp < width => (dp + width).powi(2) / (4.0 * width),
-        dp => dp,
-    }
-}
-
-/// A smooth rise from 0 to 1 and its slope.
-fn flank(t: f64) -> (f64, f64) {
-    match t {
-        t if t <= 0.0 => (0.0, 0.0),
-        t if t >= 1.0 => (1.0, 0.0),
-        t => (10.0 * t.powi(3) - 15.0 * t.powi(4) + 6.0 * t.powi(5), 30.0 * (t * (1.0 - t)).powi(2)),
-    }
-}
-
-/// Monotone cubics through the `points`, in Hermite's form; linear beyond them.
-fn curve(points: &[[f64; 2]], x: f64) -> f64 {
-    let n = points.len();
-    let h: Vec<f64> = points.windows(2).map(|p| p[1][0] - p[0][0]).collect();
-    let d: Vec<f64> = points.windows(2).map(|p| (p[1][1] - p[0][1]) / (p[1][0] - p[0][0])).collect();
-    let end = |h: [f64; 2], d: [f64; 2]| match ((2.0 * h[0] + h[1]) * d[0] - h[0] * d[1]) / (h[0] + h[1]) {
-        slope if slope * d[0] <= 0.0 => 0.0,
-        slope if d[0] * d[1] < 0.0 && slope.abs() > 3.0 * d[0].abs() => 3.0 * d[0],
-        slope => slope,
-    };
-    let slope = |i: usize| match i {
-        _ if n == 2 => d[0],
-        0 => end([h[0], h[1]], [d[0], d[1]]),
-        i if i == n - 1 => end([h[n - 2], h[n - 3]], [d[n - 2], d[n - 3]]),
-        i if d[i - 1] * d[i] <= 0.0 => 0.0,
-        i => {
-            let (before, after) = (h[i - 1] + 2.0 * h[i], 2.0 * h[i - 1] + h[i]);
-            (before + after) / (before / d[i - 1] + after / d[i])
-        }
-    };
-    if x >= points[n - 1][0] {
-        return points[n - 1][1] + slope(n - 1) * (x - points[n - 1][0]);
-    }
-    let i = (1..n - 1).filter(|i| points[*i][0] <= x).count();
-    let t = (x - points[i][0]) / h[i];
-    let (rising, falling) = (t * t * (3.0 - 2.0 * t), (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t));
-    falling * points[i][1]
-        + rising * points[i + 1][1]
-        + h[i] * t * (1.0 - t) * ((1.0 - t) * slope(i) - t * slope(i + 1))
+/// A load-holding valve in series with the edge to the tank.
+struct Held {
+    /// What it leaves of the opening of the edge, m, and how far it is open itself.
+    edge: f64,
+    open: f64,
+    /// What is left of the root of the pressure drop behind it, and how far it lets oil pass both ways.
+    share: f64,
+    free: f64,
 }
 
 /// State derivative of a corrected machine; `None` where any law is switched to as-printed.
@@ -322,21 +192,28 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             Some(of) => of.laminar * q + of.turbulent * q * q.abs(),
             None => 0.0,
         };
-        // What it leaves of a drop to an edge of this opening behind or before it, by halving.
-        let left = |port: usize, opening: f64, whole: f64| {
-            if over_line(port, 1.0) == 0.0 {
+        // What it, or it and a further `resistance`, leave of a drop to an edge of this opening behind or before them, by halving.
+        let left_by = |port: usize, resistance: f64, opening: f64, whole: f64| {
+            if over_line(port, 1.0) + resistance == 0.0 {
                 return whole;
             }
             let (mut least, mut most) = (0.0, whole.abs());
             for _ in 0..200 {
                 let middle = 0.5 * (least + most);
-                if middle + over_line(port, edge(opening, middle, 0.0)) > whole.abs() {
+                let q = edge(opening, middle, 0.0);
+                if middle + over_line(port, q) + resistance * q * q > whole.abs() {
                     most = middle;
                 } else {
                     least = middle;
                 }
             }
             most.copysign(whole)
+        };
+        let left = |port: usize, opening: f64, whole: f64| left_by(port, 0.0, opening, whole);
+        // Flow per root of the pressure drop over the hole of a hose.
+        let hole = |port: usize| {
+            let leak = c.leaks[port].as_ref();
+            leak.map_or(0.0, |of| of.discharge_coefficient * of.opening * (2.0 / m.fluid.density).sqrt())
         };
         let (ps, pt) = (mains_pressure, tank_pressure);
         // Behind the compensator.
@@ -353,13 +230,14 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let closed = closed[0].min(closed[1]);
         let (connected, _) = flank((xs.abs() - (closed - travel).max(0.0)) / travel);
         let fed_pressure = pt + connected * (if xs < 0.0 { pb } else { pa } - pt);
-        // Flow per root of the pressure drop over a port's load-holding valve in series with the edge to the tank of
-        // this `opening`, and the opening of that valve; the pressure of the fed port opens it.
+        // What a port's load-holding valve leaves of the edge to the tank of this `opening` in series with it; the pressure of the fed
+        // port opens the valve, and a hose that leaks lies beside the edge.
         let held = |port: usize, opening: f64| {
             let valve = c.holding[port].as_ref()?;
             let (pc, pilot) = ([pa, pb][port], if (port == 0) == (xs < 0.0) { fed_pressure } else { pt });
-            let (full, other) = (valve.nominal_flow / valve.nominal_pressure_drop.sqrt(), c0 * opening);
-            let series = |own: f64| own * other / (own * own + other * other + (1e-9 * full).powi(2)).sqrt();
+            let full = valve.nominal_flow / valve.nominal_pressure_drop.sqrt();
+            let along = |own: f64, other: f64| own / (own * own + other * other + (1e-9 * full).powi(2)).sqrt();
+            let (to_tank, out) = (c0 * opening, c0 * opening + hole(port));
             let share = |beyond: f64| rounded(beyond, 0.1) - rounded(beyond - 1.0, 0.1);
             let open = match &valve.kind {
                 HoldingKind::Counterbalance(v) => share((pc + v.pilot_ratio * pilot - v.setting) / v.opening_pressure),
@@ -367,11 +245,14 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                     share((v.pilot_ratio * (pilot - pt) - (pc - pt) - v.spring_pressure) / v.opening_pressure)
                 }
                 HoldingKind::HoseBurst(v) => {
-                    let wide_open = edge(series(full) / c0, left(port, series(full) / c0, pc - pt), 0.0);
+                    let series = to_tank * along(full, to_tank);
+                    let wide_open = edge(out * along(full, out) / c0, left(port, series / c0, pc - pt), 0.0);
                     1.0 - (1.0 - v.bleed) * flank((wide_open / v.closing_flow - 1.0) / 0.1).0
                 }
             };
-            Some((series(full * open), open))
+            let share = along(full * open, out);
+            let free = if matches!(valve.kind, HoldingKind::HoseBurst(_)) { open } else { 0.0 };
+            Some(Held { edge: opening * share, open, share, free })
         };
         // An edge in series with the line of its port, and the leakage over it.
         let metered = |port: usize, opening: f64, dp: f64, leaking: f64| {
@@ -380,12 +261,12 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let returned = |port: usize, opening: f64, dp: f64| {
             let opening = opening.max(0.0) * valve.return_ratio[port];
             match held(port, opening) {
-                Some((series, open)) if dp >= 0.0 => metered(port, series / c0, dp, open),
-                Some((_, open)) => metered(port, opening, dp, open),
+                Some(Held { edge, open, .. }) if dp >= 0.0 => metered(port, edge, dp, open),
+                Some(Held { open, .. }) => metered(port, opening, dp, open),
                 None => metered(port, opening, dp, 1.0),
             }
         };
-        let sealed = |port: usize| held(port, 0.0).map_or(1.0, |(_, open)| open);
+        let sealed = |port: usize| held(port, 0.0).map_or(1.0, |held| held.open);
         // A check valve before the edges, or that of a port's load-holding valve.
         let holds = |port: usize| {
             let held = c.holding[port].as_ref();
@@ -408,11 +289,14 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             }
             _ => 1.0,
         };
-        let from_supply = match valve.kind {
-            ValveKind::FourThree => [checked(0, fed(0, pa, opened(0, xs))), checked(1, fed(1, pb, opened(2, -xs)))],
-            ValveKind::Regenerative => [checked(0, fed(0, pa, opened(0, xs))), fed(1, pb, opened(2, xs.abs()))],
+        let feeding = match valve.kind {
+            ValveKind::FourThree => [opened(0, xs), opened(2, -xs)],
+            ValveKind::Regenerative => [opened(0, xs), opened(2, xs.abs())],
         };
-        let from_supply = from_supply.map(|flow| share * flow);
+        let from_supply = match valve.kind {
+            ValveKind::FourThree => [checked(0, fed(0, pa, feeding[0])), checked(1, fed(1, pb, feeding[1]))],
+            ValveKind::Regenerative => [checked(0, fed(0, pa, feeding[0])), fed(1, pb, feeding[1])],
+        };
         // A separate edge to the tank, active while the section moves in this direction, holds the port's pressure.
         let drained = |port: usize, by_spool: f64, travel_that_way: f64| match &valve.meter_out[port] {
             Some(of) => {
@@ -422,15 +306,35 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             }
             None => by_spool,
         };
-        let to_tank = match valve.kind {
-            ValveKind::FourThree => [
-                returned(0, drained(0, opened(1, -xs), -xs), pa - pt),
-                returned(1, drained(1, opened(3, xs), xs), pb - pt),
-            ],
-            ValveKind::Regenerative => {
-                [returned(0, drained(0, opened(1, -xs), -xs), pa - pt), returned(1, 0.0, pb - pt)]
-            }
+        let draining = match valve.kind {
+            ValveKind::FourThree => [drained(0, opened(1, -xs), -xs), drained(1, opened(3, xs), xs)],
+            ValveKind::Regenerative => [drained(0, opened(1, -xs), -xs), 0.0],
         };
+        let to_tank = [returned(0, draining[0], pa - pt), returned(1, draining[1], pb - pt)];
+        // Flow from the supply into a hose, flow out of its hole, and how far its pressure lies below that of the chamber.
+        let spilled = |port: usize| {
+            let (p, fed) = ([pa, pb][port], share * from_supply[port]);
+            let Some(_) = &c.leaks[port] else { return (fed, 0.0, 0.0) };
+            let p_tr = 0.1e5;
+            let root = match p {
+                p if p <= 0.0 => 0.0,
+                p if p < p_tr => p * (3.0 - p / p_tr) / (2.0 * p_tr.sqrt()),
+                p => p.sqrt(),
+            };
+            let most = hole(port) * root;
+            let Some(Held { share: beside, free, .. }) = held(port, draining[port].max(0.0) * valve.return_ratio[port])
+            else {
+                return (fed, most, 0.0);
+            };
+            // The hole in series with the edge, as a resistance that grows with the square of the flow.
+            let passing = left_by(port, 1.0 / (hole(port).powi(2) + 1e-30), feeding[port], ps);
+            let outward = (share * edge(feeding[port], drop_to(ps - passing), 0.0)).max(0.0).min(most);
+            let lost = outward.max(beside * most);
+            let kept = if most > 1e-12 { lost / most } else { 1.0 };
+            (free * fed + (1.0 - free) * ((fed - most).max(0.0) + outward), lost, p * (1.0 - kept * kept))
+        };
+        let spilled = [spilled(0), spilled(1)];
+        let from_supply = spilled.map(|(fed, ..)| fed);
         // Through relief and anti-cavitation valve of a port to the tank.
         let through = |port: usize| {
             let (valves, p) = (&c.port_valves[port], [pa, pb][port]);
@@ -453,11 +357,12 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                 .map_or(0.0, |v| v.nominal_flow / v.overpressure * rounded(drop - v.setting, 0.5e5))
         };
         let across = over(0, pa - pb) - over(1, pb - pa);
-        let q_a = from_supply[0] - to_tank[0] - through(0) - across;
-        let q_b = to_tank[1] - from_supply[1] + through(1) - across;
+        let q_a = from_supply[0] - to_tank[0] - through(0) - across - spilled[0].1;
+        let q_b = to_tank[1] - from_supply[1] + through(1) - across + spilled[1].1;
         drawn += from_supply[0] + from_supply[1];
         // The load-sensing line sees the ports before the lines to the cylinder.
-        let before_line = |port: usize, p: f64| p + over_line(port, from_supply[port] - to_tank[port]);
+        let before_line =
+            |port: usize, p: f64| p - spilled[port].2 + over_line(port, from_supply[port] - to_tank[port]);
         let before_line = if xs < 0.0 { before_line(1, pb) } else { before_line(0, pa) };
         signal = signal.max(pt + connected * (before_line - pt));
 

@@ -217,7 +217,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let (pressures, mut demand, mut compensated) =
             (self.pressures(layout, x), self.plant.no_demand(tank), T::c(0.0));
         let (mut at_ports, mut in_lines) = ([T::c(0.0); PORT_VALVE_TERMS.len()], T::c(0.0));
-        let (mut crossing, mut given_way) = (T::c(0.0), T::c(0.0));
+        let (mut crossing, mut given_way, mut leaking) = (T::c(0.0), T::c(0.0), T::c(0.0));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let powers = group.powers(oil, &pressures, &local);
@@ -226,6 +226,9 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             in_lines += group.sum(powers.lines);
             crossing += group.sum(powers.crossover);
             given_way += group.sum(powers.priority);
+            if self.plant.has_hose_leak() {
+                leaking += group.sum(powers.leaks);
+            }
             demand.drawn += group.sum(powers.drawn);
             demand.returned += group.sum(powers.returned);
             for (sum, power) in at_ports.iter_mut().zip(powers.port_valves) {
@@ -251,6 +254,10 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         }
         if self.plant.has_line_resistance() {
             out[first] = in_lines;
+            first += 1;
+        }
+        if self.plant.has_hose_leak() {
+            out[first] = leaking;
             first += 1;
         }
         let Some((supply, pressures, e)) = self.plant.supply_at(layout, x) else { return };

@@ -16,24 +16,21 @@ pub const MAX_PUMPS: usize = hydrocrane_machine::model::MOST_PUMPS;
 /// Shares of the displacements of all pumps in use.
 pub type Shares<T> = [T; MAX_PUMPS];
 
-/// A pump beside the first one.
+/// A pump with what turns its swivel.
 #[derive(Debug, Clone, Copy)]
-pub struct FurtherPump<T> {
+pub struct ControlledPump<T> {
     pub pump: Pump<T>,
-    /// As that of the first one: all have one, or none has.
+    /// `None`: the displacement is fixed. All pumps of a supply have one, or none has.
     pub control: Option<PressureControl<T>>,
 }
 
 /// A supply whose pressure follows from what flows in and out.
 #[derive(Debug, Clone, Copy)]
 pub struct Supply<T> {
-    pub pump: Pump<T>,
-    /// Pumps beside it, from the first place on.
-    pub further: [Option<FurtherPump<T>>; MAX_PUMPS - 1],
-    /// What the pump keeps at most, Pa.
+    /// From the first place on; there is at least one.
+    pub pumps: [Option<ControlledPump<T>>; MAX_PUMPS],
+    /// What the pumps keep at most, Pa.
     pub highest: T,
-    /// `None`: the displacement is fixed.
-    pub control: Option<PressureControl<T>>,
     /// `None`: the pressure does not follow the load. With a fixed pump, the relief valve unloads it.
     pub sensing: Option<LoadSensing<T>>,
     pub mains: Mains<T>,
@@ -62,12 +59,10 @@ impl<T: Copy> Supply<T> {
     /// The same with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Supply<U> {
         Supply {
-            pump: self.pump.map(f),
-            further: self.further.map(|of| {
-                of.map(|of| FurtherPump { pump: of.pump.map(f), control: of.control.map(|control| control.map(f)) })
+            pumps: self.pumps.map(|of| {
+                of.map(|of| ControlledPump { pump: of.pump.map(f), control: of.control.map(|control| control.map(f)) })
             }),
             highest: f(self.highest),
-            control: self.control.map(|control| control.map(f)),
             sensing: self.sensing.map(|sensing| sensing.map(f)),
             mains: self.mains.map(f),
             relief: self.relief.map(f),
@@ -103,21 +98,16 @@ impl<T: Real> Supply<T> {
     ) -> SupplyRates<T> {
         let SupplyPressures { supply, load, tank } = *pressures;
         let reservoir = self.reservoir(tank);
-        let mut pump_flow = self.pump.flow(e[0], supply - reservoir);
-        for (of, e) in self.further.iter().flatten().zip(&e[1..]) {
+        let (zero, set) = (T::c(0.0), self.setting(load));
+        let (mut pump_flow, mut swivel_rates) = (zero, [zero; MAX_PUMPS]);
+        for (of, (rate, e)) in self.pumps().zip(swivel_rates.iter_mut().zip(e)) {
             pump_flow += of.pump.flow(*e, supply - reservoir);
+            if let Some(control) = &of.control {
+                *rate = control.swivel_rate(&of.pump, *e, supply, set, reservoir);
+            }
         }
         let relief_flow = self.relief(load).flow(supply);
         let stiffness = self.stiffness(fluid.bulk_modulus(supply), supply);
-        let (zero, set) = (T::c(0.0), self.setting(load));
-        let swivels = |pump: &Pump<T>, control: &Option<PressureControl<T>>, e: T| {
-            control.as_ref().map_or(zero, |control| control.swivel_rate(pump, e, supply, set, reservoir))
-        };
-        let mut swivel_rates = [zero; MAX_PUMPS];
-        swivel_rates[0] = swivels(&self.pump, &self.control, e[0]);
-        for (of, (rate, e)) in self.further.iter().flatten().zip(swivel_rates[1..].iter_mut().zip(&e[1..])) {
-            *rate = swivels(&of.pump, &of.control, *e);
-        }
         SupplyRates {
             pressure_rate: stiffness * (pump_flow - relief_flow - drawn),
             swivel_rates,
@@ -129,6 +119,18 @@ impl<T: Real> Supply<T> {
             pump_flow,
             relief_flow,
         }
+    }
+
+    /// Its pumps, in the order of their shares.
+    #[inline(always)]
+    pub fn pumps(&self) -> impl Iterator<Item = &ControlledPump<T>> {
+        self.pumps.iter().flatten()
+    }
+
+    /// Whether the pumps turn their swivels.
+    #[inline(always)]
+    fn swivels(&self) -> bool {
+        self.pumps().any(|of| of.control.is_some())
     }
 
     /// Pressure of the tank that the pump draws from, Pa, where what returns is at the pressure `tank` (Pa).
@@ -175,36 +177,31 @@ impl<T: Real> Supply<T> {
 
     /// Whether anything but the relief valve keeps the pressure of the mains.
     pub fn is_controlled(&self) -> bool {
-        self.control.is_some() || self.sensing.is_some()
+        self.swivels() || self.sensing.is_some()
     }
 
     /// What the pump keeps at zero displacement, or a fixed one is unloaded at, and what the mains lack of it at the shares `e` of
     /// the displacements, Pa. Above zero the pumps give all they can and cannot keep the pressure, or have yet to swivel out.
     pub fn setting_and_shortfall(&self, pressures: &SupplyPressures<T>, e: &Shares<T>) -> (T, T) {
         let SupplyPressures { supply, load, .. } = *pressures;
-        match &self.control {
-            Some(control) => {
-                let set = self.setting(load);
-                let mut lacks = set - e[0] * control.range - supply;
-                // The pump that has most left says what the mains lack.
-                for (of, e) in self.further.iter().flatten().zip(&e[1..]) {
-                    let range = of.control.as_ref().map_or(T::c(0.0), |control| control.range);
-                    lacks = lacks.min(set - *e * range - supply);
-                }
-                (set, lacks)
-            }
-            None => {
-                let set = self.relief(load).pressure;
-                (set, set - supply)
-            }
+        if !self.swivels() {
+            let set = self.relief(load).pressure;
+            return (set, set - supply);
         }
+        // The pump that has most left says what the mains lack.
+        let (set, mut lacks) = (self.setting(load), T::c(f64::INFINITY));
+        for (of, e) in self.pumps().zip(e) {
+            let range = of.control.as_ref().map_or(T::c(0.0), |control| control.range);
+            lacks = lacks.min(set - *e * range - supply);
+        }
+        (set, lacks)
     }
 
     /// The relief valve; that of a fixed pump opens where the load asks for no more.
     #[inline(always)]
     fn relief(&self, load: T) -> ReliefValve<T> {
-        match (&self.control, &self.sensing) {
-            (None, Some(sensing)) => {
+        match &self.sensing {
+            Some(sensing) if !self.swivels() => {
                 ReliefValve { pressure: sensing.setting(self.relief.pressure, load), ..self.relief }
             }
             _ => self.relief,
@@ -232,8 +229,7 @@ impl<T: Real> Supply<T> {
     /// Flows at full displacement without losses, m^3/s, at the pressure `rise` (Pa); zero where there is no pump.
     fn full_flows(&self, e: &Shares<T>, rise: T) -> Shares<T> {
         let mut full = [T::c(0.0); MAX_PUMPS];
-        full[0] = self.pump.full_flow(e[0], rise);
-        for (of, (full, e)) in self.further.iter().flatten().zip(full[1..].iter_mut().zip(&e[1..])) {
+        for (of, (full, e)) in self.pumps().zip(full.iter_mut().zip(e)) {
             *full = of.pump.full_flow(*e, rise);
         }
         full
@@ -241,25 +237,24 @@ impl<T: Real> Supply<T> {
 
     /// The same while the pumps give `full` (m^3/s) at full displacement: all laws are linear then.
     fn at_rest_with(&self, full: &Shares<T>, tank: T, drawn: T) -> (T, Shares<T>) {
-        let mut leakage = self.pump.leakage;
-        self.further.iter().flatten().for_each(|of| leakage += of.pump.leakage);
-        let (given, taken) = (leakage * self.reservoir(tank) - drawn, leakage);
-        match &self.control {
-            Some(control) => {
-                let (set, mut steepness) = (self.setting(tank), full[0] / control.range);
-                let further = || self.further.iter().flatten().filter_map(|of| of.control.as_ref());
-                further().zip(&full[1..]).for_each(|(of, full)| steepness += *full / of.range);
-                let p = (steepness * set + given) / (taken + steepness);
-                let mut shares = [(set - p) / control.range; MAX_PUMPS];
-                shares[1..].iter_mut().zip(further()).for_each(|(share, of)| *share = (set - p) / of.range);
-                (p, shares)
-            }
-            None => {
-                let ReliefValve { pressure, gradient } = self.relief(tank);
-                let mut sum = full[0];
-                full[1..].iter().for_each(|full| sum += *full);
-                ((sum + gradient * pressure + given) / (taken + gradient), [T::c(1.0); MAX_PUMPS])
+        let (zero, mut shares) = (T::c(0.0), [T::c(1.0); MAX_PUMPS]);
+        let (mut leakage, mut steepness, mut sum) = (zero, zero, zero);
+        for (of, full) in self.pumps().zip(full) {
+            leakage += of.pump.leakage;
+            sum += *full;
+            if let Some(control) = &of.control {
+                steepness += *full / control.range;
             }
         }
+        let (given, taken) = (leakage * self.reservoir(tank) - drawn, leakage);
+        if !self.swivels() {
+            let ReliefValve { pressure, gradient } = self.relief(tank);
+            return ((sum + gradient * pressure + given) / (taken + gradient), shares);
+        }
+        let set = self.setting(tank);
+        let p = (steepness * set + given) / (taken + steepness);
+        let controls = self.pumps().filter_map(|of| of.control.as_ref());
+        shares.iter_mut().zip(controls).for_each(|(share, of)| *share = (set - p) / of.range);
+        (p, shares)
     }
 }

@@ -70,6 +70,8 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("warnings", warnings_of(hydrocrane_sim::implausible(&s.warnings)))?;
     let faults: PyResult<Vec<_>> = s.sensor_faults.into_iter().map(|f| fault_of(py, f)).collect();
     out.set_item("sensor_faults", faults?)?;
+    let bursts = s.bursts.into_iter().map(|b| (b.cylinder, b.side.name(), b.time, b.opening));
+    out.set_item("bursts", bursts.collect::<Vec<_>>())?;
     let solver = PyDict::new(py);
     solver.set_item("method", s.solver.method)?;
     solver.set_item("rtol", s.solver.rtol)?;

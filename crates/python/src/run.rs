@@ -107,9 +107,16 @@ fn stage_of<'py>(py: Python<'py>, assembled: &AssembledStage, built: &[Machine])
     let stage = &assembled.stage;
     let out = told(py, stage)?;
     for (key, model) in [("machine", &assembled.model), ("controller_model", &assembled.controller_model)] {
-        out.set_item(key, built.iter().find(|built| Arc::ptr_eq(&built.model, model)).cloned())?;
+        out.set_item(key, made(model, built))?;
     }
+    let changes: Vec<_> = assembled.changes.iter().map(|(time, model)| (*time, made(model, built))).collect();
+    out.set_item("changes", changes)?;
     Ok(out)
+}
+
+/// The machine that was built for a model.
+fn made(model: &Arc<dyn Model>, built: &[Machine]) -> Option<Machine> {
+    built.iter().find(|built| Arc::ptr_eq(&built.model, model)).cloned()
 }
 
 /// Begin, controller, sensors, sticks and overrides of a stage.

@@ -4,8 +4,8 @@ use crate::arrays::Row;
 use crate::overrides::{overrides, value};
 use crate::sensors::{sensor_faults, sensor_mode, FaultEntry};
 use hydrocrane_machine::scenario::{
-    stated, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Solver, SpoolCommand,
-    StickMode, SupplyPressure,
+    stated, Burst, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Side, Solver,
+    SpoolCommand, StickMode, SupplyPressure,
 };
 use hydrocrane_machine::suggestion;
 use pyo3::exceptions::PyValueError;
@@ -127,6 +127,8 @@ pub struct ScenarioEntry<'py> {
     goals: Vec<GoalEntry>,
     phases: Vec<PhaseEntry<'py>>,
     sensor_faults: Vec<FaultEntry>,
+    /// Cylinder, side, time (s) and area of the hole (m^2) of each hose that bursts.
+    bursts: Vec<(String, String, f64, f64)>,
     solver: SolverEntry,
     seed: u64,
 }
@@ -153,6 +155,7 @@ impl ScenarioEntry<'_> {
             goals: self.goals.iter().map(|&(time, place, speed, until)| Goal { time, place, speed, until }).collect(),
             phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
             sensor_faults: sensor_faults(&self.sensor_faults)?,
+            bursts: self.bursts.iter().map(burst).collect::<PyResult<_>>()?,
             solver: self.solver.solver(),
             seed: self.seed,
             recorded_by: None,
@@ -256,6 +259,14 @@ impl PhaseEntry<'_> {
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
         })
     }
+}
+
+/// The error names an unknown side.
+fn burst((cylinder, side, time, opening): &(String, String, f64, f64)) -> PyResult<Burst> {
+    let unknown =
+        || PyValueError::new_err(format!("a hose leads to the `piston-side` or the `rod-side`, not `{side}`"));
+    let side = Side::named(side).ok_or_else(unknown)?;
+    Ok(Burst { cylinder: cylinder.clone(), side, time: *time, opening: *opening })
 }
 
 /// A pressure of the supply from times, pressures, and whether to join them.

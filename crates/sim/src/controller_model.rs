@@ -19,36 +19,35 @@ pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> 
         fluid,
         supply: supply_pressures.supply,
         tank: supply_pressures.tank,
-        pump: crane.plant().supply.as_ref().map(pump_model),
+        pump: crane.plant().supply.as_ref().and_then(pump_model),
         payload: crane.machine().payload.mass,
         joint_limits: crane.limit_pairs(),
     }
 }
 
 /// Several pumps are one that has the sum of their flows, torques and leakages.
-fn pump_model(supply: &Supply<f64>) -> PumpModel {
-    let (mut pump, limit) =
-        (supply.pump, |of: &Option<PressureControl<f64>>| of.as_ref().map_or(f64::INFINITY, |of| of.torque_limit));
-    let mut torque_limit = limit(&supply.control);
-    for of in supply.further.iter().flatten() {
-        let displacement = pump.displacement + of.pump.displacement;
-        let mean = |a: f64, b: f64| (pump.displacement * a + of.pump.displacement * b) / displacement;
-        // Both droops at a torque that the pumps share by their displacements.
-        let droop = mean(pump.droop * pump.displacement, of.pump.droop * of.pump.displacement) / displacement;
-        pump = Pump {
-            displacement,
-            speed: mean(pump.speed, of.pump.speed),
-            droop,
-            leakage: pump.leakage + of.pump.leakage,
-            rubbing: mean(pump.rubbing, of.pump.rubbing),
-        };
-        torque_limit += limit(&of.control);
-    }
-    PumpModel {
+fn pump_model(supply: &Supply<f64>) -> Option<PumpModel> {
+    let limit = |of: &PressureControl<f64>| of.torque_limit;
+    let each = supply.pumps().map(|of| (of.pump, of.control.as_ref().map_or(f64::INFINITY, limit)));
+    let (pump, torque_limit) = each.reduce(|(one, torque), (other, more)| (together(&one, &other), torque + more))?;
+    Some(PumpModel {
         pump,
         torque_limit,
         highest: supply.highest,
         margin: supply.sensing.as_ref().map(|sensing| sensing.margin),
+    })
+}
+
+fn together(one: &Pump<f64>, other: &Pump<f64>) -> Pump<f64> {
+    let displacement = one.displacement + other.displacement;
+    let mean = |a: f64, b: f64| (one.displacement * a + other.displacement * b) / displacement;
+    Pump {
+        displacement,
+        speed: mean(one.speed, other.speed),
+        // Both droops at a torque that the pumps share by their displacements.
+        droop: mean(one.droop * one.displacement, other.droop * other.displacement) / displacement,
+        leakage: one.leakage + other.leakage,
+        rubbing: mean(one.rubbing, other.rubbing),
     }
 }
 

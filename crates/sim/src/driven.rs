@@ -2,6 +2,7 @@
 
 use crate::command_path::CommandPaths;
 use crate::model::Model;
+use crate::model_change::ModelChanges;
 use crate::options::RunOptions;
 use crate::payload::Loads;
 use crate::supply::Prescribed;
@@ -13,6 +14,7 @@ pub(crate) struct Driven<'a> {
     pub model: &'a dyn Model,
     pub payload: f64,
     pub loads: Loads,
+    pub changes: ModelChanges<'a>,
     pub supply: Prescribed,
     /// Commands at `since` and their rates of change, constant over the present interval.
     pub base: [f64; MAX_JOINTS],
@@ -27,6 +29,7 @@ impl<'a> Driven<'a> {
             model,
             payload: options.payload,
             loads: Loads::new(&options.payload_changes),
+            changes: ModelChanges::default(),
             supply: Prescribed::new(model, options),
             base: [0.0; MAX_JOINTS],
             slope: [0.0; MAX_JOINTS],

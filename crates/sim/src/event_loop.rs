@@ -90,7 +90,10 @@ impl EventLoop {
             events.happen(self.limit, driven, &mut self.stepper)?;
             driven.change_payload(&mut self.stepper);
             driven.supply.follow(&mut self.stepper);
-            let changes = [driven.loads.next_time(), driven.supply.next_time()];
+            if let Some(model) = driven.changes.due(self.limit) {
+                self.change_model(driven, model);
+            }
+            let changes = [driven.loads.next_time(), driven.supply.next_time(), driven.changes.next_time()];
             self.limit = changes.into_iter().flatten().chain([events.next()]).fold(end, f64::min);
         }
         step_of(crane.system(), &mut self.stepper, &mut self.watch, crane.driven(), self.limit)?;
@@ -104,11 +107,16 @@ impl EventLoop {
     }
 
     /// Continues with the values of `model`, whose states are the same.
-    pub fn go_on<'a>(&mut self, driven: &mut Driven<'a>, model: &'a dyn Model) {
+    fn change_model<'a>(&mut self, driven: &mut Driven<'a>, model: &'a dyn Model) {
         let before = driven.model;
         driven.model = model;
         self.watch.follow(before, driven, &self.stepper);
         self.stepper.restart();
+    }
+
+    /// The same under another driver.
+    pub fn go_on<'a>(&mut self, driven: &mut Driven<'a>, model: &'a dyn Model) {
+        self.change_model(driven, model);
         // The next event belonged to the previous driver.
         self.limit = self.stepper.t;
     }

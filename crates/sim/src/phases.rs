@@ -7,6 +7,7 @@ use crate::driven::{stepper, Driven};
 use crate::event_loop::EventLoop;
 use crate::faults::{start_fault, state_fault};
 use crate::model::Model;
+use crate::model_change::{self, ModelChange, ModelChanges};
 use crate::options::{Commands, Run, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::recorder::Recorder;
@@ -36,6 +37,8 @@ pub struct Phase<'a> {
     /// s; of the first phase zero.
     pub from: f64,
     pub model: &'a dyn Model,
+    /// Machines that take its place during the phase, in order of time.
+    pub changes: Vec<ModelChange<'a>>,
     pub driver: Driver<'a>,
 }
 
@@ -63,6 +66,7 @@ pub fn simulate_phases<'a>(
         return bad_start(recorder, message);
     }
     let mut driven = Driven::new(first.model, options, 0.0);
+    driven.changes = ModelChanges::new(first.changes);
     let Some(stepper) = stepper(x0, first.model, options) else {
         return bad_start(recorder, format!("no method `{}`", options.method));
     };
@@ -95,6 +99,7 @@ pub fn simulate_phases<'a>(
                     break Outcome { kind: OutcomeKind::BadState, time: next.from, message };
                 }
                 going.go_on(&mut driven, next.model);
+                driven.changes = ModelChanges::new(next.changes);
                 driver = next.driver;
             }
             _ => break outcome,
@@ -131,7 +136,8 @@ fn bad_start(recorder: Recorder, message: String) -> PhasedRun {
 
 /// The reason if phases cannot follow each other.
 fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
-    if let Some(message) = first.driver.fault() {
+    let changes = |phase: &Phase| model_change::fault(phase.model, &phase.changes, phase.from);
+    if let Some(message) = first.driver.fault().or_else(|| changes(first)) {
         return Some(message);
     }
     let mut time = 0.0;
@@ -144,7 +150,7 @@ fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
         }
         time = phase.from;
         let found = states_fault(first.model, phase.model).or_else(|| order_fault(phase));
-        if let Some(message) = found.or_else(|| phase.driver.fault()) {
+        if let Some(message) = found.or_else(|| phase.driver.fault()).or_else(|| changes(phase)) {
             return Some(format!("in the phase from {time} s on: {message}"));
         }
     }

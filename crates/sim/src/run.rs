@@ -17,7 +17,7 @@ pub fn simulate(
     options: &RunOptions,
     keep_going: &mut dyn FnMut(f64) -> bool,
 ) -> Run {
-    let only = Phase { from: 0.0, model, driver: Driver::Commands(commands) };
+    let only = Phase { from: 0.0, model, changes: Vec::new(), driver: Driver::Commands(commands) };
     simulate_phases(x0, end, only, Vec::new(), record, options, keep_going).run
 }
 
@@ -41,7 +41,7 @@ pub fn simulate_sampled(
     options: &RunOptions,
     keep_going: &mut dyn FnMut(f64) -> bool,
 ) -> SampledRun {
-    let only = Phase { from: 0.0, model, driver: Driver::Controller(controller, plan) };
+    let only = Phase { from: 0.0, model, changes: Vec::new(), driver: Driver::Controller(controller, plan) };
     let mut done = simulate_phases(x0, end, only, Vec::new(), record, options, keep_going);
     SampledRun { run: done.run, samples: done.samples.swap_remove(0), events: done.events }
 }

@@ -3,6 +3,7 @@
 use crate::driven::Driven;
 use crate::ledger::ledger_terms;
 use crate::model::Model;
+use crate::oil_lost::OilLost;
 use crate::sensing::unmeasured;
 use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
@@ -59,10 +60,12 @@ enum Finding {
     StepTooLong,
     StepInexact(usize),
     PumpSaturated,
+    /// Of a cylinder and its side, in pairs.
+    OilLost(usize),
 }
 
 /// A finding with its begin and its extreme value: a pressure (Pa), a joint coordinate, a share of the energy or of a state, a step
-/// (s), or a fall of pressure (Pa).
+/// (s), a fall of pressure (Pa), or a volume (m^3).
 #[derive(Debug, Clone, Copy)]
 struct Found {
     what: Finding,
@@ -85,6 +88,7 @@ pub(crate) struct Watch {
     vacuum: f64,
     limits: Vec<[f64; 2]>,
     audit: Option<Audit>,
+    lost: Option<OilLost>,
     /// Mean estimated errors of fixed steps, by state of the supply.
     estimates: Vec<f64>,
     found: Vec<Found>,
@@ -100,6 +104,7 @@ impl Watch {
             vacuum: 0.0,
             limits: vec![],
             audit: None,
+            lost: OilLost::new(stepper, driven),
             estimates: vec![],
             found: vec![],
             told: 0,
@@ -130,6 +135,9 @@ impl Watch {
     /// The values of the machine have changed from `before` to those of `driven`.
     pub fn follow(&mut self, before: &dyn Model, driven: &Driven, stepper: &Stepper) {
         self.take_bounds(driven.model);
+        if let Some(lost) = self.lost.as_mut().filter(|_| cfg!(feature = "chains")) {
+            lost.begin(stepper, driven);
+        }
         if let Some(audit) = &mut self.audit {
             let mut of = |model| stored(model, driven.payload, stepper, &mut audit.outputs);
             audit.start += of(driven.model) - of(before);
@@ -155,6 +163,13 @@ impl Watch {
         }
         if let Some(fall) = fall_of_saturated_mains(driven.model, x) {
             self.note(Finding::PumpSaturated, t, fall);
+        }
+        if let Some(mut lost) = self.lost.take().filter(|_| cfg!(feature = "chains")) {
+            lost.add(stepper, driven);
+            for (side, volume) in lost.volumes.iter().enumerate().filter(|(_, volume)| **volume > 0.0) {
+                self.note(Finding::OilLost(side), t, *volume);
+            }
+            self.lost = Some(lost);
         }
         if let Some(since) = stepper.unresolved {
             self.note(Finding::StepTooLong, since, stepper.least_part());
@@ -327,6 +342,18 @@ impl Found {
                 ),
                 "move fewer functions at once, or more gently, or use a larger `pump.<name>.displacement`; `tip` \
                  slows down for the pump that it knows, other controllers do not"
+                    .to_string(),
+            ),
+            Finding::OilLost(place) => (
+                "oil-lost",
+                format!(
+                    "{:.3} l of oil left through the hose to the {} of cylinder `{}`",
+                    1e3 * value,
+                    ["piston side", "rod side"][place % 2],
+                    machine.cylinders[place / 2].name
+                ),
+                "a counterbalance, pilot-operated check or hose-burst valve at the cylinder keeps its oil in; nothing keeps what the \
+                 spool valve feeds into the hose"
                     .to_string(),
             ),
         };

@@ -27,6 +27,11 @@ pub fn of(text: &str, asked: &Request) -> Result<Replay, Problem> {
     if let Some(log) = unread(&scenario) {
         return Err(Problem::plain(format!("the cockpit reads logs that are text; save {log} as CSV")));
     }
+    if !scenario.bursts.is_empty() {
+        return Err(Problem::plain(
+            "the cockpit does not let hoses burst: simulate the scenario, or leave `burst` out",
+        ));
+    }
     scenario.solver = solver();
     let name = scenario.machine.trim_start_matches("./").to_string();
     let text = machine.filter(|_| scenario.machine.ends_with(".toml"));

@@ -68,6 +68,7 @@ impl Request {
             goals: Vec::new(),
             phases: Vec::new(),
             sensor_faults: Vec::new(),
+            bursts: Vec::new(),
             solver: solver(),
             seed: self.seed,
             recorded_by: None,

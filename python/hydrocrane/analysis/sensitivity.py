@@ -111,6 +111,11 @@ class Experiment:
                 "sensitivities need one payload throughout; this scenario picks loads up or drops them. Leave out "
                 "`payload_changes`, or simulate the stretches between them as separate runs"
             )
+        if self.plan.bursts:
+            raise InputError(
+                "sensitivities need one machine throughout; in this scenario a hose bursts. Leave out `bursts`, "
+                "or state `hose-leak` of the machine, which leaks from the start"
+            )
         self.keys = _checked_keys(keys)
         self.machine = self.plan.load_machine()
         self.payload = self.machine.payload(self.plan.payload)

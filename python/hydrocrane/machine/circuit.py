@@ -11,7 +11,10 @@ from hydrocrane.machine.machine import Machine
 
 # Tables of parts on a line between a valve and a chamber, in the order from the valve to the cylinder. Each names its
 # `cylinder` and its `side`.
-ON_LINES = ("line", "hose-burst", "pilot-check", "counterbalance", "port-relief", "crossover-relief", "anti-cavitation")
+ON_LINES = (
+    "line", "hose-leak", "hose-burst", "pilot-check", "counterbalance", "port-relief", "crossover-relief",
+    "anti-cavitation",
+)  # fmt: skip
 SIDES = ("piston-side", "rod-side")
 # Tables of the circuit, and tables without relation to it. All others are reported as left out.
 READ = {"supply", "mains", "pump", "accumulator", "tank-line", "priority", "cylinder", "valve", *ON_LINES}

@@ -20,8 +20,8 @@ HUNG, TANKS = -22.0, -42.0
 SLOT, LINE_SLOT = 17.0, 25.0
 
 # SI unit -> unit on the diagram and factor, by quantity.
-BAR, FLOW, VOLUME, LENGTH, SPEED, TIME = (
-    (1e-5, "bar"), (6e4, "l/min"), (1e6, "cm³"), (1e3, "mm"), (9.549296585513721, "rpm"), (1e3, "ms"),
+BAR, FLOW, VOLUME, AREA, LENGTH, SPEED, TIME = (
+    (1e-5, "bar"), (6e4, "l/min"), (1e6, "cm³"), (1e6, "mm²"), (1e3, "mm"), (9.549296585513721, "rpm"), (1e3, "ms"),
 )  # fmt: skip
 
 
@@ -297,6 +297,12 @@ def _hose(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
     _beside(sheet, x + out * 4.0, y, out, labels)
 
 
+def _hose_leak(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+    symbols.leak(sheet, x, y, out)
+    opening = table.number("opening")
+    _beside(sheet, x + out * 9.0, y, out, [f"hose leak {table.name}", shown(opening, AREA) if opening else "tight"])
+
+
 def _port_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
     aside = x + out * 12.0
     symbols.to_tank(sheet, x, y + 9.0, aside)
@@ -331,6 +337,7 @@ def _anti_cavitation(sheet: Sheet, x: float, y: float, out: float, table: Table)
 OnLine = Callable[[Sheet, float, float, float, Table], None]
 ON_LINE: dict[str, OnLine] = {
     "line": _hose,
+    "hose-leak": _hose_leak,
     "hose-burst": _hose_burst,
     "pilot-check": _pilot_check,
     "counterbalance": _counterbalance,

@@ -139,6 +139,14 @@ def hose(sheet: Sheet, x: float, y: float, out: float, narrow: bool, height: flo
         throttle(sheet, x - out * 4.0, y)
 
 
+def leak(sheet: Sheet, x: float, y: float, out: float) -> None:
+    """From a vertical line at (x, y) aside to the outside."""
+    end = x + out * 7.0
+    sheet.line((x, y), (end, y), kind="symbol")
+    sheet.line((end - out * 2.2, y + 1.3), (end, y), (end - out * 2.2, y - 1.3), kind="symbol")
+    sheet.dot(x, y)
+
+
 def to_tank(sheet: Sheet, x: float, y: float, aside: float) -> None:
     """From a vertical line at (x, y) aside and down to a tank of its own."""
     sheet.line((x, y), (aside, y), (aside, y - 16.0))

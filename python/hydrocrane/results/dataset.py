@@ -14,7 +14,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override
 from hydrocrane.result_warning import to_json
 from hydrocrane.results.recording import Recording
-from hydrocrane.results.samples import sample_columns, stage_rows
+from hydrocrane.results.samples import machine_rows, sample_columns
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.scenario import Scenario
 
@@ -88,7 +88,7 @@ def outputs_table(machine: Machine, run: Recording, *, oil: bool = True) -> np.n
     Without `oil`, ``energy.oil`` is NaN, which saves the tables of the fluid for a machine that runs only once.
     """
     table = np.empty((len(run.states), len(machine.core.output_info)))
-    parts = [(rows, stage.machine) for rows, stage in stage_rows(run)]
+    parts = list(machine_rows(run))
     for rows, here in parts or [(np.ones(len(run.time), dtype=bool), machine)]:
         for mass in np.unique(run.payloads[rows]):
             some = rows & (run.payloads == mass)

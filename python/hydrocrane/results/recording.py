@@ -24,6 +24,8 @@ class RecordedStage:
         s.
     machine, controller_model : Machine
         The machine and the controller model.
+    changes : sequence of (time, Machine)
+        Machines that took its place during the stage, with the times (s) of these changes.
     stick_mode : {"tip", "lever"}
     controlled : bool
         Whether a controller moved the spools.
@@ -34,13 +36,15 @@ class RecordedStage:
     controller_model: Machine
     stick_mode: str
     controlled: bool
+    changes: Sequence[tuple[float, Machine]] = ()
 
     @classmethod
     def of(cls, told: StageTable, first: Machine) -> RecordedStage:
         """From the core's record; `first` is the machine at the start of the run."""
         machine = first.made(told["machine"])
         controlled = told["controller"] is not None or told["own"] is not None
-        return cls(told["from"], machine, machine.made(told["controller_model"]), told["mode"], controlled)
+        changes = tuple((time, first.made(changed)) for time, changed in told["changes"])
+        return cls(told["from"], machine, machine.made(told["controller_model"]), told["mode"], controlled, changes)
 
 
 @dataclass

@@ -28,6 +28,15 @@ def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
         yield (time <= end + ROUNDING) & ((time > stage.begin + ROUNDING) | (stage.begin == 0.0)), stage
 
 
+def machine_rows(run: Recording) -> Iterator[tuple[np.ndarray, Machine]]:
+    """Rows (m,) during which each machine of a run applied; at a change the previous one still does."""
+    for rows, stage in stage_rows(run):
+        begins = [-np.inf, *(time for time, _ in stage.changes), np.inf]
+        machines = [stage.machine, *(machine for _, machine in stage.changes)]
+        for machine, begin, end in zip(machines, begins[:-1], begins[1:], strict=True):
+            yield rows & (run.time > begin + ROUNDING) & (run.time <= end + ROUNDING), machine
+
+
 def sample_columns(tip: Array, machine: Machine, run: Recording) -> dict[str, Column]:
     """The samples of a run, each held over the times (m,) until the next one; NaN for a stage without samples.
 

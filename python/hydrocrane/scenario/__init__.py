@@ -1,5 +1,6 @@
 """Scenarios: what is to be simulated, built in Python or read from a file."""
 
+from hydrocrane.scenario.bursts import Burst
 from hydrocrane.scenario.command import INTERPOLATIONS, Command, read_commands
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.phases import Phase
@@ -12,6 +13,7 @@ __all__ = [
     "FIXED_STEPS",
     "INTERPOLATIONS",
     "METHODS",
+    "Burst",
     "Command",
     "PayloadChange",
     "Phase",

@@ -11,6 +11,7 @@ from hydrocrane.machine.machine import Machine, MachineLike
 from hydrocrane.machine.overrides import Overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
+from hydrocrane.scenario.bursts import Burst
 from hydrocrane.scenario.command import Commands
 from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.phases import Phase
@@ -40,6 +41,7 @@ class CommonFields(TypedDict, total=False):
     delay: float
     sensors: str
     sensor_faults: Iterable[SensorFault]
+    bursts: Iterable[Burst]
     payload_changes: Mapping[float, float]
     controller_model: Machine | Overrides | None
     monitor: bool | None

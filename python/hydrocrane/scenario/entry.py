@@ -23,6 +23,7 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
+from hydrocrane.scenario.bursts import Burst
 from hydrocrane.scenario.changes import Pressures
 from hydrocrane.scenario.command import Command, split_table
 from hydrocrane.scenario.goals import Goal
@@ -65,6 +66,8 @@ class Plan(Loop, Protocol):
     @property
     def sensor_faults(self) -> Sequence[SensorFault]: ...
     @property
+    def bursts(self) -> Sequence[Burst]: ...
+    @property
     def solver(self) -> Solver: ...
     @property
     def seed(self) -> int: ...
@@ -87,6 +90,7 @@ def scenario_entry(plan: Plan, cylinders: tuple[str, ...] | None = None) -> Scen
         "goals": [(goal.time, (goal.x, goal.z), goal.speed, goal.until) for goal in plan.goals],
         "phases": [_phase(phase, number) for number, phase in enumerate(plan.phases, start=1)],
         "sensor_faults": [fault.entry for fault in plan.sensor_faults],
+        "bursts": [burst.entry for burst in plan.bursts],
         "solver": plan.solver.entry,
         "seed": plan.seed,
     }

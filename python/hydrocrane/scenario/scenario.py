@@ -31,6 +31,7 @@ from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
+from hydrocrane.scenario.bursts import Burst, as_bursts
 from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
 from hydrocrane.scenario.command import Command, as_command
 from hydrocrane.scenario.due import in_order_of_time
@@ -95,6 +96,8 @@ class Scenario:
     sensors : {"ideal", "data-sheet"}
         What the controller reads: true values, or the machine's sensors with errors drawn by `seed`.
     sensor_faults : sequence of SensorFault
+    bursts : sequence of Burst
+        Hoses that burst during the run.
     payload_changes : mapping
         Time, s, to the payload, kg, from then on: loads at rest that are picked up, and loads released. Entries after
         the end of the run have no effect.
@@ -141,6 +144,7 @@ class Scenario:
     delay: float = 0.0
     sensors: str = "ideal"
     sensor_faults: Sequence[SensorFault] = ()
+    bursts: Sequence[Burst] = ()
     payload_changes: Mapping[float, float] = field(default_factory=dict)
     controller_model: Machine | Mapping[str, Override] | None = None
     monitor: bool | None = None
@@ -166,6 +170,7 @@ class Scenario:
         if isinstance(self.commands, Mapping):
             object.__setattr__(self, "commands", {c: as_command(c, v) for c, v in self.commands.items()})
         object.__setattr__(self, "supply", as_supply(self.supply))
+        object.__setattr__(self, "bursts", as_bursts(self.bursts))
         if self.payload is not None:
             scenario_quantity("scenario.payload", "payload", self.payload)
         overrides = plain_overrides(self.overrides)
@@ -253,7 +258,9 @@ class Scenario:
 
     @property
     def machine_overrides(self) -> dict[str, Override]:
-        """The overrides, plus those from a named controller's period and full speed and from a measured supply."""
+        """The overrides, plus those of a controller's period and full speed, a measured supply and hoses that burst."""
+        if self.bursts:
+            return dict(self.stages()[0][1].machine_overrides)
         return {**self.overrides, **self._loop_overrides, **(MEASURED if self.supply is not None else {})}
 
     @property
@@ -342,6 +349,7 @@ def _card(plan: Scenario) -> str:
     lines += [f"payload from {time:g} s  {mass:g} kg" for time, mass in plan.payload_changes.items()]
     if plan.supply is not None:
         lines.append("supply  measured pressure")
+    lines += [f"hose of {b.cylinder}, {b.side}  bursts at {b.time:g} s" for b in plan.bursts]
     lines.append(f"solver  {plan.solver.method}, rtol {plan.solver.rtol:g}")
     lines += [f"{key}  {value}" for key, value in plan.overrides.items()]
     lines += [f"warning  {warning}" for warning in plan.warnings]

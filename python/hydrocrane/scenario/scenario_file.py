@@ -13,6 +13,7 @@ from hydrocrane.errors import translated
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
+from hydrocrane.scenario.bursts import Burst
 from hydrocrane.scenario.changes import SolverFields
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.goals import Goal
@@ -68,6 +69,7 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
         joystick=_joystick(raw["joystick"], raw["cylinders"]),
         goals=tuple(Goal(time, x, z, speed, until) for time, (x, z), speed, until in raw["goals"]),
         sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
+        bursts=tuple(Burst(*burst) for burst in raw["bursts"]),
         phases=tuple(_phase(phase, raw["cylinders"]) for phase in raw["phases"]),
         recorded_by=raw["recorded_by"] or "",
         warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),

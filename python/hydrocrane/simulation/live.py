@@ -76,6 +76,10 @@ class LiveSimulator:
             raise InputError('there is no controller: give controller="tip", or use hc.Simulator')
         if plan.phases:
             raise InputError("a scenario with phases cannot be driven live: remove them with phases=()")
+        if plan.bursts:
+            raise InputError(
+                "hoses burst in whole runs only: remove them with bursts=(), or state `hose-leak` of the machine"
+            )
         self.machine = machine_for(plan, machine)
         self._plan = plan
         own = own_controllers(plan)

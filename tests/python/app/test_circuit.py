@@ -43,6 +43,7 @@ def lines_with_everything():
         **part("crossover-relief", "back", "extension", "rod-side", setting="170 bar", overpressure="12 bar"),
         **part("pilot-check", "jib", "jib", "rod-side", pilot_ratio=4.0, **drop),
         **part("hose-burst", "jib", "jib", "piston-side", closing_flow="66 l/min", bleed=0.01, **drop),
+        "hose-leak.tip.cylinder": "extension", "hose-leak.tip.side": "rod-side", "hose-leak.tip.opening": "3 mm^2",
         "accumulator.main.volume": "0.5 l", "accumulator.main.precharge": "90 bar",
     }  # fmt: skip
 
@@ -182,7 +183,7 @@ def test_what_stands_on_lines_is_drawn_with_its_values():
         "cross-over relief tip", "160 bar", "60 l/min at + 12 bar",
         "port relief boom", "220 bar", "60 l/min at + 15 bar", "anti-cavitation down", "60 l/min at 5 bar",
         "opens at 0.3 bar", "pilot check jib", "pilot ratio 4", "hose burst jib", "closes above 66 l/min",
-        "bleed 1 %", "accumulator main", "500 cm³", "precharge 90 bar",
+        "bleed 1 %", "hose leak tip", "3 mm²", "accumulator main", "500 cm³", "precharge 90 bar",
     ):  # fmt: skip
         assert text in shown, text
     there = {label.text: label.x for label in diagram(crane).labels}

@@ -1,16 +1,16 @@
-//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[port-relief]`, `[crossover-relief]`, `[anti-cavitation]`, `[accumulator]`, `[tank-line]` and
+//! `[counterbalance]`, `[pilot-check]`, `[hose-burst]`, `[line]`, `[hose-leak]`, `[port-relief]`, `[crossover-relief]`, `[anti-cavitation]`, `[accumulator]`, `[tank-line]` and
 //! `[priority]`: what stands in a circuit beside cylinders, valves and pump.
 
 use super::Key;
 use super::Sign::{NonNegative, Positive};
-use crate::quantities::{COMPLIANCE, FLOW, LENGTH, NUMBER, PRESSURE, VOLUME};
+use crate::quantities::{AREA, COMPLIANCE, FLOW, LENGTH, NUMBER, PRESSURE, VOLUME};
 
 /// Where a part stands: at which cylinder, and on which side.
-const fn cylinder(means: &'static str) -> Key {
+pub const fn cylinder(means: &'static str) -> Key {
     Key::text("cylinder").required().means(means)
 }
 
-const fn side(means: &'static str) -> Key {
+pub const fn side(means: &'static str) -> Key {
     Key::choice("side", &["piston-side", "rod-side"]).required().means(means)
 }
 
@@ -123,6 +123,21 @@ pub static LINE: &[Key] = &[
         .defaults(&["0.5"])
         .usual(&[("0.01", "1", 100.0)])
         .means("Share of the nominal pressure drop that is proportional to the flow; the rest grows with its square."),
+];
+
+/// Area of a hole in a hose; a burst hose of 12 mm has 113 mm^2.
+pub const fn hole(means: &'static str) -> Key {
+    Key::quantity("opening", &[AREA], NonNegative).required().usual(&[("0.1 mm^2", "1000 mm^2", 5.0)]).means(means)
+}
+
+pub static HOSE_LEAK: &[Key] = &[
+    cylinder("The cylinder to which the hose leads."),
+    side("The side to which it leads."),
+    hole("Area of the hole; zero: tight."),
+    Key::quantity("discharge-coefficient", &[NUMBER], Positive)
+        .defaults(&["0.7"])
+        .usual(&[("0.5", "1", 1.2)])
+        .means("Share of that area that the jet fills."),
 ];
 
 pub static ACCUMULATOR: &[Key] = &[

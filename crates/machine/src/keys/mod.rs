@@ -47,6 +47,10 @@ pub static MACHINE: &[Key] = &[
         .otherwise("the dead volume of the cylinder stands for it")
         .means("A hose or pipe between the valve and one side of a cylinder.")
         .source("theory/hydraulics/line.md"),
+    Key::tables("hose-leak", circuit::HOSE_LEAK)
+        .otherwise("tight; a scenario may let a hose burst")
+        .means("A hole in the hose to one side of a cylinder, through which oil leaves to the outside.")
+        .source("theory/hydraulics/hose_leak.md"),
     Key::tables("port-relief", circuit::PORT_RELIEF)
         .otherwise("none")
         .means("A relief (shock) valve from one side of a cylinder to the tank.")

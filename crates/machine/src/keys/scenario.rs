@@ -1,5 +1,6 @@
 //! Scenario files.
 
+use super::circuit;
 use super::control::CONTROLLERS;
 use super::Sign::{Any, NonNegative, Positive};
 use super::{Key, Kind, Value};
@@ -40,6 +41,7 @@ pub static SCENARIO: &[Key] = &[
         .otherwise("none")
         .means("Changes that apply from a given time on.")
         .source("theory/simulation.md"),
+    Key::tables("burst", BURST).otherwise("none").means("A hose that bursts.").source("theory/hydraulics/hose_leak.md"),
     Key::tables("sensor-fault", SENSOR_FAULT).otherwise("none").means("A sensor that fails."),
     Key::table("solver", SOLVER).means("The method of integration and its tolerances."),
 ];
@@ -210,6 +212,13 @@ static PHASE: &[Key] = &[
     Key::table("joystick", JOYSTICK)
         .otherwise("unchanged; centred if the controller needs the other mode")
         .means("The sticks from here on; times count from the start of the run."),
+];
+
+static BURST: &[Key] = &[
+    circuit::cylinder("The cylinder to which the hose leads."),
+    circuit::side("The side to which it leads."),
+    Key::quantity("time", &[TIME], NonNegative).required().means("When the hose bursts."),
+    circuit::hole("Area of the hole from then on; that of the bore where the hose is torn off."),
 ];
 
 /// What sensors measure.

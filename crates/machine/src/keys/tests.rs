@@ -107,6 +107,10 @@ const MACHINE_WITH_MORE: &str = r#"
     nominal-flow = "30 l/min"
     nominal-pressure-drop = "4 bar"
     laminar-share = 0.4
+    [hose-leak.extension]
+    cylinder = "extension"
+    side = "rod-side"
+    opening = "2 mm^2"
     [pilot-check.lift]
     cylinder = "lift"
     side = "rod-side"
@@ -158,6 +162,11 @@ const SCENARIO_WITH_MORE: &str = r#"
     [phase.later]
     time = "0.6 s"
     joystick = { mode = "lever", time = ["0 s"], lift = [0] }
+    [burst.lift]
+    cylinder = "lift"
+    side = "piston-side"
+    time = "0.4 s"
+    opening = "20 mm^2"
     [sensor-fault.a]
     signal = "joint.boom.q"
     kind = "jump"

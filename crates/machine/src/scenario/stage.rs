@@ -34,7 +34,7 @@ impl Scenario {
             let next = stages[stages.len() - 1].then(phase);
             stages.push(next);
         }
-        stages
+        stages.into_iter().map(|stage| self.with_hoses(stage)).collect()
     }
 
     /// The stage on a machine with the measured supply pressure, if there is one.

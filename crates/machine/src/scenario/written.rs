@@ -2,7 +2,7 @@
 
 use super::closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
 use super::sensor_fault::{measured, FaultKind};
-use super::{Goal, Interpolation, Pressures, Scenario, SupplyPressure};
+use super::{Burst, Goal, Interpolation, Pressures, Scenario, SupplyPressure};
 use crate::keys::TIP_AXES;
 use crate::merge::OverrideValue;
 use crate::model::Machine;
@@ -53,6 +53,7 @@ impl Scenario {
                 &self.cylinders,
             )?;
         }
+        writer.bursts(&self.bursts);
         writer.faults(self);
         writer.solver(self);
         Ok(writer.text)
@@ -227,6 +228,18 @@ impl Writer<'_> {
             let signals = self.machines.first().map(|machine| measured(machine, choice)).unwrap_or_default();
             let known = signals.iter().find(|(signal, _)| *signal == fault.signal);
             self.optional("size", size, known.map_or("", |(_, quantity)| &quantity.unit));
+        }
+    }
+
+    fn bursts(&mut self, bursts: &[Burst]) {
+        for (i, burst) in bursts.iter().enumerate() {
+            let (cylinder, side) = (quoted(&burst.cylinder), quoted(burst.side.name()));
+            let (time, opening) = (quantity(burst.time, "s"), quantity(burst.opening, "m^2"));
+            let _ = write!(
+                self.text,
+                "\n[burst.{}]\ncylinder = {cylinder}\nside = {side}\ntime = {time}\nopening = {opening}\n",
+                i + 1
+            );
         }
     }
 

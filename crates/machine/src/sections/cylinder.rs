@@ -9,7 +9,7 @@ use crate::model::{
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
-use crate::sections::{closure, friction, line, load_holding, port_valves, reference, valve, Result};
+use crate::sections::{closure, friction, hose_leak, line, load_holding, port_valves, reference, valve, Result};
 
 pub fn read<T: Number>(
     root: &Reader,
@@ -39,6 +39,7 @@ pub fn read<T: Number>(
     load_holding::read(root, &mut cylinders)?;
     port_valves::read(root, &mut cylinders)?;
     line::read(root, &mut cylinders, fluid)?;
+    hose_leak::read(root, &mut cylinders)?;
     Ok(cylinders)
 }
 
@@ -79,6 +80,7 @@ fn read_cylinder<T: Number>(
         lines: [None, None],
         port_valves: hydrocrane_num::array::from_fn(|_| PortValves { relief: None, anti_cavitation: None }),
         crossover: [None, None],
+        leaks: [None, None],
         friction,
     })
 }

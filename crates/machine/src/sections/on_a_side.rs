@@ -6,11 +6,17 @@ use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{reference, Result};
 
-/// The cylinder, and its side: 0 of the piston, 1 of the rod.
-pub fn place<'c, T: Number>(table: &Reader, cylinders: &'c mut [Cylinder<T>]) -> Result<(&'c mut Cylinder<T>, usize)> {
+/// Index of the cylinder, and its side: 0 of the piston, 1 of the rod.
+pub fn find<T>(table: &Reader, cylinders: &[Cylinder<T>]) -> Result<(usize, usize)> {
     let names: Vec<&str> = cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect();
     let index = reference::index(&table.required("cylinder", "the name of its cylinder")?, "cylinder", &names)?;
-    Ok((&mut cylinders[index], table.choice("side", &[0, 1])?))
+    Ok((index, table.choice("side", &[0, 1])?))
+}
+
+/// The cylinder and its side, likewise.
+pub fn place<'c, T: Number>(table: &Reader, cylinders: &'c mut [Cylinder<T>]) -> Result<(&'c mut Cylinder<T>, usize)> {
+    let (index, side) = find(table, cylinders)?;
+    Ok((&mut cylinders[index], side))
 }
 
 /// Assigns a valve; a second one of its kind is refused.

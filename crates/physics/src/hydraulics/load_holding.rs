@@ -12,6 +12,7 @@
 
 use super::counterbalance::Counterbalance;
 use super::hose_burst::HoseBurst;
+use super::hose_leak::{Behind, HoseLeak};
 use super::line::Resistance;
 use super::orifice::{in_series, Orifice, LEAST};
 use super::pilot_check::PilotCheck;
@@ -30,6 +31,17 @@ hydrocrane_num::stored!([] enum LoadHolding<f64> {
     1: PilotCheck { 0: PilotCheck<f64> },
     2: HoseBurst { 0: HoseBurst<f64> },
 });
+
+/// What such a valve lets pass.
+#[derive(Debug, Clone, Copy)]
+pub struct Held<T> {
+    /// What is left of the opening of the edge to the tank, m.
+    pub edge: T,
+    /// Opening of the valve, to which leakage flows in proportion.
+    pub open: T,
+    /// Where the hose behind it leaks.
+    pub behind: Option<Behind<T>>,
+}
 
 /// Pressures that act on such a valve, Pa.
 #[derive(Debug, Clone, Copy)]
@@ -67,10 +79,16 @@ impl<T: Real> LoadHolding<T> {
         }
     }
 
-    /// What is left of the `opening` (m) of the `edge` to the tank, and the opening of the valve, to which leakage flows in proportion.
-    /// A `line` may lie between the two.
+    /// What passes to the `edge` of this `opening` (m) to the tank. A `line` may lie between the two, and the hose may `leak`.
     #[inline(always)]
-    pub fn held(&self, p: &HeldPressures<T>, edge: &Orifice<T>, opening: T, line: Option<&Resistance<T>>) -> (T, T) {
+    pub fn held(
+        &self,
+        p: &HeldPressures<T>,
+        edge: &Orifice<T>,
+        opening: T,
+        line: Option<&Resistance<T>>,
+        leak: Option<&HoseLeak<T>>,
+    ) -> Held<T> {
         let along = edge.coefficient * opening;
         let (coefficient, open) = match self {
             LoadHolding::Counterbalance(valve) => (valve.coefficient, valve.opening(p.chamber, p.pilot)),
@@ -82,10 +100,18 @@ impl<T: Real> LoadHolding<T> {
                     line.left(edge, open, whole)
                 });
                 let root = edge.flow_per_opening(drop) / edge.coefficient;
-                (valve.coefficient, valve.opening(along, root))
+                (valve.coefficient, valve.opening(leak.map_or(along, |leak| along + leak.coefficient), root))
             }
         };
-        (in_series(coefficient * open, along, coefficient * LEAST) / edge.coefficient, open)
+        let (own, least) = (coefficient * open, coefficient * LEAST);
+        match leak {
+            Some(leak) => {
+                let share = leak.share(own, along, least);
+                let free = if self.checks() { T::c(0.0) } else { open };
+                Held { edge: opening * share, open, behind: Some(Behind { share, free }) }
+            }
+            None => Held { edge: in_series(own, along, least) / edge.coefficient, open, behind: None },
+        }
     }
 }
 

@@ -34,11 +34,17 @@ parameters! {
     }
 }
 
+/// What the pressure of the mains is set to, Pa: a `margin` (Pa) over the pressure `load` (Pa) of the line, not above `highest` (Pa).
+#[inline(always)]
+pub fn setting<T: Real>(highest: T, load: T, margin: T) -> T {
+    highest.min(load + margin)
+}
+
 impl<T: Real> LoadSensing<T> {
     /// What the pressure of the mains is set to, Pa, not above `highest` (Pa), at the pressure `load` (Pa) of the line.
     #[inline(always)]
     pub fn setting(&self, highest: T, load: T) -> T {
-        highest.min(load + self.margin)
+        setting(highest, load, self.margin)
     }
 
     /// Rate of the line's pressure `load`, Pa/s, while the sections give `signal` at most (Pa).

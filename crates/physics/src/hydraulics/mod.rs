@@ -9,6 +9,7 @@ pub mod crossover_relief;
 pub mod end_stop;
 pub mod fluid;
 pub mod hose_burst;
+pub mod hose_leak;
 pub mod leakage;
 pub mod line;
 pub mod load_holding;

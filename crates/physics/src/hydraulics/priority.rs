@@ -13,7 +13,7 @@
 //! saturation, and the static balance of a priority valve. Both ends are rounded within a tenth of p_r. Limits of
 //! validity: the element follows at once, and it feels the highest of all loads.
 
-use super::load_sensing::LoadSensing;
+use super::load_sensing::setting;
 use super::orifice::share_of_opening;
 use hydrocrane_num::Real;
 
@@ -33,8 +33,7 @@ impl<T: Real> Priority<T> {
     /// y, at the pressures of the mains and of the load-sensing line, Pa.
     #[inline(always)]
     pub fn share(&self, supply: T, load: T) -> T {
-        let sensing = LoadSensing { margin: self.margin, time_constant: T::c(1.0) };
-        let left = supply - sensing.setting(self.highest, load) + self.margin;
+        let left = supply - setting(self.highest, load, self.margin) + self.margin;
         share_of_opening((left - self.kept) / self.range)
     }
 

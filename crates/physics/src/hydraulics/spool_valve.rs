@@ -27,8 +27,9 @@
 //! opens it on the closed edges only, it is always there, so the law stays smooth (an open edge drowns it).
 
 use super::compensator::Compensator;
+use super::hose_leak::{Behind, HoseLeak, Leaking};
 use super::line::Resistance;
-use super::load_holding::{HeldPressures, LoadHolding};
+use super::load_holding::{Held, HeldPressures, LoadHolding};
 use super::load_sensing::Connection;
 use super::meter_out::MeterOut;
 use super::metering::{Edge, Metering};
@@ -134,12 +135,21 @@ pub struct EdgeFlows<T> {
     pub b_to_tank: T,
 }
 
+/// Flows of a port, m^3/s.
+#[derive(Debug, Clone, Copy)]
+pub struct PortFlows<T> {
+    /// From the supply and to the tank.
+    pub fed: T,
+    pub drained: T,
+    /// Where the hose to the cylinder leaks.
+    pub leaking: Option<Leaking<T>>,
+}
+
 impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
-        let (supply_to_a, a_to_tank) = self.flows_at_a(spool, p);
-        let (supply_to_b, b_to_tank) = self.flows_at_b(spool, p);
-        EdgeFlows { supply_to_a, a_to_tank, supply_to_b, b_to_tank }
+        let (a, b) = (self.flows_at_a(spool, p, None), self.flows_at_b(spool, p, None));
+        EdgeFlows { supply_to_a: a.fed, a_to_tank: a.drained, supply_to_b: b.fed, b_to_tank: b.drained }
     }
 
     /// The same with the spool inside its overlap, where the edges only leak.
@@ -159,13 +169,13 @@ impl<T: Real> SpoolValve<T> {
         }
     }
 
-    /// Flows from the supply to port A and from there to the tank, m^3/s.
+    /// Flows of port A, whose hose may `leak`.
     #[inline(always)]
-    pub fn flows_at_a(&self, spool: T, p: &PortPressures<T>) -> (T, T) {
+    pub fn flows_at_a(&self, spool: T, p: &PortPressures<T>, leak: Option<&HoseLeak<T>>) -> PortFlows<T> {
         let (extend, retract) = self.openings(spool, [Edge::SupplyToA, Edge::AToTank]);
         let retract = self.metered_out(0, -spool, p.a).unwrap_or(retract);
         let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.a), p.a - p.tank);
-        let (share, leakage) = self.held(0, spool, self.return_ratio[0] * retract, p);
+        let (share, leakage, behind) = self.held(0, spool, self.return_ratio[0] * retract, p, leak);
         // At most one edge of a port is open: one root per port serves both.
         let drains = spool.lt(T::c(0.0));
         let open = |from_supply: T, to_tank: T| T::select(drains, to_tank, from_supply);
@@ -174,20 +184,23 @@ impl<T: Real> SpoolValve<T> {
             None => open(fed, drained),
         };
         let per_opening = self.edge_a.flow_per_opening(drop);
-        let from_supply = self.checked(0, extend * per_opening + leakage * fed);
-        (from_supply, share * per_opening + leakage * drained)
+        PortFlows {
+            fed: self.checked(0, extend * per_opening + leakage * fed),
+            drained: share * per_opening + leakage * drained,
+            leaking: leak.map(|leak| Leaking { outward: self.outward(0, &self.edge_a, extend, p, leak), behind }),
+        }
     }
 
     /// The same for port B.
     #[inline(always)]
-    pub fn flows_at_b(&self, spool: T, p: &PortPressures<T>) -> (T, T) {
+    pub fn flows_at_b(&self, spool: T, p: &PortPressures<T>, leak: Option<&HoseLeak<T>>) -> PortFlows<T> {
         let (extend, retract) = self.openings(spool, [Edge::BToTank, Edge::SupplyToB]);
         let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.b), p.b - p.tank);
         let zero = T::c(0.0);
         let regenerative = zero.lt(self.regenerative);
         let to_supply = T::select(regenerative, extend + retract, retract);
         let to_tank = T::select(regenerative, zero, self.metered_out(1, spool, p.b).unwrap_or(extend));
-        let (share, leakage) = self.held(1, spool, self.return_ratio[1] * to_tank, p);
+        let (share, leakage, behind) = self.held(1, spool, self.return_ratio[1] * to_tank, p, leak);
         let feeds = regenerative | spool.lt(zero);
         let open = |from_supply: T, to_tank: T| T::select(feeds, from_supply, to_tank);
         let drop = match self.line(1) {
@@ -195,8 +208,23 @@ impl<T: Real> SpoolValve<T> {
             None => open(fed, drained),
         };
         let per_opening = self.edge_b.flow_per_opening(drop);
-        let from_supply = self.checked(1, to_supply * per_opening + leakage * fed);
-        (from_supply, share * per_opening + leakage * drained)
+        PortFlows {
+            fed: self.checked(1, to_supply * per_opening + leakage * fed),
+            drained: share * per_opening + leakage * drained,
+            leaking: leak.map(|leak| Leaking { outward: self.outward(1, &self.edge_b, to_supply, p, leak), behind }),
+        }
+    }
+
+    /// Flow from the supply through an edge of this `opening` (m), the line and the hole of the hose to the outside, m^3/s.
+    #[inline(always)]
+    fn outward(&self, port: usize, edge: &Orifice<T>, opening: T, p: &PortPressures<T>, leak: &HoseLeak<T>) -> T {
+        let hole = leak.resistance();
+        let all = self.line(port).map_or(hole, |line| Resistance {
+            laminar: line.laminar + hole.laminar,
+            turbulent: line.turbulent + hole.turbulent,
+        });
+        let drop = self.left(&all, edge, [opening; 2], T::c(0.0), p, |from_supply, _| from_supply);
+        smooth::positive_part(opening * edge.flow_per_opening(drop))
     }
 
     /// Drop (Pa) over that edge of a port which is `open`, of the one from the supply and the one to the tank with these `openings` (m),
@@ -229,19 +257,27 @@ impl<T: Real> SpoolValve<T> {
         self.lines[port].as_ref().filter(|_| cfg!(feature = "mobile"))
     }
 
-    /// Opening (m) of the edge from a `port` to the tank that is left behind the valve that holds its load, if there is one, and the
-    /// leakage that this lets pass.
+    /// Opening (m) of the edge from a `port` to the tank that is left behind the valve that holds its load, if there is one, the leakage
+    /// that this lets pass, and the valve itself where its hose may `leak`.
     #[inline(always)]
-    fn held(&self, port: usize, spool: T, opening: T, p: &PortPressures<T>) -> (T, T) {
-        let Some(valve) = self.holding(port) else { return (opening, self.leakage) };
+    fn held(
+        &self,
+        port: usize,
+        spool: T,
+        opening: T,
+        p: &PortPressures<T>,
+        leak: Option<&HoseLeak<T>>,
+    ) -> (T, T, Option<Behind<T>>) {
+        let Some(valve) = self.holding(port) else { return (opening, self.leakage, None) };
         let (chamber, edge) = if port == 0 { (p.a, &self.edge_a) } else { (p.b, &self.edge_b) };
         // The other port opens the valve while it is fed.
         let fed = self.connection.signal(spool, [p.a, p.b], p.tank);
         let extends = T::c(0.0).le(spool);
         let pilot = if port == 0 { T::select(extends, p.tank, fed) } else { T::select(extends, fed, p.tank) };
-        let (held, open) = valve.held(&HeldPressures { chamber, pilot, tank: p.tank }, edge, opening, self.line(port));
+        let pressures = HeldPressures { chamber, pilot, tank: p.tank };
+        let Held { edge: held, open, behind } = valve.held(&pressures, edge, opening, self.line(port), leak);
         // Into the chamber the check valve is open.
-        (T::select(chamber.lt(p.tank), opening, held), self.leakage * open)
+        (T::select(chamber.lt(p.tank), opening, held), self.leakage * open, behind)
     }
 
     /// Opening (m) of the edge from a `port` to the tank that a spool of its own has, if there is one.

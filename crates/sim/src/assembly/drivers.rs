@@ -13,16 +13,24 @@ use hydrocrane_machine::scenario::{ControllerChoice, Goal, Interpolation, Scenar
 use hydrocrane_machine::OverrideValue;
 use std::sync::Arc;
 
-/// One stage of a scenario, ready to run.
+/// One stage of a scenario until `end` (s), ready to run.
 pub(super) fn stage(
     scenario: &Scenario,
     stage: Stage,
+    end: f64,
     surroundings: &mut dyn Surroundings,
 ) -> Result<AssembledStage, AssemblyError> {
     let model = surroundings.machine(None, &stage.machine_overrides())?;
+    let burst = |time: f64| {
+        let then = scenario.with_hoses(Stage { from: time, ..stage.clone() });
+        Ok((time, surroundings.machine(None, &then.machine_overrides())?))
+    };
+    // Builds for the smallest chains only refuse the machine of such a scenario before.
+    let times = if cfg!(feature = "chains") { scenario.burst_times(stage.from, end) } else { Vec::new() };
+    let changes = times.into_iter().map(burst).collect::<Result<_, AssemblyError>>()?;
     let Some(choice) = &stage.controller else {
         let driver = OwnedDriver::Commands(commands(&scenario.commands, model.as_ref())?);
-        return Ok(AssembledStage { controller_model: model.clone(), driver, model, stage });
+        return Ok(AssembledStage { controller_model: model.clone(), driver, model, changes, stage });
     };
     let known = controller_model(choice, &stage, &model, surroundings)?;
     let controller = match choice.own {
@@ -37,6 +45,7 @@ pub(super) fn stage(
         controller_model: known,
         driver: OwnedDriver::Controller(controller, Box::new(plan)),
         model,
+        changes,
         stage,
     })
 }

@@ -13,6 +13,7 @@ pub use start::start;
 use crate::live::Live;
 use crate::method_choice::{method_for, step_control, Task};
 use crate::model::Model;
+use crate::model_change::ModelChange;
 use crate::options::{Commands, RunOptions};
 use crate::payload::PayloadChange;
 use crate::phases::{simulate_phases, Driver, Phase, PhasedRun};
@@ -84,6 +85,8 @@ pub struct Assembly {
 pub struct AssembledStage {
     pub stage: Stage,
     pub model: Arc<dyn Model>,
+    /// Times (s) in order at which hoses burst during the stage, each with the machine from then on.
+    pub changes: Vec<(f64, Arc<dyn Model>)>,
     /// The controller model.
     pub controller_model: Arc<dyn Model>,
     pub driver: OwnedDriver,
@@ -143,8 +146,10 @@ pub fn at_start(
 /// # Errors
 /// As [`assemble`], without those of the start.
 pub fn stages(scenario: &Scenario, surroundings: &mut dyn Surroundings) -> Result<Vec<AssembledStage>, AssemblyError> {
-    let due = scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration);
-    let stages = due.map(|stage| drivers::stage(scenario, stage, surroundings)).collect::<Result<Vec<_>, _>>()?;
+    let due: Vec<Stage> = scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration).collect();
+    let ends: Vec<f64> = due.iter().skip(1).map(|next| next.from).chain([scenario.duration]).collect();
+    let assembled = due.into_iter().zip(ends).map(|(stage, end)| drivers::stage(scenario, stage, end, surroundings));
+    let stages = assembled.collect::<Result<Vec<_>, _>>()?;
     drivers::goal_fault(scenario, &stages).map_or(Ok(stages), |fault| Err(fault.into()))
 }
 
@@ -169,6 +174,7 @@ impl Assembly {
         let mut phases = self.stages.iter_mut().map(|stage| Phase {
             from: stage.stage.from,
             model: stage.model.as_ref(),
+            changes: changes(&stage.changes),
             driver: match &mut stage.driver {
                 OwnedDriver::Commands(commands) => Driver::Commands(commands),
                 OwnedDriver::Controller(controller, plan) => Driver::Controller(controller.as_mut(), plan),
@@ -179,12 +185,19 @@ impl Assembly {
     }
 }
 
+fn changes(of: &[(f64, Arc<dyn Model>)]) -> Vec<ModelChange<'_>> {
+    of.iter().map(|(time, model)| ModelChange { time: *time, model: model.as_ref() }).collect()
+}
+
 impl AssembledStage {
     /// Begins a drive that repeats this stage from state `x0`, until an operator takes over or another stage begins.
     ///
     /// # Errors
     /// The reason why it cannot begin.
     pub fn live(self, x0: &[f64], options: RunOptions) -> Result<Live, String> {
+        if !self.changes.is_empty() {
+            return Err("hoses burst in whole runs only: leave `burst` out, or simulate the scenario".into());
+        }
         match self.driver {
             OwnedDriver::Controller(controller, plan) => Live::new(self.model, controller, x0, &plan, options),
             OwnedDriver::Commands(commands) => {

@@ -13,6 +13,7 @@ mod crossover_relief;
 mod effort;
 mod fixed_steps;
 mod ground;
+mod hose_leak;
 mod integrators;
 mod keep_out;
 mod ledger;

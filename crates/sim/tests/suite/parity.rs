@@ -36,7 +36,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, several pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, accumulators and
+/// Fixed pumps, several pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, hoses that leak, accumulators and
 /// measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
@@ -130,6 +130,15 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
             at(cylinder, side)
         )
     };
+    let leaking = |cylinder: &str, openings: [&str; 2]| {
+        ["piston-side", "rod-side"]
+            .iter()
+            .zip(openings)
+            .map(|(side, opening)| {
+                format!("[hose-leak.{cylinder}-{side}]\n{}opening = \"{opening}\"\n", at(cylinder, side))
+            })
+            .collect::<String>()
+    };
     let gas = "[accumulator.main]\nvolume = \"0.7 l\"\nprecharge = \"80 bar\"\n";
     let returning = "[tank-line]\nvolume = \"3 l\"\nhose-compliance = \"0.2 ml/bar\"\nnominal-flow = \"60 l/min\"\nnominal-pressure-drop = \"4 bar\"\n\
         [tank-line.filter]\nnominal-flow = \"60 l/min\"\nnominal-pressure-drop = \"1 bar\"\n";
@@ -178,6 +187,25 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
                 + &crossing("lift")
                 + &at_ports.concat()
                 + &resisting("extension")
+                + &bypassed,
+        ),
+        ("single-cylinder", leaking("test", ["20 mm^2", "0.3 mm^2"])),
+        ("single-cylinder", unloaded.clone() + &on_both_sides + &leaking("test", ["2 mm^2", "0 mm^2"])),
+        (
+            "single-cylinder",
+            unloaded.clone()
+                + &checked("test")
+                + &alone("test", "piston-side")
+                + &leaking("test", ["3 mm^2", "8 mm^2"]),
+        ),
+        ("rottne-f9-lab", leaking("extension", ["5 mm^2", "1 mm^2"])),
+        (
+            "hiab-xs031",
+            lifting.clone()
+                + &first("tilt")
+                + &resisting("extension")
+                + &leaking("lift", ["9 mm^2", "1 mm^2"])
+                + &leaking("tilt", ["1 mm^2", "30 mm^2"])
                 + &bypassed,
         ),
         ("single-cylinder", on_both_sides),

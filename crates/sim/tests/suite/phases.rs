@@ -60,8 +60,9 @@ fn run(models: [&dyn Model; 2], at: f64, controllers: [&mut Constant; 2], delay:
     let x0 = models[0].equilibrium(&Q, EquilibriumMode::Hold, 0.0).expect("a pose to rest in");
     let [one, two] = controllers;
     let plans = [plan(models[0]), plan(models[1])];
-    let first = Phase { from: 0.0, model: models[0], driver: Driver::Controller(one, &plans[0]) };
-    let later = vec![Phase { from: at, model: models[1], driver: Driver::Controller(two, &plans[1]) }];
+    let first = Phase { from: 0.0, model: models[0], changes: Vec::new(), driver: Driver::Controller(one, &plans[0]) };
+    let later =
+        vec![Phase { from: at, model: models[1], changes: Vec::new(), driver: Driver::Controller(two, &plans[1]) }];
     let record: Vec<f64> = (0..=100).map(|i| f64::from(i) * 1e-3).collect();
     simulate_phases(&x0, END, first, later, &record, &options, &mut |_| true)
 }

@@ -1,0 +1,70 @@
+"""Hoses that burst."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hydrocrane import _core
+from hydrocrane.arrays import scenario_quantity
+from hydrocrane.errors import InputError, unknown
+
+SIDES = tuple(_core.scenario_choices("burst.<name>.side"))
+
+
+@dataclass(frozen=True)
+class Burst:
+    """A hose that bursts: from `time` on oil leaves through a hole of the area `opening` to the outside.
+
+    A valve that holds the load stands at the cylinder, before the hose. The output
+    ``cylinder.<cylinder>.lost1`` (piston side) or ``.lost2`` is the flow that leaves, m^3/s; a warning ``oil-lost``
+    states its volume.
+
+    Parameters
+    ----------
+    cylinder : str
+        The cylinder to which the hose leads.
+    side : {"piston-side", "rod-side"}
+    time : float
+        s.
+    opening : float
+        m^2; that of the bore where the hose is torn off.
+
+    Examples
+    --------
+    >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+    >>> torn = hc.Burst("lift", "piston-side", time=0.5, opening=20e-6)
+    >>> run = hc.simulate(hc.Scenario(joints=start, bursts=[torn], duration=1.0))
+    >>> lost = run.columns["cylinder.lift.lost1"].values
+    >>> print(bool(lost[40] == 0.0), bool(lost[60] > 0.0), run.warnings[0].kind)
+    True True oil-lost
+    """
+
+    cylinder: str
+    side: str
+    time: float
+    opening: float
+
+    def __post_init__(self) -> None:
+        if self.side not in SIDES:
+            raise unknown("side of a cylinder", self.side, SIDES)
+        for name in ("time", "opening"):
+            number = scenario_quantity(f"burst.<name>.{name}", f"{name} of a burst", getattr(self, name))
+            object.__setattr__(self, name, number)
+
+    @property
+    def entry(self) -> tuple[str, str, float, float]:
+        """In the form of the core."""
+        return self.cylinder, self.side, self.time, self.opening
+
+
+def as_bursts(given: Iterable[Burst] | Burst) -> tuple[Burst, ...]:
+    """The bursts of a scenario, each of another hose."""
+    listed = (given,) if isinstance(given, Burst) else tuple(given)
+    if not all(isinstance(one, Burst) for one in listed):
+        raise InputError(f"bursts must be a list of Burst; got {given!r}")
+    hoses = [(one.cylinder, one.side) for one in listed]
+    for cylinder, side in hoses:
+        if hoses.count((cylinder, side)) > 1:
+            raise InputError(f"the hose to the {side} of cylinder {cylinder} bursts twice; keep one of the two")
+    return listed
