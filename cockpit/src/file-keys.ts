@@ -133,6 +133,10 @@ export type MachineKey =
   | `line.${string}.nominal-flow`
   | `line.${string}.nominal-pressure-drop`
   | `line.${string}.laminar-share`
+  | `hose-leak.${string}.cylinder`
+  | `hose-leak.${string}.side`
+  | `hose-leak.${string}.opening`
+  | `hose-leak.${string}.discharge-coefficient`
   | `port-relief.${string}.cylinder`
   | `port-relief.${string}.side`
   | `port-relief.${string}.setting`

@@ -42,7 +42,7 @@ impl<const N: usize> Plant<f64, N> {
         }
         let forces = self.standing_force(q, payload);
         // The small flow of the open spools changes the pressure of the mains, which changes this flow far less.
-        for _ in 0..if self.supply.is_some() { SUPPLY_ROUNDS } else { 1 } {
+        for _ in 0..if self.supply().is_some() { SUPPLY_ROUNDS } else { 1 } {
             let supply_pressures = self.pressures_at(layout, &x);
             for c in 0..N {
                 let (unit, force) = (&self.cylinders[c], forces[c]);
@@ -85,7 +85,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// begins with closed valves and ends when nothing changes.
     fn settle_supply(&self, layout: &Layout, x: &mut [T]) {
         let Some(p) = self.mains(layout) else { return };
-        let Some(supply) = &self.supply else {
+        let Some(supply) = self.supply() else {
             x[p] = self.supply_pressures.supply;
             return;
         };

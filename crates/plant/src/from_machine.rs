@@ -2,6 +2,7 @@
 
 use crate::errors::BuildError;
 use crate::hydraulic_axis::{FrictionLaw, HydraulicAxis, SupplyPressures};
+use crate::in_chains::in_chains;
 use crate::plant::Plant;
 use crate::supply::{ControlledPump, Supply};
 use hydrocrane_machine::{model as file, Number};
@@ -70,8 +71,7 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
             load: m.supply.tank_pressure,
             tank: m.supply.tank_pressure,
         },
-        // Builds for the smallest chains only have no pumps.
-        supply: m.supply.mains.as_ref().filter(|_| cfg!(feature = "chains")).map(|mains| supply(&m.supply, mains)),
+        supply: in_chains(m.supply.mains.as_ref()).map(|mains| supply(&m.supply, mains)),
         ground: m.ground.as_ref().map(|g| ground(g, &m.payload)),
     })
 }
@@ -255,9 +255,11 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         priority: priority(&m.supply, c),
         port_valves: hydrocrane_num::array::from_fn(|side| port_valves(&c.port_valves[side])),
         crossover: CrossoverRelief {
-            from: hydrocrane_num::array::from_fn(|side| c.crossover[side].as_ref().map(port_relief)),
+            from: hydrocrane_num::array::from_fn(|side| in_chains(c.crossover[side].as_ref()).map(port_relief)),
         },
-        leaks: hydrocrane_num::array::from_fn(|side| c.leaks[side].as_ref().map(|leak| hose_leak(leak, &m.fluid))),
+        leaks: hydrocrane_num::array::from_fn(|side| {
+            in_chains(c.leaks[side].as_ref()).map(|leak| hose_leak(leak, &m.fluid))
+        }),
         spool: Spool {
             natural_frequency: c.valve.natural_frequency,
             damping_ratio: c.valve.damping_ratio,
@@ -296,7 +298,7 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
         nominal_opening: v.stroke - v.overlap,
         metering: metering(v),
         meter_out: [0, 1].map(|port| {
-            let of = v.meter_out[port].as_ref();
+            let of = in_chains(v.meter_out[port].as_ref());
             of.map(|of| MeterOut { pressure: of.pressure, range: of.range })
         }),
         leakage: v.leakage,
@@ -309,9 +311,9 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
             file::Compensator::Behind => Compensator::Behind,
         },
         connection: connection(v),
-        holding: hydrocrane_num::array::from_fn(|side| c.holding[side].as_ref().map(load_holding)),
+        holding: hydrocrane_num::array::from_fn(|side| in_chains(c.holding[side].as_ref()).map(load_holding)),
         lines: hydrocrane_num::array::from_fn(|side| {
-            let resistance = c.lines[side].as_ref().and_then(|line| line.resistance.as_ref());
+            let resistance = in_chains(c.lines[side].as_ref()).and_then(|line| line.resistance.as_ref());
             resistance.map(|of| Resistance { laminar: of.laminar, turbulent: of.turbulent })
         }),
     }
@@ -319,7 +321,7 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
 
 /// `None` for the section that is served first, and where there is none.
 fn priority<T: Number>(of: &file::Supply<T>, c: &file::Cylinder<T>) -> Option<Priority<T>> {
-    let mains = of.mains.as_ref()?;
+    let mains = in_chains(of.mains.as_ref())?;
     let (own, sensing) = (mains.priority.as_ref()?, mains.load_sensing.as_ref()?);
     (own.cylinder != c.joint).then(|| Priority {
         highest: if mains.pump.control.is_some() { of.pressure } else { mains.relief_pressure },
@@ -331,8 +333,8 @@ fn priority<T: Number>(of: &file::Supply<T>, c: &file::Cylinder<T>) -> Option<Pr
 
 fn port_valves<T: Number>(v: &file::PortValves<T>) -> PortValves<T> {
     PortValves {
-        relief: v.relief.as_ref().map(port_relief),
-        anti_cavitation: v.anti_cavitation.as_ref().map(|v| AntiCavitation {
+        relief: in_chains(v.relief.as_ref()).map(port_relief),
+        anti_cavitation: in_chains(v.anti_cavitation.as_ref()).map(|v| AntiCavitation {
             opening_pressure: v.opening_pressure,
             coefficient: v.nominal_flow / (v.nominal_pressure_drop - v.opening_pressure).sqrt(),
         }),
@@ -382,7 +384,7 @@ fn metering<T: Number>(v: &file::Valve<T>) -> Option<Metering<T>> {
         // With regeneration port B is connected to the supply while the piston extends.
         curves[Edge::BToTank as usize] = curves[Edge::SupplyToB as usize];
     }
-    curves.iter().any(Option::is_some).then(|| Metering {
+    in_chains(curves.iter().any(Option::is_some).then_some(())).map(|()| Metering {
         stroke: v.stroke,
         full: curves.map(|curve| (v.stroke - v.overlap) * curve.map_or(T::c(1.0), |curve| curve.full)),
         curves: curves.map(|curve| curve.map(|curve| MonotoneCurve::new(&curve.points))),

@@ -1,5 +1,6 @@
 //! One cylinder with its valve: the laws of `physics`, from its local state to force and rates.
 
+use crate::in_chains::in_chains;
 use hydrocrane_num::Real;
 use hydrocrane_physics::friction::lugre::{Friction, LuGre};
 use hydrocrane_physics::friction::{static_map, StaticParameters};
@@ -322,7 +323,7 @@ impl<T: Real> HydraulicAxis<T> {
     /// Where the section gives way to another one. Builds for the smallest chains only have none.
     #[inline(always)]
     fn gives_way(&self) -> Option<&Priority<T>> {
-        self.priority.as_ref().filter(|_| cfg!(feature = "chains"))
+        in_chains(self.priority.as_ref())
     }
 
     /// Flows through the edges of the valve, m^3/s.
@@ -347,7 +348,7 @@ impl<T: Real> HydraulicAxis<T> {
     /// The leak of the hose of a port, if it may leak. Builds for the smallest chains only have none.
     #[inline(always)]
     fn leak(&self, port: usize) -> Option<&HoseLeak<T>> {
-        self.leaks[port].as_ref().filter(|_| cfg!(feature = "chains"))
+        in_chains(self.leaks[port].as_ref())
     }
 
     #[inline(always)]
@@ -476,10 +477,10 @@ impl<T: Copy> HydraulicAxis<T> {
         HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
-            priority: self.priority.map(|priority| priority.map(f)),
+            priority: in_chains(self.priority).map(|priority| priority.map(f)),
             port_valves: self.port_valves.map(|valves| valves.map(f)),
             crossover: self.crossover.map(f),
-            leaks: self.leaks.map(|leak| leak.map(|leak| leak.map(f))),
+            leaks: self.leaks.map(|leak| in_chains(leak).map(|leak| leak.map(f))),
             spool: self.spool.map(f),
             leakage: self.leakage.map(f),
             connector: self.connector.map(f),

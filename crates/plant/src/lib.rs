@@ -11,6 +11,7 @@ pub mod errors;
 pub mod from_machine;
 pub mod hydraulic_axis;
 mod hydraulics;
+mod in_chains;
 mod inverse;
 mod jacobian;
 mod kinematics;

@@ -1,6 +1,7 @@
 //! The plant: all parameters of the laws, immutable, generic over the number type.
 
 use crate::hydraulic_axis::{HydraulicAxis, SupplyPressures};
+use crate::in_chains::in_chains;
 use crate::supply::Supply;
 use hydrocrane_num::{Dual, Real, Vec2};
 use hydrocrane_physics::dynamics::ground::Ground;
@@ -22,7 +23,7 @@ pub struct Plant<T, const N: usize> {
     /// Constant pressure, or set pressure of the pump.
     pub supply_pressures: SupplyPressures<T>,
     /// `None`: the supply pressure is constant.
-    pub supply: Option<Supply<T>>,
+    pub(crate) supply: Option<Supply<T>>,
     /// `None`: no ground.
     pub ground: Option<Ground<T>>,
 }
@@ -36,13 +37,18 @@ impl<T: Copy, const N: usize> Plant<T, N> {
             cylinders: self.cylinders.map(|c| c.map(f)),
             fluid: self.fluid.map(f),
             supply_pressures: self.supply_pressures.map(f),
-            supply: self.supply.map(|s| s.map(f)),
+            supply: in_chains(self.supply.as_ref()).map(|s| s.map(f)),
             ground: self.ground.map(|g| g.map(f)),
         }
     }
 }
 
 impl<T: Real, const N: usize> Plant<T, N> {
+    /// The pumps with their mains; `None` where the pressure is constant or measured.
+    pub fn supply(&self) -> Option<&Supply<T>> {
+        in_chains(self.supply.as_ref())
+    }
+
     /// Piston positions (m) and lever arms, their derivatives by their joint's coordinate.
     pub fn strokes(&self, pose: &ChainPose<T, N>) -> [(T, T); N] {
         hydrocrane_num::array::from_fn(|c| stroke(&self.actuations[c], &pose.joints[c]))
@@ -63,15 +69,16 @@ impl<T: Real, const N: usize> Plant<T, N> {
 
     /// Whether a valve has a pressure compensator.
     pub fn is_compensated(&self) -> bool {
-        self.cylinders.iter().any(|c| !matches!(c.valve.compensator, Compensator::None))
+        cfg!(feature = "chains") && self.cylinders.iter().any(|c| !matches!(c.valve.compensator, Compensator::None))
     }
 
     /// Whether a port of a cylinder has valves of its own to the tank.
     pub fn has_port_valves(&self) -> bool {
-        self.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| valves.kinds() != [false; 2]))
+        cfg!(feature = "chains")
+            && self.cylinders.iter().any(|c| c.port_valves.iter().any(|valves| valves.kinds() != [false; 2]))
     }
 
-    /// Whether a cylinder has cross-over relief valves. Builds for the smallest chains only have none.
+    /// Whether a cylinder has cross-over relief valves.
     pub fn has_crossover_relief(&self) -> bool {
         cfg!(feature = "chains") && self.cylinders.iter().any(|c| !c.crossover.is_none())
     }
@@ -81,14 +88,14 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.cylinders.iter().find_map(|c| c.priority.as_ref()).filter(|_| cfg!(feature = "chains"))
     }
 
-    /// Whether a hose may leak. Builds for the smallest chains only have none.
+    /// Whether a hose may leak.
     pub fn has_hose_leak(&self) -> bool {
         cfg!(feature = "chains") && self.cylinders.iter().any(|c| c.leaks.iter().any(Option::is_some))
     }
 
     /// Whether a line has a resistance.
     pub fn has_line_resistance(&self) -> bool {
-        self.cylinders.iter().any(|c| c.valve.lines.iter().any(Option::is_some))
+        cfg!(feature = "chains") && self.cylinders.iter().any(|c| c.valve.lines.iter().any(Option::is_some))
     }
 
     /// Adds the forces of the ground to those that drive the joints.

@@ -66,7 +66,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         self.mains(layout)?;
         let mut e = [T::c(1.0); MAX_PUMPS];
         e.iter_mut().zip(layout.swivels()).for_each(|(e, at)| *e = x[at]);
-        self.supply.as_ref().map(|supply| (supply, self.pressures_at(layout, x), e))
+        self.supply().map(|supply| (supply, self.pressures_at(layout, x), e))
     }
 
     /// Zero demand of the valves, where what returns is at the pressure `tank` (Pa).

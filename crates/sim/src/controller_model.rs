@@ -19,7 +19,7 @@ pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> 
         fluid,
         supply: supply_pressures.supply,
         tank: supply_pressures.tank,
-        pump: crane.plant().supply.as_ref().and_then(pump_model),
+        pump: crane.plant().supply().and_then(pump_model),
         payload: crane.machine().payload.mass,
         joint_limits: crane.limit_pairs(),
     }
@@ -54,7 +54,7 @@ fn together(one: &Pump<f64>, other: &Pump<f64>) -> Pump<f64> {
 /// The valve in the controller model, which has no load-sensing line: with flow sharing the drop over an edge is the
 /// pump's margin, as long as the pump holds it.
 fn modelled_compensator<const N: usize>(crane: &Crane<N>, of: &Compensator<f64>) -> Compensator<f64> {
-    let sensing = crane.plant().supply.as_ref().and_then(|supply| supply.sensing.as_ref());
+    let sensing = crane.plant().supply().and_then(|supply| supply.sensing.as_ref());
     match (of, sensing) {
         (Compensator::Behind, Some(sensing)) => Compensator::Before(sensing.margin),
         (other, _) => *other,

@@ -1,7 +1,6 @@
 //! Values of the machine that change while the driver goes on: hoses that burst.
 
 use crate::model::Model;
-use crate::phases::states_fault;
 
 /// From `time` (s) on the machine is `model`, whose states are the same.
 #[derive(Clone, Copy)]
@@ -40,16 +39,4 @@ impl<'a> ModelChanges<'a> {
         self.next += due;
         (due > 0).then(|| self.changes[self.next - 1].model)
     }
-}
-
-/// The reason if a machine cannot change like this after the time `from` (s).
-pub(crate) fn fault(model: &dyn Model, changes: &[ModelChange], from: f64) -> Option<String> {
-    if changes.is_empty() || !cfg!(feature = "chains") {
-        return None;
-    }
-    let times: Vec<f64> = std::iter::once(from).chain(changes.iter().map(|change| change.time)).collect();
-    if let Some(pair) = times.windows(2).find(|pair| !(pair[1].is_finite() && pair[1] > pair[0])) {
-        return Some(format!("the machine changes at {} s after {} s; its times must increase", pair[1], pair[0]));
-    }
-    changes.iter().find_map(|change| states_fault(model, change.model))
 }

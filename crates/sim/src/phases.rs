@@ -7,7 +7,7 @@ use crate::driven::{stepper, Driven};
 use crate::event_loop::EventLoop;
 use crate::faults::{start_fault, state_fault};
 use crate::model::Model;
-use crate::model_change::{self, ModelChange, ModelChanges};
+use crate::model_change::{ModelChange, ModelChanges};
 use crate::options::{Commands, Run, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::recorder::Recorder;
@@ -136,7 +136,7 @@ fn bad_start(recorder: Recorder, message: String) -> PhasedRun {
 
 /// The reason if phases cannot follow each other.
 fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
-    let changes = |phase: &Phase| model_change::fault(phase.model, &phase.changes, phase.from);
+    let changes = |phase: &Phase| changes_fault(phase.model, &phase.changes, phase.from);
     if let Some(message) = first.driver.fault().or_else(|| changes(first)) {
         return Some(message);
     }
@@ -161,6 +161,18 @@ fn fault(first: &Phase, later: &[Phase]) -> Option<String> {
 /// yet.
 fn order_fault(phase: &Phase) -> Option<String> {
     matches!(phase.driver, Driver::Commands(_)).then(|| "spool commands against time begin with the run".to_string())
+}
+
+/// The reason if a machine cannot change like this after the time `from` (s).
+fn changes_fault(model: &dyn Model, changes: &[ModelChange], from: f64) -> Option<String> {
+    if changes.is_empty() || !cfg!(feature = "chains") {
+        return None;
+    }
+    let times: Vec<f64> = std::iter::once(from).chain(changes.iter().map(|change| change.time)).collect();
+    if let Some(pair) = times.windows(2).find(|pair| !(pair[1].is_finite() && pair[1] > pair[0])) {
+        return Some(format!("the machine changes at {} s after {} s; its times must increase", pair[1], pair[0]));
+    }
+    changes.iter().find_map(|change| states_fault(model, change.model))
 }
 
 /// The reason if one machine cannot continue from the state of another.

@@ -82,6 +82,11 @@ hydrocrane_num::stored!([] SpoolValve<f64> {
     lines: [Option<Resistance<f64>>; 2],
 });
 
+/// A part of a valve; programs without those of mobile machines have none.
+fn mobile<P>(part: Option<P>) -> Option<P> {
+    part.filter(|_| cfg!(feature = "mobile"))
+}
+
 impl<T: Copy> SpoolValve<T> {
     /// The same valve with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> SpoolValve<U> {
@@ -90,16 +95,16 @@ impl<T: Copy> SpoolValve<T> {
             edge_b: self.edge_b.map(f),
             overlap: f(self.overlap),
             nominal_opening: f(self.nominal_opening),
-            metering: self.metering.as_ref().map(|metering| metering.map(f)),
-            meter_out: self.meter_out.map(|of| of.map(|of| of.map(f))),
+            metering: self.metering().map(|metering| metering.map(f)),
+            meter_out: self.meter_out.map(|of| mobile(of).map(|of| of.map(f))),
             leakage: f(self.leakage),
             return_ratio: self.return_ratio.map(&mut *f),
             regenerative: f(self.regenerative),
             load_check: self.load_check,
             compensator: self.compensator.map(f),
             connection: self.connection.map(f),
-            holding: self.holding.map(|valve| valve.map(|valve| valve.map(f))),
-            lines: self.lines.map(|line| line.map(|line| line.map(f))),
+            holding: self.holding.map(|valve| mobile(valve).map(|valve| valve.map(f))),
+            lines: self.lines.map(|line| mobile(line).map(|line| line.map(f))),
         }
     }
 

@@ -4,6 +4,7 @@
 use crate::extended;
 use crate::supply::{options, output, rows};
 use hydrocrane_machine::parse;
+use hydrocrane_physics::hydraulics::leakage::annular_gap_conductance;
 use hydrocrane_sim::{simulate, Commands, EquilibriumMode, Model, OutcomeKind, Run, RunOptions};
 use std::sync::Arc;
 
@@ -224,7 +225,11 @@ pub fn oil_that_is_lost(m: &dyn Model, c: usize, x: &[f64], u: &[f64], payload: 
         hydrocrane_machine::model::Leakage::Conductance { external, .. } => {
             external * (x[m.layout().p2(c)] - m.machine().supply.tank_pressure)
         }
-        hydrocrane_machine::model::Leakage::Gap { .. } => panic!("the machine states conductances"),
+        hydrocrane_machine::model::Leakage::Gap { gap, gland_length, .. } => {
+            let conductance =
+                annular_gap_conductance(cylinder.rod_diameter, gap, gland_length, m.machine().fluid.viscosity);
+            conductance * (x[m.layout().p2(c)] - m.machine().supply.tank_pressure)
+        }
     };
     (stored + (a1 - a2) * of("v") + outside - (of("q1") - of("q2")), of("q1").abs().max(of("q2").abs()))
 }
