@@ -127,6 +127,14 @@ def test_the_picture_is_to_scale(cockpit):
         assert 0.65 < drawn / (kilograms / (850 * 3)) < 1.0, (kilograms, drawn)
 
 
+def settled(tab, bar) -> float:
+    """Width of the scale bar once the first view of the crane stands."""
+    width = None
+    while width != (width := bar.bounding_box()["width"]):
+        tab.wait_for_timeout(500)
+    return width
+
+
 def test_within_another_page_the_wheel_scrolls_that_page(browser, tmp_path):
     """As on the first page of the site; `hydrocrane live` itself lets no page embed it."""
     if not PAGE.is_dir():
@@ -141,7 +149,7 @@ def test_within_another_page_the_wheel_scrolls_that_page(browser, tmp_path):
         tab.goto(f"http://127.0.0.1:{server.server_port}/")
         bar = tab.frame_locator("iframe").locator("#scale-bar")
         bar.wait_for(timeout=STARTS)
-        before = bar.bounding_box()["width"]
+        before = settled(tab, bar)
         tab.mouse.move(300, 300)
         tab.mouse.wheel(0, 100)
         tab.wait_for_timeout(500)
