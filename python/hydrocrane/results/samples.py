@@ -17,6 +17,9 @@ from hydrocrane.results.recording import RecordedStage, Recording
 ROUNDING = 1e-9
 # Number of points per block of distances: some hundred kilobytes.
 TOGETHER = 64
+# Every so many corners of a path bound how far a point can be from it, with room for rounding (m).
+APART = 32
+SLACK = 1e-9
 
 
 def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
@@ -93,11 +96,20 @@ def distance_to_path(points: Array, path: Array) -> Array:
     if not len(way):
         begin, way = path, np.zeros_like(path)
     square = np.maximum((way**2).sum(axis=1), np.finfo(np.float64).tiny)
+    low, high = np.minimum(begin, begin + way), np.maximum(begin, begin + way)
 
     def distances(some: Array) -> Array:
-        x, z = some[:, :1] - begin[:, 0], some[:, 1:] - begin[:, 1]
-        share = np.clip((x * way[:, 0] + z * way[:, 1]) / square, 0.0, 1.0)
-        x, z = x - share * way[:, 0], z - share * way[:, 1]
+        # No piece counts that is farther from all of these points than a corner is. They follow each other in time, and
+        # so lie close together.
+        corners = begin[::APART]
+        x, z = some[:, :1] - corners[:, 0], some[:, 1:] - corners[:, 1]
+        most = np.sqrt((x * x + z * z).min(axis=1).max()) + SLACK
+        near = ((high >= some.min(axis=0) - most) & (low <= some.max(axis=0) + most)).all(axis=1)
+        near |= not near.any()  # Points that are no numbers are near to nothing.
+        at, along = begin[near], way[near]
+        x, z = some[:, :1] - at[:, 0], some[:, 1:] - at[:, 1]
+        share = np.clip((x * along[:, 0] + z * along[:, 1]) / square[near], 0.0, 1.0)
+        x, z = x - share * along[:, 0], z - share * along[:, 1]
         return np.sqrt((x * x + z * z).min(axis=1))
 
     parts = [distances(points[i : i + TOGETHER]) for i in range(0, len(points), TOGETHER)]
