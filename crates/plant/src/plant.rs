@@ -85,7 +85,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
 
     /// What the sections that give way to another one have before their spools.
     pub fn priority(&self) -> Option<&Priority<T>> {
-        self.cylinders.iter().find_map(|c| c.priority.as_ref()).filter(|_| cfg!(feature = "chains"))
+        in_chains(self.cylinders.iter().find_map(|c| c.priority.as_ref()))
     }
 
     /// Whether a hose may leak.

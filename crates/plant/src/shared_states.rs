@@ -1,6 +1,7 @@
 //! The states of the supply, common to all cylinders: pressures at the valves, rates and derivatives.
 
 use crate::hydraulic_axis::SupplyPressures;
+use crate::in_chains::in_chains;
 use crate::layout::Layout;
 use crate::plant::Plant;
 use crate::supply::{Demand, Shares, Supply, MAX_PUMPS};
@@ -42,21 +43,13 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// Index of the pressure of the tank line, likewise.
     #[inline(always)]
     pub fn tank_line(&self, layout: &Layout) -> Option<usize> {
-        if cfg!(feature = "chains") {
-            layout.tank()
-        } else {
-            None
-        }
+        in_chains(layout.tank())
     }
 
     /// Index of the pressure of the mains. Builds for the smallest chains only have no pumps.
     #[inline(always)]
     pub fn mains(&self, layout: &Layout) -> Option<usize> {
-        if cfg!(feature = "chains") {
-            layout.mains()
-        } else {
-            None
-        }
+        in_chains(layout.mains())
     }
 
     /// The supply with its pressures and the shares of its displacements in the state `x`; `None` if its pressure is

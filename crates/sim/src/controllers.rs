@@ -48,8 +48,11 @@ pub(crate) fn parameters<const N: usize>(
     name: &str,
     monitored: Option<f64>,
 ) -> Result<Parameters<N>, String> {
-    let (model, reads_pressures) = (controller_model(crane), build(crane, name)?.reads_pressures());
-    let monitor = monitored.map(|delay| sensor_monitor::settings(crane, delay, reads_pressures));
+    let model = controller_model(crane);
+    let monitor = match monitored {
+        Some(delay) => Some(sensor_monitor::settings(crane, delay, build(crane, name)?.reads_pressures())),
+        None => None,
+    };
     Ok(Parameters { model, controller: kind(crane, &model, name)?, monitor })
 }
 

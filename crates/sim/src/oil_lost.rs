@@ -1,6 +1,7 @@
 //! Oil that leaves through hoses that leak: what a run has lost of it.
 
 use crate::driven::Driven;
+use hydrocrane_machine::model::Cylinder;
 use hydrocrane_ode::Stepper;
 
 /// Volumes lost since the start, a pair per cylinder: piston side, rod side.
@@ -11,14 +12,14 @@ pub(crate) struct OilLost {
     flows: Vec<f64>,
     since: f64,
     outputs: Vec<f64>,
-    /// Of the first of these flows among the outputs.
+    /// Places of these flows among the outputs.
     columns: Vec<usize>,
 }
 
 impl OilLost {
     /// `None` where no hose can leak. Builds for the smallest chains only have none.
     pub fn new(stepper: &Stepper, driven: &Driven) -> Option<Self> {
-        if !cfg!(feature = "chains") {
+        if !cfg!(feature = "chains") || !driven.model.machine().cylinders.iter().any(Cylinder::has_hose_leak) {
             return None;
         }
         let names = driven.model.output_info().iter().map(|info| info.name.as_str());
@@ -28,14 +29,11 @@ impl OilLost {
         let outputs = vec![0.0; driven.model.output_info().len()];
         let mut lost = OilLost { volumes: none.clone(), flows: none, since: stepper.t, outputs, columns };
         lost.begin(stepper, driven);
-        (!lost.columns.is_empty()).then_some(lost)
+        Some(lost)
     }
 
     /// Flows from the state of `stepper` on, after a change of the machine.
     pub fn begin(&mut self, stepper: &Stepper, driven: &Driven) {
-        if self.columns.is_empty() {
-            return;
-        }
         driven.model.outputs_without_oil(&stepper.x, driven.payload, &mut self.outputs);
         self.flows.iter_mut().zip(&self.columns).for_each(|(flow, at)| *flow = self.outputs[*at]);
         self.since = stepper.t;

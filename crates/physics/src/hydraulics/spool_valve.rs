@@ -83,6 +83,7 @@ hydrocrane_num::stored!([] SpoolValve<f64> {
 });
 
 /// A part of a valve; programs without those of mobile machines have none.
+#[inline(always)]
 fn mobile<P>(part: Option<P>) -> Option<P> {
     part.filter(|_| cfg!(feature = "mobile"))
 }
@@ -111,7 +112,7 @@ impl<T: Copy> SpoolValve<T> {
     /// The curves of its edges.
     #[inline(always)]
     pub fn metering(&self) -> Option<&Metering<T>> {
-        self.metering.as_ref().filter(|_| cfg!(feature = "mobile"))
+        mobile(self.metering.as_ref())
     }
 
     /// Whether the flow of one port may depend on the pressure of the other.
@@ -259,7 +260,7 @@ impl<T: Real> SpoolValve<T> {
     /// The line of a `port`, if it has a resistance.
     #[inline(always)]
     pub fn line(&self, port: usize) -> Option<&Resistance<T>> {
-        self.lines[port].as_ref().filter(|_| cfg!(feature = "mobile"))
+        mobile(self.lines[port].as_ref())
     }
 
     /// Opening (m) of the edge from a `port` to the tank that is left behind the valve that holds its load, if there is one, the leakage
@@ -295,12 +296,12 @@ impl<T: Real> SpoolValve<T> {
     /// The spool of its own of the edge from a `port` to the tank.
     #[inline(always)]
     pub fn meter_out(&self, port: usize) -> Option<&MeterOut<T>> {
-        self.meter_out[port].as_ref().filter(|_| cfg!(feature = "mobile"))
+        mobile(self.meter_out[port].as_ref())
     }
 
     #[inline(always)]
     fn holding(&self, port: usize) -> Option<&LoadHolding<T>> {
-        self.holding[port].as_ref().filter(|_| cfg!(feature = "mobile"))
+        mobile(self.holding[port].as_ref())
     }
 
     /// Openings (m) of the edges in the order of [`Edge`]. In a regenerative valve the one from the supply to port B opens both ways.
