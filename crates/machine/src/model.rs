@@ -183,6 +183,13 @@ impl<T> Cylinder<T> {
     }
 }
 
+impl<T: Number> Cylinder<T> {
+    /// Whether the walls of a line to it give way.
+    pub fn has_elastic_line(&self) -> bool {
+        self.lines.iter().flatten().any(|line| !line.compliance.always(0.0))
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub enum RodPin<T = f64> {
     Point(Point<T>),

@@ -2,13 +2,14 @@
 //! depends; the results are then expanded to all six.
 
 use crate::hydraulic_axis::{
-    FrictionLaw, FrictionOutput, HydraulicAxis, LawOutputs, LocalRates, LocalState, Port, SupplyPressures,
+    FrictionLaw, FrictionOutput, HydraulicAxis, LawOutputs, LocalState, Port, StateRates, SupplyPressures,
 };
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::Row;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::parts::{AnyParts, Parts};
 use hydrocrane_physics::hydraulics::spool::Spool;
 
 /// A number with its derivatives by the local numbers of a cylinder, in the order of [`LocalState`].
@@ -84,7 +85,7 @@ impl<T: Real> Piston<T> {
 /// Rates of a cylinder and their derivatives by states.
 #[derive(Debug, Clone, Copy)]
 pub struct RateDerivatives<L> {
-    pub rates: LocalRates<L>,
+    pub rates: StateRates<L>,
     pub p1: Row<L>,
     pub p2: Row<L>,
     pub z: Row<L>,
@@ -120,6 +121,19 @@ pub struct TankDerivatives<L> {
     pub by_feeding: [L; FEEDING],
 }
 
+/// The local numbers as variables.
+#[inline(always)]
+fn variables<L: Real>(s: &LocalState<L>) -> LocalState<WithDerivatives<L>> {
+    LocalState {
+        x: Dual::variable(s.x, X),
+        v: Dual::variable(s.v, V),
+        p1: Dual::variable(s.p1, P1),
+        p2: Dual::variable(s.p2, P2),
+        spool: Dual::variable(s.spool, SPOOL),
+        z: Dual::variable(s.z, Z),
+    }
+}
+
 impl<L: Real> Lifted<L> {
     pub fn new(unit: &HydraulicAxis<L>, fluid: &Fluid<L>) -> Self {
         Lifted {
@@ -135,16 +149,31 @@ impl<L: Real> Lifted<L> {
         }
     }
 
+    /// Rates and derivatives; `P` as in [`HydraulicAxis::rates`].
     #[inline(always)]
-    pub fn derivatives(
+    pub fn derivatives<P: Parts>(
         &self,
         supply_pressures: &SupplyPressures<L>,
         s: &LocalState<L>,
         piston: &Piston<L>,
     ) -> RateDerivatives<L> {
-        let linearised = self.linearised(supply_pressures, s);
+        let outputs = self.outputs::<P>(supply_pressures, s, self.ports::<P>(supply_pressures, s));
+        self.assembled::<P>(supply_pressures, s, piston, &outputs)
+    }
+
+    /// From the outputs of the laws.
+    #[inline(always)]
+    fn assembled<P: Parts>(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+        outputs: &LawOutputs<WithDerivatives<L>>,
+    ) -> RateDerivatives<L> {
+        let pressures = supply_pressures.map(&mut Dual::constant);
+        let linearised = self.whole.assemble::<P>(&pressures, &variables(s), outputs);
         RateDerivatives {
-            rates: linearised.map(|number| number.value),
+            rates: linearised.of_states().map(|number| number.value),
             p1: piston.row(&linearised.p1_rate),
             p2: piston.row(&linearised.p2_rate),
             z: piston.row(&linearised.z_rate),
@@ -152,23 +181,38 @@ impl<L: Real> Lifted<L> {
         }
     }
 
-    /// Derivatives of and by the supply.
+    /// The same on mains of variable pressure, with the derivatives of and by the supply.
     #[inline(always)]
-    pub fn by_supply(
+    pub fn derivatives_on_mains(
         &self,
         supply_pressures: &SupplyPressures<L>,
         s: &LocalState<L>,
         piston: &Piston<L>,
+    ) -> (RateDerivatives<L>, SupplyDerivatives<L>) {
+        let ports = self.coupled_ports(supply_pressures, s);
+        let outputs = self.outputs::<AnyParts>(supply_pressures, s, ports.map(|port| port.map(by_states)));
+        let bulk = (outputs.bulk.0.value, outputs.bulk.1.value);
+        let by_supply = self.by_supply(supply_pressures, s, piston, &ports, bulk);
+        (self.assembled::<AnyParts>(supply_pressures, s, piston, &outputs), by_supply)
+    }
+
+    /// Derivatives of and by the supply, with the bulk moduli of the oil in both chambers, Pa.
+    #[inline(always)]
+    fn by_supply(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+        [a, b]: &[Port<CoupledPort<L>>; 2],
+        bulk: (L, L),
     ) -> SupplyDerivatives<L> {
-        let [a, b] = self.coupled_ports(supply_pressures, s);
         let by_pressures = |number: CoupledPort<L>| [number.derivative[AT_MAINS], number.derivative[AT_LOAD]];
         let signal = self.coupled.valve.connection.signal(
             Dual::variable(s.spool, AT_SPOOL),
             [a, b].map(|port| port.pressure + port.line_drop - port.hose_drop),
             Dual::constant(supply_pressures.tank),
         );
-        let bulk = (self.bulk_modulus(s.p1).value, self.bulk_modulus(s.p2).value);
-        let (stiffness_1, stiffness_2) = self.chambers.stiffness(bulk, s.x, (s.p1, s.p2));
+        let (stiffness_1, stiffness_2) = self.chambers.stiffness::<AnyParts>(bulk, s.x, (s.p1, s.p2));
         let [inflow_1, inflow_2] = [a, b].map(|port| port.fed - port.drained - port.lost);
         SupplyDerivatives {
             drawn: piston.row(&by_states(a.fed + b.fed)),
@@ -199,7 +243,7 @@ impl<L: Real> Lifted<L> {
         let SupplyPressures { supply, load, tank } = supply_pressures.map(&mut Dual::constant);
         let pressures = SupplyPressures { supply, load, tank: Dual::variable(tank.value, 0) };
         let local = s.map(Dual::constant);
-        let rates = self.single.rates(&self.bulk, &pressures, &local);
+        let rates = self.single.rates::<AnyParts>(&self.bulk, &pressures, &local);
         let at_valve = rates.at_valve();
         let signal = self.single.valve.connection.signal(local.spool, [at_valve.a, at_valve.b], pressures.tank);
         TankDerivatives {
@@ -224,7 +268,7 @@ impl<L: Real> Lifted<L> {
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, AT_P1), Dual::variable(s.p2, AT_P2)];
         let spool = Dual::variable(s.spool, AT_SPOOL);
         let ports = self.coupled.ports(&pressures, v, [p1, p2]);
-        [self.coupled.port_a(&ports, spool), self.coupled.port_b(&ports, spool)]
+        [self.coupled.port_a::<AnyParts>(&ports, spool), self.coupled.port_b::<AnyParts>(&ports, spool)]
     }
 
     /// Derivative of a friction map minus its secant F/v through standstill; zero with bristles.
@@ -254,31 +298,36 @@ impl<L: Real> Lifted<L> {
         [position_rate, velocity_rate]
     }
 
-    /// The rates with their derivatives by the local numbers.
+    /// Both ports with their derivatives by the local numbers.
     #[inline(always)]
-    fn linearised(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> LocalRates<WithDerivatives<L>> {
-        let local = LocalState {
-            x: Dual::variable(s.x, X),
-            v: Dual::variable(s.v, V),
-            p1: Dual::variable(s.p1, P1),
-            p2: Dual::variable(s.p2, P2),
-            spool: Dual::variable(s.spool, SPOOL),
-            z: Dual::variable(s.z, Z),
-        };
-        let [port_a, port_b] = if self.coupled.valve.couples_ports() {
+    fn ports<P: Parts>(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+    ) -> [Port<WithDerivatives<L>>; 2] {
+        if P::EXPECTED && self.coupled.valve.couples_ports() {
             self.coupled_ports(supply_pressures, s).map(|port| port.map(by_states))
         } else {
-            [self.port_a(supply_pressures, s), self.port_b(supply_pressures, s)]
-        };
-        let outputs = LawOutputs {
+            [self.port_a::<P>(supply_pressures, s), self.port_b::<P>(supply_pressures, s)]
+        }
+    }
+
+    /// The outputs of the laws with their derivatives by the local numbers.
+    #[inline(always)]
+    fn outputs<P: Parts>(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        [port_a, port_b]: [Port<WithDerivatives<L>>; 2],
+    ) -> LawOutputs<WithDerivatives<L>> {
+        LawOutputs {
             port_a,
             port_b,
-            crossed: self.crossed(supply_pressures, s),
+            crossed: self.crossed::<P>(supply_pressures, s),
             bulk: (self.bulk_modulus(s.p1).among([P1]), self.bulk_modulus(s.p2).among([P2])),
             friction: self.friction(s),
             stops: self.stops(s),
-        };
-        self.whole.assemble(&supply_pressures.map(&mut Dual::constant), &local, &outputs)
+        }
     }
 
     #[inline(always)]
@@ -287,28 +336,28 @@ impl<L: Real> Lifted<L> {
     }
 
     #[inline(always)]
-    fn port_a(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
+    fn port_a<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p1, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2)];
         let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, Dual::constant(s.p2)]);
-        self.ports.port_a(&ports, spool).map(|number| number.among([V, P1, SPOOL]))
+        self.ports.port_a::<P>(&ports, spool).map(|number| number.among([V, P1, SPOOL]))
     }
 
     #[inline(always)]
-    fn port_b(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
+    fn port_b<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
         let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [Dual::constant(s.p1), p2]);
-        self.ports.port_b(&ports, spool).map(|number| number.among([V, P2, SPOOL]))
+        self.ports.port_b::<P>(&ports, spool).map(|number| number.among([V, P2, SPOOL]))
     }
 
     /// Flow through the cross-over relief valves.
     #[inline(always)]
-    fn crossed(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> WithDerivatives<L> {
-        if self.ports.crossover.is_none() {
+    fn crossed<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> WithDerivatives<L> {
+        if !P::EXPECTED || self.ports.crossover.is_none() {
             return Dual::constant(L::c(0.0));
         }
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2)];
         let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, p2]);
-        self.ports.crossover.flow(ports.a, ports.b).among([V, P1, P2])
+        self.ports.crossed::<P>(&ports).among([V, P1, P2])
     }
 
     #[inline(always)]

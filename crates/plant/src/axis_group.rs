@@ -1,7 +1,7 @@
 //! Cylinders with the same laws, side by side: one cylinder per lane.
 
 use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives, TankDerivatives};
-use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, SupplyPressures};
+use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, StateRates, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{
     crossover_power, leak_power, line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS,
@@ -9,6 +9,7 @@ use crate::ledger::{
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
+use hydrocrane_physics::hydraulics::parts::{AnyParts, NoParts, Parts};
 use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
 
 /// Up to as many cylinders as the type `L` has lanes. Unused lanes repeat the last cylinder.
@@ -16,6 +17,8 @@ use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
 pub struct AxisGroup<L> {
     members: [Member; WIDEST],
     count: usize,
+    /// Whether its cylinders have optional parts.
+    has_parts: bool,
     pub unit: HydraulicAxis<L>,
     pub fluid: Fluid<L>,
     pub lifted: Lifted<L>,
@@ -87,6 +90,7 @@ impl<L: Real> AxisGroup<L> {
                 at: layout.own(in_lane(lane)),
             }),
             count,
+            has_parts: unit.has_parts(),
             unit,
             fluid,
             lifted: Lifted::new(&unit, &fluid),
@@ -133,8 +137,32 @@ impl<L: Real> AxisGroup<L> {
     pub fn rates(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> LocalRates<L> {
         L::outlined(
             #[inline(always)]
-            || self.unit.rates(&self.fluid, supply_pressures, s),
+            || self.unit.rates::<AnyParts>(&self.fluid, supply_pressures, s),
         )
+    }
+
+    /// Evaluates the laws for the state derivative.
+    #[inline(always)]
+    pub fn state_rates(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> StateRates<L> {
+        if self.expects_parts() {
+            self.state_rates_with::<AnyParts>(supply_pressures, s)
+        } else {
+            self.state_rates_with::<NoParts>(supply_pressures, s)
+        }
+    }
+
+    #[inline(always)]
+    fn state_rates_with<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> StateRates<L> {
+        L::outlined(
+            #[inline(always)]
+            || self.unit.rates::<P>(&self.fluid, supply_pressures, s).of_states(),
+        )
+    }
+
+    /// Whether the laws have to expect optional parts.
+    #[inline(always)]
+    fn expects_parts(&self) -> bool {
+        AnyParts::EXPECTED && self.has_parts
     }
 
     /// Evaluates the laws with their derivatives by states.
@@ -145,23 +173,37 @@ impl<L: Real> AxisGroup<L> {
         s: &LocalState<L>,
         piston: &Piston<L>,
     ) -> RateDerivatives<L> {
-        L::outlined(
-            #[inline(always)]
-            || self.lifted.derivatives(supply_pressures, s, piston),
-        )
+        if self.expects_parts() {
+            self.linearised_with::<AnyParts>(supply_pressures, s, piston)
+        } else {
+            self.linearised_with::<NoParts>(supply_pressures, s, piston)
+        }
     }
 
-    /// Evaluates the derivatives of and by the supply.
     #[inline(always)]
-    pub fn by_supply(
+    fn linearised_with<P: Parts>(
         &self,
         supply_pressures: &SupplyPressures<L>,
         s: &LocalState<L>,
         piston: &Piston<L>,
-    ) -> SupplyDerivatives<L> {
+    ) -> RateDerivatives<L> {
         L::outlined(
             #[inline(always)]
-            || self.lifted.by_supply(supply_pressures, s, piston),
+            || self.lifted.derivatives::<P>(supply_pressures, s, piston),
+        )
+    }
+
+    /// The same on mains of variable pressure, with the derivatives of and by the supply.
+    #[inline(always)]
+    pub fn linearised_on_mains(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> (RateDerivatives<L>, SupplyDerivatives<L>) {
+        L::outlined(
+            #[inline(always)]
+            || self.lifted.derivatives_on_mains(supply_pressures, s, piston),
         )
     }
 
@@ -192,7 +234,7 @@ impl<L: Real> AxisGroup<L> {
         L::outlined(
             #[inline(always)]
             || {
-                let rates = self.unit.rates(&self.fluid, supply_pressures, s);
+                let rates = self.unit.rates::<AnyParts>(&self.fluid, supply_pressures, s);
                 let lost = self.unit.valve.compensator_losses(&rates.at_valve(), &rates.edges);
                 let given = self.unit.priority_losses(&rates.at_valve(), &rates.edges);
                 let stored = [oil.energy_density(s.p1), oil.energy_density(s.p2)];

@@ -61,7 +61,9 @@ impl<const N: usize> Crane<N> {
                 && c.holding.iter().all(Option::is_none)
                 && !c.has_port_valves()
                 && !c.has_crossover_relief()
+                && !c.valve.load_check
                 && !c.has_line_resistance()
+                && !c.has_elastic_line()
                 && !c.has_hose_leak()
         };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);

@@ -7,6 +7,7 @@ use crate::plant::Plant;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::parts::AnyParts;
 use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
 use std::f64::consts::PI;
 
@@ -247,7 +248,7 @@ impl Balance<'_> {
     }
 
     fn rates(&self, p1: f64, p2: f64, spool: f64) -> (f64, f64) {
-        let rates = self.unit.rates(self.fluid, self.supply_pressures, &self.at(p1, p2, spool));
+        let rates = self.unit.rates::<AnyParts>(self.fluid, self.supply_pressures, &self.at(p1, p2, spool));
         (rates.p1_rate, rates.p2_rate)
     }
 }

@@ -249,7 +249,7 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
             mid_volume_2: with_line(1, dead[1] + area_2 * c.stroke / 2.0),
             compliance_1: compliance(0),
             compliance_2: compliance(1),
-            elastic: c.lines.iter().flatten().any(|line| !line.compliance.always(0.0)),
+            elastic: c.has_elastic_line(),
         },
         valve: valve(m, c),
         priority: priority(&m.supply, c),

@@ -11,6 +11,7 @@ use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::hose_leak::{HoseLeak, Leaking, Spill};
 use hydrocrane_physics::hydraulics::leakage::Leakage;
+use hydrocrane_physics::hydraulics::parts::{AnyParts, Parts};
 use hydrocrane_physics::hydraulics::port_valves::PortValves;
 use hydrocrane_physics::hydraulics::priority::Priority;
 use hydrocrane_physics::hydraulics::spool::Spool;
@@ -118,6 +119,37 @@ pub struct LocalRates<T> {
     pub bristle_power: T,
 }
 
+/// Those that the state derivative takes. Few, since each is handed from function to function.
+#[derive(Debug, Clone, Copy)]
+pub struct StateRates<T> {
+    /// Net force on the rod, N, positive outward.
+    pub force: T,
+    /// Pa/s
+    pub p1_rate: T,
+    pub p2_rate: T,
+    /// m/s
+    pub z_rate: T,
+    /// Flows from the supply and to the tank, m^3/s.
+    pub drawn: T,
+    pub returned: T,
+}
+
+impl<T: Copy> StateRates<T> {
+    /// The same with `f` of every number.
+    #[inline(always)]
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> StateRates<U> {
+        let StateRates { force, p1_rate, p2_rate, z_rate, drawn, returned } = *self;
+        StateRates {
+            force: f(force),
+            p1_rate: f(p1_rate),
+            p2_rate: f(p2_rate),
+            z_rate: f(z_rate),
+            drawn: f(drawn),
+            returned: f(returned),
+        }
+    }
+}
+
 impl<T: Copy> LocalRates<T> {
     /// The same with `f` of every number.
     #[inline(always)]
@@ -159,6 +191,19 @@ impl<T: Real> LocalRates<T> {
             (a - self.crossed - self.lost[0], b - self.crossed + self.lost[1])
         } else {
             (a - self.crossed, b - self.crossed)
+        }
+    }
+
+    /// Those that the state derivative takes.
+    #[inline(always)]
+    pub fn of_states(&self) -> StateRates<T> {
+        StateRates {
+            force: self.force,
+            p1_rate: self.p1_rate,
+            p2_rate: self.p2_rate,
+            z_rate: self.z_rate,
+            drawn: self.edges.supply(),
+            returned: self.returned(),
         }
     }
 
@@ -285,36 +330,53 @@ impl<T: Copy> FrictionOutput<T> {
 }
 
 impl<T: Real> HydraulicAxis<T> {
+    /// The laws at a local state. `P` may be [`NoParts`](hydrocrane_physics::hydraulics::parts::NoParts) where the axis
+    /// [has none](HydraulicAxis::has_parts).
     #[inline(always)]
-    pub fn rates(&self, fluid: &Fluid<T>, supply_pressures: &SupplyPressures<T>, s: &LocalState<T>) -> LocalRates<T> {
+    pub fn rates<P: Parts>(
+        &self,
+        fluid: &Fluid<T>,
+        supply_pressures: &SupplyPressures<T>,
+        s: &LocalState<T>,
+    ) -> LocalRates<T> {
         let ports = self.ports(supply_pressures, s.v, [s.p1, s.p2]);
         let outputs = LawOutputs {
-            port_a: self.port_a(&ports, s.spool),
-            port_b: self.port_b(&ports, s.spool),
-            crossed: self.crossover.flow(ports.a, ports.b),
+            port_a: self.port_a::<P>(&ports, s.spool),
+            port_b: self.port_b::<P>(&ports, s.spool),
+            crossed: self.crossed::<P>(&ports),
             bulk: (fluid.bulk_modulus(s.p1), fluid.bulk_modulus(s.p2)),
             friction: self.friction.evaluate(s.v, s.z),
             stops: self.end_stop.force(s.x, s.v),
         };
-        self.assemble(supply_pressures, s, &outputs)
+        self.assemble::<P>(supply_pressures, s, &outputs)
     }
 
     /// Flows of port A; the pressure of port B counts if it opens the load-holding valve of port A.
     #[inline(always)]
-    pub fn port_a(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
-        self.port(0, ports.a, ports, self.valve.flows_at_a(spool, ports, self.leak(0)))
+    pub fn port_a<P: Parts>(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
+        self.port::<P>(0, ports.a, ports, self.valve.flows_at_a::<P>(spool, ports, P::part(self.leak(0))))
     }
 
     /// Flows of port B, likewise.
     #[inline(always)]
-    pub fn port_b(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
-        self.port(1, ports.b, ports, self.valve.flows_at_b(spool, ports, self.leak(1)))
+    pub fn port_b<P: Parts>(&self, ports: &PortPressures<T>, spool: T) -> Port<T> {
+        self.port::<P>(1, ports.b, ports, self.valve.flows_at_b::<P>(spool, ports, P::part(self.leak(1))))
+    }
+
+    /// Flow through the cross-over relief valves from port A to port B, m^3/s.
+    #[inline(always)]
+    pub fn crossed<P: Parts>(&self, ports: &PortPressures<T>) -> T {
+        if P::EXPECTED {
+            self.crossover.flow(ports.a, ports.b)
+        } else {
+            T::c(0.0)
+        }
     }
 
     /// What a section that gives way gets of the flow `fed` from the supply, m^3/s.
     #[inline(always)]
-    fn left_by_priority(&self, ports: &PortPressures<T>, fed: T) -> T {
-        match self.gives_way() {
+    fn left_by_priority<P: Parts>(&self, ports: &PortPressures<T>, fed: T) -> T {
+        match P::part(self.gives_way()) {
             Some(priority) => fed * priority.share(ports.supply, ports.load),
             None => fed,
         }
@@ -330,8 +392,8 @@ impl<T: Real> HydraulicAxis<T> {
     pub fn edge_flows(&self, spool: T, ports: &PortPressures<T>) -> EdgeFlows<T> {
         let flows = self.valve.flows(spool, ports);
         EdgeFlows {
-            supply_to_a: self.left_by_priority(ports, flows.supply_to_a),
-            supply_to_b: self.left_by_priority(ports, flows.supply_to_b),
+            supply_to_a: self.left_by_priority::<AnyParts>(ports, flows.supply_to_a),
+            supply_to_b: self.left_by_priority::<AnyParts>(ports, flows.supply_to_b),
             ..flows
         }
     }
@@ -352,11 +414,11 @@ impl<T: Real> HydraulicAxis<T> {
     }
 
     #[inline(always)]
-    fn port(&self, number: usize, pressure: T, ports: &PortPressures<T>, flows: PortFlows<T>) -> Port<T> {
-        let (fed, drained) = (self.left_by_priority(ports, flows.fed), flows.drained);
-        let Spill { fed, lost, drop } = match (self.leak(number), flows.leaking) {
+    fn port<P: Parts>(&self, number: usize, pressure: T, ports: &PortPressures<T>, flows: PortFlows<T>) -> Port<T> {
+        let (fed, drained) = (self.left_by_priority::<P>(ports, flows.fed), flows.drained);
+        let Spill { fed, lost, drop } = match (P::part(self.leak(number)), flows.leaking) {
             (Some(leak), Some(Leaking { outward, behind })) => {
-                leak.spill(pressure, fed, &Leaking { outward: self.left_by_priority(ports, outward), behind })
+                leak.spill(pressure, fed, &Leaking { outward: self.left_by_priority::<P>(ports, outward), behind })
             }
             _ => Spill { fed, lost: T::c(0.0), drop: T::c(0.0) },
         };
@@ -364,9 +426,9 @@ impl<T: Real> HydraulicAxis<T> {
             pressure,
             fed,
             drained,
-            relieved: self.port_valves[number].flow(pressure, ports.tank),
+            relieved: if P::EXPECTED { self.port_valves[number].flow(pressure, ports.tank) } else { T::c(0.0) },
             lost,
-            line_drop: self.valve.line_drop(number, fed - drained),
+            line_drop: if P::EXPECTED { self.valve.line_drop(number, fed - drained) } else { T::c(0.0) },
             hose_drop: drop,
         }
     }
@@ -381,7 +443,7 @@ impl<T: Real> HydraulicAxis<T> {
 
     /// Assembles force and rates from the outputs of the laws by sums and products.
     #[inline(always)]
-    pub fn assemble(
+    pub fn assemble<P: Parts>(
         &self,
         supply_pressures: &SupplyPressures<T>,
         s: &LocalState<T>,
@@ -399,13 +461,13 @@ impl<T: Real> HydraulicAxis<T> {
             edges.port_a() - internal_leakage - port_a.relieved,
             internal_leakage - external_leakage - edges.port_b() - port_b.relieved,
         );
-        if !self.crossover.is_none() {
+        if P::EXPECTED && !self.crossover.is_none() {
             inflow = (inflow.0 - *crossed, inflow.1 + *crossed);
         }
-        if cfg!(feature = "chains") && self.leaks.iter().any(Option::is_some) {
+        if P::EXPECTED && self.may_leak() {
             inflow = (inflow.0 - port_a.lost, inflow.1 - port_b.lost);
         }
-        let (p1_rate, p2_rate) = self.chambers.pressure_rates(outputs.bulk, s.x, s.v, (s.p1, s.p2), inflow);
+        let (p1_rate, p2_rate) = self.chambers.pressure_rates::<P>(outputs.bulk, s.x, s.v, (s.p1, s.p2), inflow);
         LocalRates {
             force: self.chambers.force(s.p1, s.p2) + stops.0 + stops.1 - friction.force,
             friction: friction.force,
@@ -430,6 +492,35 @@ impl<T: Real> HydraulicAxis<T> {
             stop_damping: stops.1,
             bristle_power: friction.bristle_power,
         }
+    }
+
+    /// Whether a hose may leak.
+    #[inline(always)]
+    fn may_leak(&self) -> bool {
+        self.leak(0).is_some() || self.leak(1).is_some()
+    }
+
+    /// Whether it has any of the parts that [`Parts`] counts.
+    pub fn has_parts(&self) -> bool {
+        // Every field is named, so that none is forgotten when one is added.
+        let HydraulicAxis {
+            chambers,
+            valve,
+            priority: _,
+            port_valves,
+            crossover,
+            leaks: _,
+            spool: _,
+            leakage: _,
+            connector: _,
+            end_stop: _,
+            friction: _,
+        } = self;
+        let at_ports = port_valves.iter().any(|valves| valves.kinds() != [false; 2]);
+        let between = !crossover.is_none();
+        let of_section = valve.has_parts() || self.gives_way().is_some();
+        let lines = chambers.elastic || self.may_leak();
+        AnyParts::EXPECTED && (of_section || at_ports || between || lines)
     }
 
     /// Whether this cylinder has the same laws as another one, possibly with other parameters.

@@ -6,10 +6,12 @@
 
 use crate::axis_derivatives::{Piston, RateDerivatives, SupplyDerivatives, TankDerivatives, FEEDING};
 use crate::axis_group::{AxisGroup, Member};
+use crate::hydraulic_axis::StateRates;
 use crate::layout::Layout;
 use crate::plant::moving_stroke;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use crate::shared_states::{AskedByPressures, DRAWN, RETURNED, SIGNAL, TANK};
+use crate::supply::Demand;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Pack, Real};
 use hydrocrane_ode::{BlockArrow, Row, SharedDerivatives, MAX_ACTING};
@@ -23,10 +25,12 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             || self.place_moving(layout, x),
         );
         let pressures = self.pressures(layout, x);
-        let mut shared = self.plant.mains(layout).and(jacobian.shared.take());
-        let tank = self.plant.pressures_at(layout, x).tank;
-        let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand(tank));
-        let (mut signals, mut by_pressures) = ([Signal::of(demand.signal); N], AskedByPressures::default());
+        let mut shared = match self.plant.mains(layout) {
+            Some(_) => jacobian.shared.take(),
+            None => None,
+        };
+        let mut asked = Asked::<T, N>::none(self.plant.no_demand(self.plant.pressures_at(layout, x).tank));
+        let mut forces = [T::c(0.0); N];
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let piston = Piston {
@@ -34,7 +38,14 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 lever_arm_derivative: group.gather(|m| lever_arm_derivatives[m.cylinder]),
                 rate: group.gather(|m| placed.rates[m.cylinder]),
             };
-            let mut linearised = group.linearised(&pressures, &local, &piston);
+            let mut by_supply = None;
+            let mut linearised = if shared.is_some() {
+                let (linearised, of_supply) = group.linearised_on_mains(&pressures, &local, &piston);
+                by_supply = Some(of_supply);
+                linearised
+            } else {
+                group.linearised(&pressures, &local, &piston)
+            };
             if jacobian.secants {
                 let more = group.lifted.tangent_less_secant(local.v);
                 linearised.force.q += more * piston.lever_arm_derivative * piston.rate;
@@ -43,34 +54,46 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             group.write_rates(&linearised.rates, &mut forces, dx);
             group.write_derivatives(&linearised, jacobian);
             group.write_spool_derivatives(x, u, dx, jacobian);
-            if let Some(shared) = &mut shared {
-                let by_supply = group.by_supply(&pressures, &local, &piston);
-                group.write_supply_derivatives(&by_supply, &mut signals, shared);
-                demand.drawn += group.sum(linearised.rates.edges.supply());
-                for (sum, flow) in by_pressures.drawn.iter_mut().zip(by_supply.flow) {
-                    *sum += group.sum(flow);
-                }
+            if let (Some(shared), Some(by_supply)) = (&mut shared, &by_supply) {
+                T::outlined(
+                    #[inline(always)]
+                    || asked.add_supply(group, by_supply, &linearised.rates, shared),
+                );
                 if let Some(at) = self.plant.tank_line(layout) {
                     let by_tank = group.by_tank(&pressures, &local, &piston);
-                    group.write_tank_derivatives(&by_tank, at - shared.at.first, &mut signals, shared);
-                    demand.returned += group.sum(linearised.rates.returned());
-                    by_pressures.drawn[TANK] += group.sum(by_tank.flow);
-                    by_pressures.returned[TANK] += group.sum(by_tank.returned);
-                    for (sum, flow) in by_pressures.returned.iter_mut().zip(by_tank.by_feeding) {
-                        *sum += group.sum(flow);
-                    }
+                    T::outlined(
+                        #[inline(always)]
+                        || asked.add_tank(group, &by_tank, linearised.rates.returned, at - shared.at.first, shared),
+                    );
                 }
             }
         }
         if let Some(mut shared) = shared {
-            (demand.signal, by_pressures.signal) = keep_highest(&signals, demand.signal, &mut shared.by_axes[SIGNAL]);
-            self.plant.write_supply(layout, x, demand, dx);
-            self.plant.write_supply_derivatives(layout, x, demand, by_pressures, &mut shared);
+            T::outlined(
+                #[inline(always)]
+                || self.write_shared(layout, x, &mut asked, dx, &mut shared),
+            );
             jacobian.shared = Some(shared);
         }
         let accelerated = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &accelerated.qdd, dx);
         self.write_accelerations(&placed, &lever_arm_derivatives, &forces, &accelerated, payload, jacobian);
+    }
+
+    /// Writes the rates of the supply and their derivatives.
+    #[inline(always)]
+    fn write_shared(
+        &self,
+        layout: &Layout,
+        x: &[T],
+        asked: &mut Asked<T, N>,
+        dx: &mut [T],
+        out: &mut SharedDerivatives<T>,
+    ) {
+        let Asked { demand, signals, by_pressures } = asked;
+        (demand.signal, by_pressures.signal) = keep_highest(signals, demand.signal, &mut out.by_axes[SIGNAL]);
+        self.plant.write_supply(layout, x, *demand, dx);
+        self.plant.write_supply_derivatives(layout, x, *demand, *by_pressures, out);
     }
 
     /// Updates the rates and their Jacobian at the state `x` to other spool commands `u`, which act on the spools alone.
@@ -146,6 +169,55 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 out.by_q[j][c] = along_q[j];
                 out.by_qd[j][c] = along_qd[j];
             }
+        }
+    }
+}
+
+/// What the valves ask of the supply, with the derivatives by its pressures.
+struct Asked<T, const N: usize> {
+    demand: Demand<T>,
+    /// By cylinder.
+    signals: [Signal<T>; N],
+    by_pressures: AskedByPressures<T>,
+}
+
+impl<T: Real, const N: usize> Asked<T, N> {
+    fn none(demand: Demand<T>) -> Self {
+        Asked { demand, signals: [Signal::of(demand.signal); N], by_pressures: AskedByPressures::default() }
+    }
+
+    /// Adds what a group draws and signals.
+    #[inline(always)]
+    fn add_supply<L: Pack<T>>(
+        &mut self,
+        group: &AxisGroup<L>,
+        by_supply: &SupplyDerivatives<L>,
+        rates: &StateRates<L>,
+        out: &mut SharedDerivatives<T>,
+    ) {
+        group.write_supply_derivatives(by_supply, &mut self.signals, out);
+        self.demand.drawn += group.sum(rates.drawn);
+        for (sum, flow) in self.by_pressures.drawn.iter_mut().zip(by_supply.flow) {
+            *sum += group.sum(flow);
+        }
+    }
+
+    /// Adds what it returns (m^3/s) to a tank line, whose pressure is the shared state `at`.
+    #[inline(always)]
+    fn add_tank<L: Pack<T>>(
+        &mut self,
+        group: &AxisGroup<L>,
+        by_tank: &TankDerivatives<L>,
+        returned: L,
+        at: usize,
+        out: &mut SharedDerivatives<T>,
+    ) {
+        group.write_tank_derivatives(by_tank, at, &mut self.signals, out);
+        self.demand.returned += group.sum(returned);
+        self.by_pressures.drawn[TANK] += group.sum(by_tank.flow);
+        self.by_pressures.returned[TANK] += group.sum(by_tank.returned);
+        for (sum, flow) in self.by_pressures.returned.iter_mut().zip(by_tank.by_feeding) {
+            *sum += group.sum(flow);
         }
     }
 }

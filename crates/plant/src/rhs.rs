@@ -1,7 +1,7 @@
 //! The right-hand side: geometry, cylinders, forces, accelerations.
 
 use crate::axis_group::{AxisGroup, Member};
-use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
+use crate::hydraulic_axis::{LocalRates, LocalState, StateRates, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{
     supply_powers, tank_line_powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS, SUPPLY_TERMS, TANK_LINE_TERMS,
@@ -170,16 +170,20 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand(tank));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
-            let rates = group.rates(&pressures, &local);
+            let rates = if mains {
+                let all = group.rates(&pressures, &local);
+                demand.signal = group.fold(group.signals(local.spool, &all.at_valve()), demand.signal, T::max);
+                all.of_states()
+            } else {
+                group.state_rates(&pressures, &local)
+            };
             group.write_rates(&rates, &mut forces, dx);
             group.write_spools(x, u, dx);
             if mains {
-                let signals = group.signals(local.spool, &rates.at_valve());
-                demand.drawn += group.sum(rates.edges.supply());
-                demand.signal = group.fold(signals, demand.signal, T::max);
+                demand.drawn += group.sum(rates.drawn);
             }
             if returns {
-                demand.returned += group.sum(rates.returned());
+                demand.returned += group.sum(rates.returned);
             }
         }
         self.plant.write_supply(layout, x, demand, dx);
@@ -313,7 +317,7 @@ impl<L: Real> AxisGroup<L> {
 
     /// Net forces of the cylinders, and the rates of their pressures and bristles.
     #[inline(always)]
-    pub fn write_rates<T: Real, const N: usize>(&self, rates: &LocalRates<L>, forces: &mut [T; N], dx: &mut [T])
+    pub fn write_rates<T: Real, const N: usize>(&self, rates: &StateRates<L>, forces: &mut [T; N], dx: &mut [T])
     where
         L: Pack<T>,
     {

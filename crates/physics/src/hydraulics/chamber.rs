@@ -11,6 +11,7 @@
 //! (97) counts it the other way, E12).
 
 use super::mains::Mains;
+use super::parts::Parts;
 use hydrocrane_num::Real;
 
 parameters! {
@@ -52,8 +53,8 @@ impl<T: Real> Chambers<T> {
 
     /// Rise of each pressure per volume that flows in, Pa/m^3, from the bulk moduli and the pressures (Pa).
     #[inline(always)]
-    pub fn stiffness(&self, bulk: (T, T), x: T, p: (T, T)) -> (T, T) {
-        if self.elastic {
+    pub fn stiffness<P: Parts>(&self, bulk: (T, T), x: T, p: (T, T)) -> (T, T) {
+        if P::EXPECTED && self.elastic {
             let [one, two] = self.elastic_volumes(x);
             return (one.stiffness(bulk.0, p.0), two.stiffness(bulk.1, p.1));
         }
@@ -73,8 +74,8 @@ impl<T: Real> Chambers<T> {
 
     /// (p_1', p_2') in Pa/s from the bulk moduli and the pressures (Pa), the flows into each chamber (m^3/s) and the piston's motion.
     #[inline(always)]
-    pub fn pressure_rates(&self, bulk: (T, T), x: T, v: T, p: (T, T), inflow: (T, T)) -> (T, T) {
-        let (stiffness_1, stiffness_2) = self.stiffness(bulk, x, p);
+    pub fn pressure_rates<P: Parts>(&self, bulk: (T, T), x: T, v: T, p: (T, T), inflow: (T, T)) -> (T, T) {
+        let (stiffness_1, stiffness_2) = self.stiffness::<P>(bulk, x, p);
         (stiffness_1 * (inflow.0 - self.area_1 * v), stiffness_2 * (inflow.1 + self.area_2 * v))
     }
 }

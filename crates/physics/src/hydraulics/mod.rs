@@ -18,6 +18,7 @@ pub mod mains;
 pub mod meter_out;
 pub mod metering;
 pub mod orifice;
+pub mod parts;
 pub mod pilot_check;
 pub mod port_valves;
 pub mod priority;

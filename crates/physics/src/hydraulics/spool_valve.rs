@@ -34,6 +34,7 @@ use super::load_sensing::Connection;
 use super::meter_out::MeterOut;
 use super::metering::{Edge, Metering};
 use super::orifice::Orifice;
+use super::parts::{AnyParts, Parts};
 use hydrocrane_num::{smooth, Real};
 
 /// Valve with its edges at port A and at port B (they differ only in the printed law).
@@ -82,12 +83,6 @@ hydrocrane_num::stored!([] SpoolValve<f64> {
     lines: [Option<Resistance<f64>>; 2],
 });
 
-/// A part of a valve; programs without those of mobile machines have none.
-#[inline(always)]
-fn mobile<P>(part: Option<P>) -> Option<P> {
-    part.filter(|_| cfg!(feature = "mobile"))
-}
-
 impl<T: Copy> SpoolValve<T> {
     /// The same valve with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> SpoolValve<U> {
@@ -97,27 +92,51 @@ impl<T: Copy> SpoolValve<T> {
             overlap: f(self.overlap),
             nominal_opening: f(self.nominal_opening),
             metering: self.metering().map(|metering| metering.map(f)),
-            meter_out: self.meter_out.map(|of| mobile(of).map(|of| of.map(f))),
+            meter_out: self.meter_out.map(|of| AnyParts::part(of).map(|of| of.map(f))),
             leakage: f(self.leakage),
             return_ratio: self.return_ratio.map(&mut *f),
             regenerative: f(self.regenerative),
             load_check: self.load_check,
             compensator: self.compensator.map(f),
             connection: self.connection.map(f),
-            holding: self.holding.map(|valve| mobile(valve).map(|valve| valve.map(f))),
-            lines: self.lines.map(|line| mobile(line).map(|line| line.map(f))),
+            holding: self.holding.map(|valve| AnyParts::part(valve).map(|valve| valve.map(f))),
+            lines: self.lines.map(|line| AnyParts::part(line).map(|line| line.map(f))),
         }
     }
 
     /// The curves of its edges.
     #[inline(always)]
     pub fn metering(&self) -> Option<&Metering<T>> {
-        mobile(self.metering.as_ref())
+        AnyParts::part(self.metering.as_ref())
+    }
+
+    /// Whether it has any of the parts that [`Parts`] counts.
+    pub fn has_parts(&self) -> bool {
+        // Every field is named, so that none is forgotten when one is added.
+        let SpoolValve {
+            edge_a: _,
+            edge_b: _,
+            overlap: _,
+            nominal_opening: _,
+            metering,
+            meter_out,
+            leakage: _,
+            return_ratio: _,
+            regenerative: _,
+            load_check,
+            compensator,
+            connection: _,
+            holding,
+            lines,
+        } = self;
+        let at = |port: usize| meter_out[port].is_some() || holding[port].is_some() || lines[port].is_some();
+        let of_section = metering.is_some() || *load_check || !matches!(compensator, Compensator::None);
+        AnyParts::EXPECTED && (of_section || at(0) || at(1))
     }
 
     /// Whether the flow of one port may depend on the pressure of the other.
     pub fn couples_ports(&self) -> bool {
-        cfg!(feature = "mobile") && self.holding.iter().any(Option::is_some)
+        AnyParts::EXPECTED && self.holding.iter().any(Option::is_some)
     }
 }
 
@@ -154,7 +173,8 @@ pub struct PortFlows<T> {
 impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
-        let (a, b) = (self.flows_at_a(spool, p, None), self.flows_at_b(spool, p, None));
+        let a = self.flows_at_a::<AnyParts>(spool, p, None);
+        let b = self.flows_at_b::<AnyParts>(spool, p, None);
         EdgeFlows { supply_to_a: a.fed, a_to_tank: a.drained, supply_to_b: b.fed, b_to_tank: b.drained }
     }
 
@@ -168,30 +188,30 @@ impl<T: Real> SpoolValve<T> {
         };
         let (of_a, of_b) = (leakage(0, p.a), leakage(1, p.b));
         EdgeFlows {
-            supply_to_a: self.checked(0, of_a * drop(p.a)),
+            supply_to_a: self.checked::<AnyParts>(0, of_a * drop(p.a)),
             a_to_tank: of_a * (p.a - p.tank),
-            supply_to_b: self.checked(1, of_b * drop(p.b)),
+            supply_to_b: self.checked::<AnyParts>(1, of_b * drop(p.b)),
             b_to_tank: of_b * (p.b - p.tank),
         }
     }
 
     /// Flows of port A, whose hose may `leak`.
     #[inline(always)]
-    pub fn flows_at_a(&self, spool: T, p: &PortPressures<T>, leak: Option<&HoseLeak<T>>) -> PortFlows<T> {
-        let (extend, retract) = self.openings(spool, [Edge::SupplyToA, Edge::AToTank]);
-        let retract = self.metered_out(0, -spool, p.a).unwrap_or(retract);
-        let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.a), p.a - p.tank);
-        let (share, leakage, behind) = self.held(0, spool, self.return_ratio[0] * retract, p, leak);
+    pub fn flows_at_a<P: Parts>(&self, spool: T, p: &PortPressures<T>, leak: Option<&HoseLeak<T>>) -> PortFlows<T> {
+        let (extend, retract) = self.openings::<P>(spool, [Edge::SupplyToA, Edge::AToTank]);
+        let retract = self.metered_out::<P>(0, -spool, p.a).unwrap_or(retract);
+        let (fed, drained) = (self.fed_drop::<P>(p, p.a), p.a - p.tank);
+        let (share, leakage, behind) = self.held::<P>(0, spool, self.return_ratio[0] * retract, p, leak);
         // At most one edge of a port is open: one root per port serves both.
         let drains = spool.lt(T::c(0.0));
         let open = |from_supply: T, to_tank: T| T::select(drains, to_tank, from_supply);
-        let drop = match self.line(0) {
+        let drop = match P::part(self.line(0)) {
             Some(line) => self.left(line, &self.edge_a, [extend, share], p.a, p, open),
             None => open(fed, drained),
         };
         let per_opening = self.edge_a.flow_per_opening(drop);
         PortFlows {
-            fed: self.checked(0, extend * per_opening + leakage * fed),
+            fed: self.checked::<P>(0, extend * per_opening + leakage * fed),
             drained: share * per_opening + leakage * drained,
             leaking: leak.map(|leak| Leaking { outward: self.outward(0, &self.edge_a, extend, p, leak), behind }),
         }
@@ -199,25 +219,35 @@ impl<T: Real> SpoolValve<T> {
 
     /// The same for port B.
     #[inline(always)]
-    pub fn flows_at_b(&self, spool: T, p: &PortPressures<T>, leak: Option<&HoseLeak<T>>) -> PortFlows<T> {
-        let (extend, retract) = self.openings(spool, [Edge::BToTank, Edge::SupplyToB]);
-        let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.b), p.b - p.tank);
+    pub fn flows_at_b<P: Parts>(&self, spool: T, p: &PortPressures<T>, leak: Option<&HoseLeak<T>>) -> PortFlows<T> {
+        let (extend, retract) = self.openings::<P>(spool, [Edge::BToTank, Edge::SupplyToB]);
+        let (fed, drained) = (self.fed_drop::<P>(p, p.b), p.b - p.tank);
         let zero = T::c(0.0);
         let regenerative = zero.lt(self.regenerative);
         let to_supply = T::select(regenerative, extend + retract, retract);
-        let to_tank = T::select(regenerative, zero, self.metered_out(1, spool, p.b).unwrap_or(extend));
-        let (share, leakage, behind) = self.held(1, spool, self.return_ratio[1] * to_tank, p, leak);
+        let to_tank = T::select(regenerative, zero, self.metered_out::<P>(1, spool, p.b).unwrap_or(extend));
+        let (share, leakage, behind) = self.held::<P>(1, spool, self.return_ratio[1] * to_tank, p, leak);
         let feeds = regenerative | spool.lt(zero);
         let open = |from_supply: T, to_tank: T| T::select(feeds, from_supply, to_tank);
-        let drop = match self.line(1) {
+        let drop = match P::part(self.line(1)) {
             Some(line) => self.left(line, &self.edge_b, [to_supply, share], p.b, p, open),
             None => open(fed, drained),
         };
         let per_opening = self.edge_b.flow_per_opening(drop);
         PortFlows {
-            fed: self.checked(1, to_supply * per_opening + leakage * fed),
+            fed: self.checked::<P>(1, to_supply * per_opening + leakage * fed),
             drained: share * per_opening + leakage * drained,
             leaking: leak.map(|leak| Leaking { outward: self.outward(1, &self.edge_b, to_supply, p, leak), behind }),
+        }
+    }
+
+    /// Drop over the edge from the supply to a port at this pressure, Pa.
+    #[inline(always)]
+    fn fed_drop<P: Parts>(&self, p: &PortPressures<T>, port: T) -> T {
+        if P::EXPECTED {
+            self.compensator.drop(p.supply, p.load, port)
+        } else {
+            p.supply - port
         }
     }
 
@@ -260,13 +290,13 @@ impl<T: Real> SpoolValve<T> {
     /// The line of a `port`, if it has a resistance.
     #[inline(always)]
     pub fn line(&self, port: usize) -> Option<&Resistance<T>> {
-        mobile(self.lines[port].as_ref())
+        AnyParts::part(self.lines[port].as_ref())
     }
 
     /// Opening (m) of the edge from a `port` to the tank that is left behind the valve that holds its load, if there is one, the leakage
     /// that this lets pass, and the valve itself where its hose may `leak`.
     #[inline(always)]
-    fn held(
+    fn held<P: Parts>(
         &self,
         port: usize,
         spool: T,
@@ -274,7 +304,7 @@ impl<T: Real> SpoolValve<T> {
         p: &PortPressures<T>,
         leak: Option<&HoseLeak<T>>,
     ) -> (T, T, Option<Behind<T>>) {
-        let Some(valve) = self.holding(port) else { return (opening, self.leakage, None) };
+        let Some(valve) = P::part(self.holding(port)) else { return (opening, self.leakage, None) };
         let (chamber, edge) = if port == 0 { (p.a, &self.edge_a) } else { (p.b, &self.edge_b) };
         // The other port opens the valve while it is fed.
         let fed = self.connection.signal(spool, [p.a, p.b], p.tank);
@@ -288,26 +318,26 @@ impl<T: Real> SpoolValve<T> {
 
     /// Opening (m) of the edge from a `port` to the tank that a spool of its own has, if there is one.
     #[inline(always)]
-    fn metered_out(&self, port: usize, travel: T, pressure: T) -> Option<T> {
-        let of = self.meter_out(port)?;
+    fn metered_out<P: Parts>(&self, port: usize, travel: T, pressure: T) -> Option<T> {
+        let of = P::part(self.meter_out(port))?;
         Some(self.nominal_opening * of.opening(&self.connection, travel, pressure))
     }
 
     /// The spool of its own of the edge from a `port` to the tank.
     #[inline(always)]
     pub fn meter_out(&self, port: usize) -> Option<&MeterOut<T>> {
-        mobile(self.meter_out[port].as_ref())
+        AnyParts::part(self.meter_out[port].as_ref())
     }
 
     #[inline(always)]
     fn holding(&self, port: usize) -> Option<&LoadHolding<T>> {
-        mobile(self.holding[port].as_ref())
+        AnyParts::part(self.holding[port].as_ref())
     }
 
     /// Openings (m) of the edges in the order of [`Edge`]. In a regenerative valve the one from the supply to port B opens both ways.
     pub fn edge_openings(&self, spool: T) -> [T; 4] {
-        let (to_a, from_a) = self.openings(spool, [Edge::SupplyToA, Edge::AToTank]);
-        let (from_b, to_b) = self.openings(spool, [Edge::BToTank, Edge::SupplyToB]);
+        let (to_a, from_a) = self.openings::<AnyParts>(spool, [Edge::SupplyToA, Edge::AToTank]);
+        let (from_b, to_b) = self.openings::<AnyParts>(spool, [Edge::BToTank, Edge::SupplyToB]);
         let (zero, regenerative) = (T::c(0.0), T::c(0.0).lt(self.regenerative));
         let to_tank = T::select(regenerative, zero, from_b * self.return_ratio[1]);
         [to_a, from_a * self.return_ratio[0], to_b + T::select(regenerative, from_b, zero), to_tank]
@@ -329,8 +359,8 @@ impl<T: Real> SpoolValve<T> {
 
     /// A flow from the supply to a `port` behind a check valve, if there is one: that of the section, or that of a valve that holds.
     #[inline(always)]
-    fn checked(&self, port: usize, flow: T) -> T {
-        if self.load_check || self.holding(port).is_some_and(LoadHolding::checks) {
+    fn checked<P: Parts>(&self, port: usize, flow: T) -> T {
+        if P::EXPECTED && (self.load_check || self.holding(port).is_some_and(LoadHolding::checks)) {
             smooth::positive_part(flow)
         } else {
             flow
@@ -339,8 +369,8 @@ impl<T: Real> SpoolValve<T> {
 
     /// Openings (m) of the edge of a port that extends and of the one that retracts the piston.
     #[inline(always)]
-    fn openings(&self, spool: T, [extending, retracting]: [Edge; 2]) -> (T, T) {
-        match self.metering() {
+    fn openings<P: Parts>(&self, spool: T, [extending, retracting]: [Edge; 2]) -> (T, T) {
+        match P::part(self.metering()) {
             Some(metering) => {
                 (metering.opening(extending, spool, self.overlap), metering.opening(retracting, -spool, self.overlap))
             }
