@@ -420,6 +420,8 @@ pub struct Pump<T = f64> {
     pub hydromechanical_efficiency: T,
     /// `None`: the displacement is fixed.
     pub control: Option<PressureControl<T>>,
+    /// Above the pressure of the load-sensing line, Pa; `None`: the pump does not follow the load.
+    pub margin: Option<T>,
 }
 
 /// An engine that slows down under its load.

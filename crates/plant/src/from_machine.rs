@@ -81,7 +81,7 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
     let rise = of.pressure - of.tank_pressure;
     Supply {
         pumps: hydrocrane_num::array::from_fn(|i| {
-            mains.pumps().nth(i).map(|p| ControlledPump { pump: pump(p, rise), control: control(p) })
+            mains.pumps().nth(i).map(|p| ControlledPump { pump: pump(p, rise), control: control(p), margin: p.margin })
         }),
         highest: of.pressure,
         sensing: mains

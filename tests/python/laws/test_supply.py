@@ -297,6 +297,41 @@ def test_derivatives_by_values_of_the_supply_are_those_of_differences(key):
     assert np.all(gap < 1e-3), gap
 
 
+def mismatch(crane, key, signals):
+    """Largest gaps between exact derivatives of a lift and difference quotients, over the largest of these."""
+    scenario = hc.load_scenario("vertical-lift-open-loop").changed(machine=crane, duration=1.0, record_interval=0.05)
+    exact = hc.sensitivities(scenario, [key], rtol=1e-8)
+    value = np.asarray(crane.value(key).si).item()
+    share = 1e-3
+
+    def at(factor):
+        run = hc.simulate(scenario, overrides={key: value * factor}, rtol=1e-10)
+        return np.column_stack([column(run, name) for name in signals])
+
+    difference = (at(1 + share) - at(1 - share)) / (2 * share * value)
+    found = np.column_stack([np.asarray(exact.data[name]).squeeze() for name in signals])
+    return abs(found - difference).max(axis=0) / abs(difference).max(axis=0)
+
+
+@pytest.mark.parametrize("pump", ["main", "aside"])
+def test_derivatives_by_the_margin_of_each_pump_are_those_of_differences(pump):
+    beside = {
+        "type": "load-sensing",
+        "displacement": "4 ml",
+        "speed": "1450 rpm",
+        "volumetric-efficiency": 0.9,
+        "hydromechanical-efficiency": 0.9,
+        "ls-margin": "27 bar",
+    }
+    crane = hc.load_machine(
+        "rottne-f9-mobile",
+        {"pump.main.displacement": "3 ml", **{f"pump.aside.{key}": value for key, value in beside.items()}},
+    )
+    signals = ("tip.z", "mains.p", "pump.main.displacement", "pump.aside.displacement")
+    worst = mismatch(crane, f"pump.{pump}.ls-margin", signals)
+    assert np.all(worst < 1e-3), worst
+
+
 @pytest.mark.parametrize("name", ["rottne-f9-pump", "rottne-f9-mobile"])
 def test_a_batch_of_cranes_with_pumps_is_the_simulator_with_a_leading_axis(name):
     crane = hc.load_machine(name)

@@ -77,7 +77,8 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let three = beside("third", fixed, "13 ml") + &beside("aside", fixed, "8 ml") + fixed;
     let sensing =
         limited.replace("pressure-compensated", "load-sensing").replace("[mains]", "ls-margin = \"25 bar\"\n[mains]");
-    let all = beside("third", &sensing, "15 ml") + &beside("aside", &sensing, "8 ml") + &sensing;
+    let keeping = |margin: &str| sensing.replace("25 bar", margin);
+    let all = beside("third", &keeping("18 bar"), "15 ml") + &beside("aside", &keeping("31 bar"), "8 ml") + &sensing;
     let holding = |cylinder: &str, side: &str| {
         format!(
             "[counterbalance.{cylinder}-{side}]\ncylinder = \"{cylinder}\"\nside = \"{side}\"\nsetting = \"120 bar\"\npilot-ratio = 3.5\n\
