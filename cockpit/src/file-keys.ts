@@ -78,6 +78,7 @@ export type MachineKey =
   | `valve.${string}.load-check`
   | `valve.${string}.compensator`
   | `valve.${string}.compensator-setting`
+  | `valve.${string}.compensator-time-constant`
   | `valve.${string}.velocity-limit`
   | `valve.${string}.acceleration-limit`
   | `valve.${string}.delay`

@@ -169,5 +169,5 @@ impl CylinderModel {
 
 fn ports(supply_pressures: &SupplyPressures, m: &Moment) -> PortPressures<f64> {
     let SupplyPressures { supply, tank } = *supply_pressures;
-    PortPressures { supply, load: tank, tank, a: m.p[0], b: m.p[1] }
+    PortPressures { supply, load: tank, tank, a: m.p[0], b: m.p[1], opening: None }
 }

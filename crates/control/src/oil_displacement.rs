@@ -158,7 +158,7 @@ fn flows(c: &CylinderModel, supply_pressures: &SupplyPressures, spool: Interval,
     let mut flows = [Interval::NONE; 2];
     for [a, b] in [[p[0].low, p[1].low], [p[0].high, p[1].high]] {
         let SupplyPressures { supply, tank } = *supply_pressures;
-        let ports = PortPressures { supply, load: tank, tank, a, b };
+        let ports = PortPressures { supply, load: tank, tank, a, b, opening: None };
         let mut include = |edges: EdgeFlows<f64>| {
             for (flow, q) in flows.iter_mut().zip([edges.port_a(), edges.port_b()]) {
                 *flow = flow.with(q);

@@ -214,7 +214,14 @@ mod tests {
                 for _ in 0..200 {
                     let p2 = 0.5 * (low[0] + low[1]);
                     let p1 = (4e3 * sense + p2 * area_2) / area_1;
-                    let ports = PortPressures { supply: supply.supply, load: 0.0, tank: supply.tank, a: p1, b: p2 };
+                    let ports = PortPressures {
+                        supply: supply.supply,
+                        load: 0.0,
+                        tank: supply.tank,
+                        a: p1,
+                        b: p2,
+                        opening: None,
+                    };
                     let flows = c.valve.flows(spool, &ports);
                     // The pressures rise where more flows in than leaves.
                     let more = flows.port_a() * area_2 > flows.port_b() * area_1;

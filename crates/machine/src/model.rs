@@ -248,6 +248,8 @@ pub struct Valve<T = f64> {
     /// A check valve keeps oil from flowing back into the mains.
     pub load_check: bool,
     pub compensator: Compensator<T>,
+    /// s; `None`: the compensator follows at once.
+    pub compensator_time_constant: Option<T>,
     pub velocity_limit: Option<T>,
     pub acceleration_limit: Option<T>,
     /// s

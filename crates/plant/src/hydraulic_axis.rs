@@ -5,6 +5,7 @@ use hydrocrane_num::Real;
 use hydrocrane_physics::friction::lugre::{Friction, LuGre};
 use hydrocrane_physics::friction::{static_map, StaticParameters};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
+use hydrocrane_physics::hydraulics::compensator::CompensatorLag;
 use hydrocrane_physics::hydraulics::connector::Connector;
 use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
@@ -39,6 +40,8 @@ pub enum FrictionLaw<T> {
 pub struct HydraulicAxis<T> {
     pub chambers: Chambers<T>,
     pub valve: SpoolValve<T>,
+    /// `None`: the compensator, if there is one, follows at once.
+    pub compensator_lag: Option<CompensatorLag<T>>,
     /// `None`: the section gives way to no other one.
     pub priority: Option<Priority<T>>,
     /// At the piston side and at the rod side.
@@ -74,14 +77,17 @@ pub struct LocalState<T> {
     pub spool: T,
     /// Bristle deflection, m (zero without LuGre).
     pub z: T,
+    /// Opening of the compensator, if it follows late.
+    pub opening: Option<T>,
 }
 
 impl<T: Copy> LocalState<T> {
     /// The same with `f` of every number.
     #[inline(always)]
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> LocalState<U> {
-        let LocalState { x, v, p1, p2, spool, z } = *self;
-        LocalState { x: f(x), v: f(v), p1: f(p1), p2: f(p2), spool: f(spool), z: f(z) }
+        let LocalState { x, v, p1, p2, spool, z, opening } = *self;
+        let opening = in_chains(opening).map(&f);
+        LocalState { x: f(x), v: f(v), p1: f(p1), p2: f(p2), spool: f(spool), z: f(z), opening }
     }
 }
 
@@ -140,7 +146,14 @@ impl<T: Copy> LocalRates<T> {
             lost: [f(self.lost[0]), f(self.lost[1])],
             internal_leakage: f(self.internal_leakage),
             external_leakage: f(self.external_leakage),
-            ports: PortPressures { supply: f(p.supply), load: f(p.load), tank: f(p.tank), a: f(p.a), b: f(p.b) },
+            ports: PortPressures {
+                supply: f(p.supply),
+                load: f(p.load),
+                tank: f(p.tank),
+                a: f(p.a),
+                b: f(p.b),
+                opening: in_chains(p.opening).map(&f),
+            },
             line_drops: [f(self.line_drops[0]), f(self.line_drops[1])],
             hose_drops: [f(self.hose_drops[0]), f(self.hose_drops[1])],
             stop_damping: f(self.stop_damping),
@@ -287,7 +300,7 @@ impl<T: Copy> FrictionOutput<T> {
 impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn rates(&self, fluid: &Fluid<T>, supply_pressures: &SupplyPressures<T>, s: &LocalState<T>) -> LocalRates<T> {
-        let ports = self.ports(supply_pressures, s.v, [s.p1, s.p2]);
+        let ports = self.ports(supply_pressures, s.v, [s.p1, s.p2], s.opening);
         let outputs = LawOutputs {
             port_a: self.port_a(&ports, s.spool),
             port_b: self.port_b(&ports, s.spool),
@@ -340,7 +353,7 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn priority_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
         let Some(priority) = self.gives_way() else { return [T::c(0.0); 2] };
-        let drop = |port: T| self.valve.compensator.drop(p.supply, p.load, port);
+        let drop = |port: T| self.valve.compensated(p, port);
         [(p.a, edges.supply_to_a), (p.b, edges.supply_to_b)]
             .map(|(port, flow)| priority.loss(p.supply, p.load, drop(port), flow))
     }
@@ -371,12 +384,31 @@ impl<T: Real> HydraulicAxis<T> {
         }
     }
 
-    /// Pressures around the valve, with those of both chambers.
+    /// Pressures around the valve, with those of both chambers and the `opening` of its compensator.
     #[inline(always)]
-    pub fn ports(&self, supply_pressures: &SupplyPressures<T>, v: T, [p1, p2]: [T; 2]) -> PortPressures<T> {
+    pub fn ports(
+        &self,
+        supply_pressures: &SupplyPressures<T>,
+        v: T,
+        [p1, p2]: [T; 2],
+        opening: Option<T>,
+    ) -> PortPressures<T> {
         let SupplyPressures { supply, load, tank } = *supply_pressures;
         let dynamic = self.connector.dynamic_pressures(v);
-        PortPressures { supply, load, tank, a: p1 - dynamic.0, b: p2 - dynamic.1 }
+        PortPressures { supply, load, tank, a: p1 - dynamic.0, b: p2 - dynamic.1, opening: in_chains(opening) }
+    }
+
+    /// How the compensator follows, if it does so late. Builds for the smallest chains only have none.
+    #[inline(always)]
+    pub fn compensator_lag(&self) -> Option<&CompensatorLag<T>> {
+        in_chains(self.compensator_lag.as_ref())
+    }
+
+    /// Rate of the compensator's opening, 1/s, with the spool at `spool` (m) and the pressures `at_valve`; `None` if it follows at once.
+    #[inline(always)]
+    pub fn opening_rate(&self, spool: T, at_valve: &PortPressures<T>) -> Option<T> {
+        let (lag, opening) = (self.compensator_lag()?, at_valve.opening?);
+        Some(lag.rate(opening, self.valve.settled_opening(spool, at_valve)))
     }
 
     /// Assembles force and rates from the outputs of the laws by sums and products.
@@ -424,6 +456,7 @@ impl<T: Real> HydraulicAxis<T> {
                 tank: supply_pressures.tank,
                 a: port_a.pressure,
                 b: port_b.pressure,
+                opening: in_chains(s.opening),
             },
             line_drops: [port_a.line_drop, port_b.line_drop],
             hose_drops: [port_a.hose_drop, port_b.hose_drop],
@@ -457,6 +490,7 @@ impl<T: Real> HydraulicAxis<T> {
             && at_ports(self) == at_ports(other)
             && self.crossover.kinds() == other.crossover.kinds()
             && self.priority.is_some() == other.priority.is_some()
+            && self.compensator_lag.is_some() == other.compensator_lag.is_some()
             && curves(self) == curves(other)
             && out(self) == out(other)
             && lines(self) == lines(other)
@@ -477,6 +511,7 @@ impl<T: Copy> HydraulicAxis<T> {
         HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
+            compensator_lag: in_chains(self.compensator_lag).map(|lag| lag.map(f)),
             priority: in_chains(self.priority).map(|priority| priority.map(f)),
             port_valves: self.port_valves.map(|valves| valves.map(f)),
             crossover: self.crossover.map(f),

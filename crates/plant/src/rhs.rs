@@ -41,9 +41,9 @@ pub struct Placed<T, const N: usize> {
 impl<T: Real, const N: usize> Placed<T, N> {
     /// The local state of a cylinder.
     pub fn local(&self, layout: &Layout, x: &[T], c: usize) -> LocalState<T> {
-        let AxisStates { p1, p2, xs, z, .. } = layout.own(c);
-        let z = z.map_or(T::c(0.0), |z| x[z]);
-        LocalState { x: self.positions[c], v: self.velocities[c], p1: x[p1], p2: x[p2], spool: x[xs], z }
+        let AxisStates { p1, p2, xs, z, opening, .. } = layout.own(c);
+        let (z, opening) = (z.map_or(T::c(0.0), |z| x[z]), opening.map(|at| x[at]));
+        LocalState { x: self.positions[c], v: self.velocities[c], p1: x[p1], p2: x[p2], spool: x[xs], z, opening }
     }
 }
 
@@ -172,6 +172,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             let local = group.local(&placed.positions, &placed.velocities, x);
             let rates = group.rates(&pressures, &local);
             group.write_rates(&rates, &mut forces, dx);
+            group.write_openings(local.spool, &rates, dx);
             group.write_spools(x, u, dx);
             if mains {
                 let signals = group.signals(local.spool, &rates.at_valve());
@@ -325,6 +326,19 @@ impl<L: Real> AxisGroup<L> {
             if let Some(z) = at.z {
                 dx[z] = rates.z_rate.lane(lane);
             }
+        }
+    }
+
+    /// Rates of the openings of compensators that follow late.
+    #[inline(always)]
+    pub fn write_openings<T: Real>(&self, spool: L, rates: &LocalRates<L>, dx: &mut [T])
+    where
+        L: Pack<T>,
+    {
+        let Some(rate) = self.unit.opening_rate(spool, &rates.at_valve()) else { return };
+        for lane in 0..L::WIDTH {
+            let Some(at) = self.member(lane).and_then(|member| member.at.opening) else { break };
+            dx[at] = rate.lane(lane);
         }
     }
 

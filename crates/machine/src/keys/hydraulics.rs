@@ -195,6 +195,11 @@ pub static VALVE: &[Key] = &[
         .otherwise("required with `before-spool`, not allowed otherwise")
         .usual(&[("1 bar", "60 bar", 10.0)])
         .means("Pressure drop over the metering edge from the supply that the compensator keeps."),
+    Key::quantity("compensator-time-constant", &[TIME], Positive)
+        .otherwise("the compensator follows at once")
+        .usual(&[("0.5 ms", "0.5 s", 10.0)])
+        .means("Time constant with which the compensator follows. Its opening is then a state.")
+        .source("theory/hydraulics/compensator.md"),
     Key::quantity("velocity-limit", &[VELOCITY], Positive)
         .otherwise("none")
         .usual(&[("1 mm/s", "100 m/s", 1e3)])

@@ -130,6 +130,8 @@ pub struct PortPressures<T> {
     pub tank: T,
     pub a: T,
     pub b: T,
+    /// Opening of a compensator that follows late, from 0 to 1.
+    pub opening: Option<T>,
 }
 
 /// Flow through each edge, m^3/s, in the direction its name reads.
@@ -161,7 +163,7 @@ impl<T: Real> SpoolValve<T> {
     /// The same with the spool inside its overlap, where the edges only leak.
     #[inline(always)]
     pub fn closed(&self, p: &PortPressures<T>) -> EdgeFlows<T> {
-        let drop = |port: T| self.compensator.drop(p.supply, p.load, port);
+        let drop = |port: T| self.compensated(p, port);
         let leakage = |port: usize, chamber: T| match self.holding(port) {
             Some(valve) => self.leakage * valve.closed(&HeldPressures { chamber, pilot: p.tank, tank: p.tank }),
             None => self.leakage,
@@ -180,7 +182,7 @@ impl<T: Real> SpoolValve<T> {
     pub fn flows_at_a(&self, spool: T, p: &PortPressures<T>, leak: Option<&HoseLeak<T>>) -> PortFlows<T> {
         let (extend, retract) = self.openings(spool, [Edge::SupplyToA, Edge::AToTank]);
         let retract = self.metered_out(0, -spool, p.a).unwrap_or(retract);
-        let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.a), p.a - p.tank);
+        let (fed, drained) = (self.compensated(p, p.a), p.a - p.tank);
         let (share, leakage, behind) = self.held(0, spool, self.return_ratio[0] * retract, p, leak);
         // At most one edge of a port is open: one root per port serves both.
         let drains = spool.lt(T::c(0.0));
@@ -201,7 +203,7 @@ impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn flows_at_b(&self, spool: T, p: &PortPressures<T>, leak: Option<&HoseLeak<T>>) -> PortFlows<T> {
         let (extend, retract) = self.openings(spool, [Edge::BToTank, Edge::SupplyToB]);
-        let (fed, drained) = (self.compensator.drop(p.supply, p.load, p.b), p.b - p.tank);
+        let (fed, drained) = (self.compensated(p, p.b), p.b - p.tank);
         let zero = T::c(0.0);
         let regenerative = zero.lt(self.regenerative);
         let to_supply = T::select(regenerative, extend + retract, retract);
@@ -246,9 +248,11 @@ impl<T: Real> SpoolValve<T> {
         open: impl Fn(T, T) -> T,
     ) -> T {
         let whole = open(p.supply - chamber, chamber - p.tank);
-        let left = line.left(edge, open(openings[0], openings[1]), whole);
+        // What follows late throttles its edge.
+        let fed = p.opening.map_or(openings[0], |opening| openings[0] * opening);
+        let left = line.left(edge, open(fed, openings[1]), whole);
         // The compensator acts where more is left than it lets the edge have.
-        open(self.compensator.drop(p.supply, p.load, p.supply - left), left)
+        open(self.compensated(p, p.supply - left), left)
     }
 
     /// Pressure of a `port` above that behind its line, Pa, with the flow into the cylinder through it (m^3/s).
@@ -313,17 +317,29 @@ impl<T: Real> SpoolValve<T> {
         [to_a, from_a * self.return_ratio[0], to_b + T::select(regenerative, from_b, zero), to_tank]
     }
 
+    /// Drop over the edge from the supply to a port, Pa: what the compensator leaves.
+    #[inline(always)]
+    pub fn compensated(&self, p: &PortPressures<T>, port: T) -> T {
+        self.compensator.drop(p.supply, p.load, p.opening, port)
+    }
+
+    /// Opening that a compensator that follows late wants: that of its static law at the port that is fed, or at the tank where none is.
+    #[inline(always)]
+    pub fn settled_opening(&self, spool: T, p: &PortPressures<T>) -> T {
+        self.compensator.settled_opening(p.supply, p.load, self.connection.signal(spool, [p.a, p.b], p.tank))
+    }
+
     /// Losses of the compensator at the edges to port A and to port B, W, with the flows through `edges`.
     #[inline(always)]
     pub fn compensator_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
-        let taken = |port: T| p.supply - port - self.compensator.drop(p.supply, p.load, port);
+        let taken = |port: T| p.supply - port - self.compensated(p, port);
         [taken(p.a) * edges.supply_to_a, taken(p.b) * edges.supply_to_b]
     }
 
     /// What the compensator takes of the drop from the supply to the port that the spool feeds, Pa; zero where it feeds none, and where
     /// the compensator is fully open.
     pub fn compensator_drop(&self, spool: T, p: &PortPressures<T>) -> T {
-        let taken = |port: T| p.supply - port - self.compensator.drop(p.supply, p.load, port);
+        let taken = |port: T| p.supply - port - self.compensated(p, port);
         self.connection.signal(spool, [taken(p.a), taken(p.b)], T::c(0.0))
     }
 
@@ -406,7 +422,8 @@ mod tests {
         }
     }
 
-    const P: PortPressures<f64> = PortPressures { supply: 140e5, load: 0.0, tank: 0.0, a: 60e5, b: 50e5 };
+    const P: PortPressures<f64> =
+        PortPressures { supply: 140e5, load: 0.0, tank: 0.0, a: 60e5, b: 50e5, opening: None };
 
     #[test]
     fn table_2_signs_of_the_four_three_valve() {

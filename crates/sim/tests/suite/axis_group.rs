@@ -27,6 +27,7 @@ fn moving() -> LocalState<Side> {
         p2: Lanes::load(&[20e5, 90e5]),
         spool: Lanes::load(&[0.004, -0.01]),
         z: Lanes::load(&[1e-4, -2e-4]),
+        opening: None,
     }
 }
 
@@ -35,8 +36,7 @@ fn one(lanes: Side, i: usize) -> f64 {
 }
 
 fn lane(s: &LocalState<Side>, i: usize) -> LocalState<f64> {
-    let LocalState { x, v, p1, p2, spool, z } = s;
-    LocalState { x: x.lane(i), v: v.lane(i), p1: p1.lane(i), p2: p2.lane(i), spool: spool.lane(i), z: z.lane(i) }
+    s.map(|number| number.lane(i))
 }
 
 #[test]
