@@ -101,6 +101,7 @@ export type MachineKey =
   | `valve.${string}.command.dead-band`
   | `valve.${string}.command.low`
   | `valve.${string}.command.high`
+  | `valve.${string}.command.hysteresis`
   | `valve.${string}.command.delay`
   | `valve.${string}.printed.blend-low`
   | `valve.${string}.printed.blend-high`

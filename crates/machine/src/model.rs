@@ -303,6 +303,8 @@ pub struct SignalChain {
     /// Limits of the spool command, m.
     pub low: f64,
     pub high: f64,
+    /// Half width of the hysteresis between command and spool, m.
+    pub play: f64,
     /// s
     pub delay: f64,
 }

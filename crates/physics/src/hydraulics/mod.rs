@@ -10,6 +10,7 @@ pub mod end_stop;
 pub mod fluid;
 pub mod hose_burst;
 pub mod hose_leak;
+pub mod hysteresis;
 pub mod leakage;
 pub mod line;
 pub mod load_holding;
