@@ -78,6 +78,7 @@ export type MachineKey =
   | `valve.${string}.load-check`
   | `valve.${string}.compensator`
   | `valve.${string}.compensator-setting`
+  | `valve.${string}.compensator-time-constant`
   | `valve.${string}.velocity-limit`
   | `valve.${string}.acceleration-limit`
   | `valve.${string}.delay`
@@ -100,6 +101,7 @@ export type MachineKey =
   | `valve.${string}.command.dead-band`
   | `valve.${string}.command.low`
   | `valve.${string}.command.high`
+  | `valve.${string}.command.hysteresis`
   | `valve.${string}.command.delay`
   | `valve.${string}.printed.blend-low`
   | `valve.${string}.printed.blend-high`

@@ -41,6 +41,10 @@ A machine with a line that has a resistance has `cylinder.<name>.line_drop1` and
 the piston side and to the rod side, positive while oil flows to the cylinder), and in the ledger
 `ledger.lines.resistance` (sign -1).
 
+A machine with pressure compensators has `cylinder.<name>.compensator_drop` (Pa, what a compensator takes of the drop to
+the port that is fed), and in the ledger `ledger.valves.compensators` (sign -1). A compensator with a time constant has
+the state `cylinder.<name>.compensator` (1, flow over that with the compensator fully open).
+
 A machine with several pumps has `pump.<name>.flow` (m^3/s), `pump.<name>.shaft_power` (W) and `pump.<name>.shaft_speed`
 (rad/s) of each.
 

@@ -13,8 +13,8 @@
 use crate::controller_model::CylinderModel;
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
+use hydrocrane_physics::hydraulics::edge_flows::{EdgeFlows, PortPressures};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
-use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
 
 /// Share of [`Steady::span`] that counts as the least force left.
 const LEAST_LEFT: f64 = 0.02;
@@ -169,5 +169,5 @@ impl CylinderModel {
 
 fn ports(supply_pressures: &SupplyPressures, m: &Moment) -> PortPressures<f64> {
     let SupplyPressures { supply, tank } = *supply_pressures;
-    PortPressures { supply, load: tank, tank, a: m.p[0], b: m.p[1] }
+    PortPressures { supply, load: tank, tank, a: m.p[0], b: m.p[1], opening: None }
 }

@@ -8,8 +8,8 @@
 
 use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Moment, SupplyPressures};
+use hydrocrane_physics::hydraulics::edge_flows::{EdgeFlows, PortPressures};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
-use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortPressures};
 
 /// All values from `low` to `high`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,7 +158,7 @@ fn flows(c: &CylinderModel, supply_pressures: &SupplyPressures, spool: Interval,
     let mut flows = [Interval::NONE; 2];
     for [a, b] in [[p[0].low, p[1].low], [p[0].high, p[1].high]] {
         let SupplyPressures { supply, tank } = *supply_pressures;
-        let ports = PortPressures { supply, load: tank, tank, a, b };
+        let ports = PortPressures { supply, load: tank, tank, a, b, opening: None };
         let mut include = |edges: EdgeFlows<f64>| {
             for (flow, q) in flows.iter_mut().zip([edges.port_a(), edges.port_b()]) {
                 *flow = flow.with(q);

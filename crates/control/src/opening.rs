@@ -127,11 +127,12 @@ mod tests {
     use hydrocrane_num::smooth;
     use hydrocrane_physics::friction::StaticParameters;
     use hydrocrane_physics::hydraulics::chamber::Chambers;
+    use hydrocrane_physics::hydraulics::edge_flows::PortPressures;
     use hydrocrane_physics::hydraulics::leakage::Leakage;
     use hydrocrane_physics::hydraulics::load_sensing::Connection;
     use hydrocrane_physics::hydraulics::metering::Metering;
     use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
-    use hydrocrane_physics::hydraulics::spool_valve::{PortPressures, SpoolValve};
+    use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 
     const STROKE: f64 = 7e-3;
 
@@ -214,7 +215,14 @@ mod tests {
                 for _ in 0..200 {
                     let p2 = 0.5 * (low[0] + low[1]);
                     let p1 = (4e3 * sense + p2 * area_2) / area_1;
-                    let ports = PortPressures { supply: supply.supply, load: 0.0, tank: supply.tank, a: p1, b: p2 };
+                    let ports = PortPressures {
+                        supply: supply.supply,
+                        load: 0.0,
+                        tank: supply.tank,
+                        a: p1,
+                        b: p2,
+                        opening: None,
+                    };
                     let flows = c.valve.flows(spool, &ports);
                     // The pressures rise where more flows in than leaves.
                     let more = flows.port_a() * area_2 > flows.port_b() * area_1;

@@ -12,8 +12,8 @@ use hydrocrane_machine::scenario::{parse_scenario_with, Scenario, Solver};
 use hydrocrane_machine::{Machine, Template};
 use hydrocrane_sim::assembly::{options, start, RunSettings};
 use hydrocrane_sim::{
-    at_spools, build, change_payload, longest_delay, Archive, Model, OutcomeKind, SensorMode, Sensors, Simulator, Task,
-    Warning,
+    at_spools, build, change_payload, has_hysteresis, longest_delay, Archive, Model, OutcomeKind, SensorMode, Sensors,
+    Simulator, Task, Warning,
 };
 use std::sync::Arc;
 
@@ -311,9 +311,10 @@ impl Part for PlantPart {
         &self.variables
     }
 
-    /// Delays and sensors that are sampled have states that no tool could integrate.
+    /// Delays, hysteresis and sensors that are sampled have states that no tool could integrate.
     fn exchanges(&self) -> bool {
-        self.sensors == SensorMode::Ideal && longest_delay(self.model.machine()) == 0.0
+        let machine = self.model.machine();
+        self.sensors == SensorMode::Ideal && longest_delay(machine) == 0.0 && !has_hysteresis(machine)
     }
 
     fn period(&self) -> Option<f64> {

@@ -137,7 +137,7 @@ pub struct FilterBypass<T = f64> {
 /// The load-sensing line, which transmits the highest load pressure to the pump.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadSensing<T = f64> {
-    /// Margin of the pump above that pressure, Pa.
+    /// Least margin of the pumps above that pressure, Pa.
     pub margin: T,
     /// Of the line, s.
     pub time_constant: T,

@@ -255,6 +255,8 @@ pub struct Valve<T = f64> {
     /// A check valve keeps oil from flowing back into the mains.
     pub load_check: bool,
     pub compensator: Compensator<T>,
+    /// s; `None`: the compensator follows at once.
+    pub compensator_time_constant: Option<T>,
     pub velocity_limit: Option<T>,
     pub acceleration_limit: Option<T>,
     /// s
@@ -308,6 +310,8 @@ pub struct SignalChain {
     /// Limits of the spool command, m.
     pub low: f64,
     pub high: f64,
+    /// Half width of the hysteresis between command and spool, m.
+    pub play: f64,
     /// s
     pub delay: f64,
 }
@@ -427,6 +431,8 @@ pub struct Pump<T = f64> {
     pub hydromechanical_efficiency: T,
     /// `None`: the displacement is fixed.
     pub control: Option<PressureControl<T>>,
+    /// Above the pressure of the load-sensing line, Pa; `None`: the pump does not follow the load.
+    pub margin: Option<T>,
 }
 
 /// An engine that slows down under its load.

@@ -10,6 +10,10 @@ impl<S, T: Field + Add<S, Output = T> + Sub<S, Output = T> + Mul<S, Output = T>>
 
 /// Largest number of coordinates of a border.
 pub const MAX_BORDER: usize = if cfg!(feature = "chains") { 6 } else { 3 };
+/// Largest number of states that all axes share.
+pub const MAX_SHARED: usize = 6;
+/// Largest number of those that act on axes.
+pub const MAX_ACTING: usize = 3;
 
 /// Indices of an axis's own states in the state vector.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -20,6 +24,8 @@ pub struct AxisStates {
     pub vs: usize,
     /// `None` without bristles.
     pub z: Option<usize>,
+    /// `None` where nothing that moves throttles the supply: see [`crate::AxisOpening`].
+    pub opening: Option<usize>,
 }
 
 /// Derivatives of one output of an axis by its local state: its coordinate and rate, and its own states.

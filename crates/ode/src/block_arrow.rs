@@ -8,10 +8,12 @@
 //! p1', p2'   by q_c, q_c', p1, p2, xs
 //! z'         by q_c, q_c', p1, p2, z
 //! ```
+//! An axis may have a further state that acts on its pressures (`opening.rs`).
 //! (s I - J) k = r is therefore solved axis by axis: spool, pressures, bristles, each as a linear function of the rate of its
 //! coordinate. Coordinates follow from their rates. The Schur complement, a system of the rates, is left (`schur.rs`).
 
 use crate::axis::{AxisDerivatives, AxisStates, Row, ScalarOver, MAX_BORDER};
+use crate::opening::{opening, AxisOpening};
 use crate::shared::{SharedDerivatives, SharedStates};
 use hydrocrane_num::Real;
 
@@ -42,6 +44,8 @@ pub struct BlockArrow<T> {
     pub cylinders: [AxisDerivatives<T>; MAX_BORDER],
     /// Of a derivative of the matrix along a direction: see [`BlockArrow::along`].
     pub along: Option<Box<[ForceAlong<T>; MAX_BORDER]>>,
+    /// `None` where no axis has an opening.
+    pub openings: Option<Box<[AxisOpening<T>; MAX_BORDER]>>,
     /// `None` without shared states.
     pub shared: Option<Box<SharedDerivatives<T>>>,
 }
@@ -61,6 +65,23 @@ impl<T: Copy> BlockArrow<T> {
             None
         }
     }
+
+    /// Derivatives of and by openings, likewise.
+    #[inline(always)]
+    pub(crate) fn openings(&self) -> Option<&[AxisOpening<T>]> {
+        if cfg!(feature = "chains") {
+            self.openings.as_ref().map(|openings| &openings[..self.joints])
+        } else {
+            None
+        }
+    }
+
+    /// Index of the first shared state, their number, and that of the acting ones.
+    #[inline(always)]
+    fn shared_at(&self) -> [usize; 3] {
+        let SharedStates { first, count, acting } = self.shared().map_or(SharedStates::default(), |shared| shared.at);
+        [first, count, acting]
+    }
 }
 
 impl<T: Real> BlockArrow<T> {
@@ -71,7 +92,9 @@ impl<T: Real> BlockArrow<T> {
         cylinders.iter_mut().zip(&blocks.axes).for_each(|(own, at)| own.at = *at);
         let square = [[T::c(0.0); MAX_BORDER]; MAX_BORDER];
         let shared = (blocks.shared.count > 0).then(|| Box::new(SharedDerivatives::new(blocks.shared)));
-        BlockArrow { joints, secants: false, by_q: square, by_qd: square, cylinders, along: None, shared }
+        let opens = blocks.axes.iter().any(|at| at.opening.is_some());
+        let openings = opens.then(|| Box::new([AxisOpening::default(); MAX_BORDER]));
+        BlockArrow { joints, secants: false, by_q: square, by_qd: square, cylinders, along: None, openings, shared }
     }
 
     /// The same blocks with `f` applied to every derivative.
@@ -91,6 +114,7 @@ impl<T: Real> BlockArrow<T> {
                 response: c.response.map(&f),
             }),
             along: None,
+            openings: self.openings.as_ref().map(|openings| Box::new(openings.map(|own| own.map(&f)))),
             shared: self.shared.as_ref().map(|shared| Box::new(shared.map(&f))),
         }
     }
@@ -136,6 +160,9 @@ impl<T: Real> BlockArrow<T> {
             if let Some(z) = at.z {
                 y[z] += own.z.directional(&local);
             }
+            if let Some((o, own)) = opening(self.openings(), c, at) {
+                own.add_product((o, at), &local, self.shared_at(), k, y);
+            }
             let (xs, vs) = (k[at.xs], k[at.vs]);
             y[at.xs] += xs * own.spool[0][0] + vs * own.spool[0][1];
             y[at.vs] += xs * own.spool[1][0] + vs * own.spool[1][1];
@@ -177,6 +204,11 @@ impl<T: Real> BlockArrow<T> {
         }
         if let Some(shared) = self.shared() {
             shared.write_dense(self.cylinders(), n, jacobian);
+        }
+        for (c, own) in self.cylinders().iter().enumerate() {
+            if let Some((o, derivatives)) = opening(self.openings(), c, &own.at) {
+                derivatives.write_dense(o, c, self.cylinders(), self.shared_at(), n, jacobian);
+            }
         }
     }
 }

@@ -7,6 +7,7 @@
 
 use crate::axis::{AxisDerivatives, Row, ScalarOver, MAX_BORDER};
 use crate::block_arrow::BlockArrow;
+use crate::opening::{opening, AxisOpening, Eliminated};
 use crate::shared::SharedFactors;
 use hydrocrane_num::{small, Field};
 
@@ -30,9 +31,11 @@ struct Own<T> {
     spool: Square<T>,
     pressures: Square<T>,
     bristles: T,
-    /// Derivatives of p1, p2, z and of the net force by the rate of the coordinate.
-    by_rate: [T; 3],
+    /// Derivatives of p1, p2, z, the opening and of the net force by the rate of the coordinate.
+    by_rate: [T; 4],
     force_derivative: T,
+    /// 1/(s - do'/do), where there is an opening.
+    opening: T,
 }
 
 /// Calls a method with the size of the border as a constant.
@@ -83,6 +86,7 @@ impl<T: Field> SchurFactors<T> {
         let mut factors = std::mem::take(&mut self.shared);
         let left = factors.factor(
             jacobian.cylinders(),
+            jacobian.openings(),
             shared,
             shift,
             #[inline(always)]
@@ -106,7 +110,8 @@ impl<T: Field> SchurFactors<T> {
         }
         for c in 0..N {
             let derivatives = &jacobian.cylinders[c];
-            let own = Own::new(derivatives, shift, self.time);
+            let opening = opening(jacobian.openings(), c, &derivatives.at).map(|(_, own)| own);
+            let own = Own::new(derivatives, opening, shift, self.time);
             for j in 0..N {
                 matrix[j][c] -= own.force_derivative * derivatives.response[j];
             }
@@ -132,7 +137,7 @@ impl<T: Field> SchurFactors<T> {
     {
         self.solve_arrow::<N, _>(jacobian, r);
         if let Some(shared) = jacobian.shared() {
-            self.shared.solve(jacobian.cylinders(), shared, r);
+            self.shared.solve(jacobian.cylinders(), jacobian.openings(), shared, r);
         }
     }
 
@@ -154,7 +159,7 @@ impl<T: Field> SchurFactors<T> {
         }
         for c in 0..N {
             let derivatives = &jacobian.cylinders[c];
-            let force = self.own[c].solve(derivatives, still[c], r);
+            let force = self.own[c].solve(derivatives, opening(jacobian.openings(), c, &derivatives.at), still[c], r);
             for j in 0..N {
                 driving[j] += force * derivatives.response[j];
             }
@@ -172,36 +177,68 @@ impl<T: Field> SchurFactors<T> {
             if let Some(z) = at.z {
                 r[z] += by_rate[2] * rate;
             }
+            if let Some((o, _)) = opening(jacobian.openings(), j, at) {
+                r[o] += by_rate[3] * rate;
+            }
         }
     }
 }
 
 impl<T: Field> Own<T> {
     #[inline(always)]
-    fn new<S: Copy>(s: &AxisDerivatives<S>, shift: T, time: T) -> Self
+    fn new<S: Copy>(s: &AxisDerivatives<S>, opening: Option<&AxisOpening<S>>, shift: T, time: T) -> Self
     where
         T: ScalarOver<S>,
     {
         let zero = T::c(0.0);
         let spool =
             inverse([[shift - s.spool[0][0], zero - s.spool[0][1]], [zero - s.spool[1][0], shift - s.spool[1][1]]]);
-        let pressures = inverse([[shift - s.p1.p1, zero - s.p1.p2], [zero - s.p2.p1, shift - s.p2.p2]]);
+        let mut block = [[shift - s.p1.p1, zero - s.p1.p2], [zero - s.p2.p1, shift - s.p2.p2]];
+        let mut by_joint = [time * s.p1.q + s.p1.qd, time * s.p2.q + s.p2.qd];
+        let opened = opening.map(|own| (&own.by_axis, Eliminated::new(own, shift)));
+        if let Some((row, Eliminated { on_pressures, .. })) = &opened {
+            for (side, on) in on_pressures.iter().enumerate() {
+                block[side][0] -= *on * row.p1;
+                block[side][1] -= *on * row.p2;
+                by_joint[side] += *on * (time * row.q + row.qd);
+            }
+        }
+        let pressures = inverse(block);
         let bristles = T::c(1.0) / (shift - s.z.z);
-        let [p1, p2] = product(&pressures, time * s.p1.q + s.p1.qd, time * s.p2.q + s.p2.qd);
+        let [p1, p2] = product(&pressures, by_joint[0], by_joint[1]);
         let z = bristles * (time * s.z.q + s.z.qd + p1 * s.z.p1 + p2 * s.z.p2);
         let force_derivative = p1 * s.force.p1 + p2 * s.force.p2 + z * s.force.z;
-        Own { spool, pressures, bristles, by_rate: [p1, p2, z], force_derivative }
+        let (mut by_rate, mut opening) = ([p1, p2, z, zero], zero);
+        if let Some((row, Eliminated { inverse, .. })) = opened {
+            opening = inverse;
+            by_rate[3] = inverse * (time * row.q + row.qd + p1 * row.p1 + p2 * row.p2);
+        }
+        Own { spool, pressures, bristles, by_rate, force_derivative, opening }
     }
 
     /// Solves for the own states with the coordinate's rate at zero and the coordinate at `still`; gives the force.
     #[inline(always)]
-    fn solve<S: Copy>(&self, s: &AxisDerivatives<S>, still: T, r: &mut [T]) -> T
+    fn solve<S: Copy>(
+        &self,
+        s: &AxisDerivatives<S>,
+        opening: Option<(usize, &AxisOpening<S>)>,
+        still: T,
+        r: &mut [T],
+    ) -> T
     where
         T: ScalarOver<S>,
     {
         let at = &s.at;
         let [xs, vs] = product(&self.spool, r[at.xs], r[at.vs]);
-        let [p1, p2] = product(&self.pressures, r[at.p1] + known(&s.p1, still, xs), r[at.p2] + known(&s.p2, still, xs));
+        let mut right = [r[at.p1] + known(&s.p1, still, xs), r[at.p2] + known(&s.p2, still, xs)];
+        if let Some((o, own)) = opening {
+            r[o] = self.opening * (r[o] + known(&own.by_axis, still, xs));
+            right = [right[0] + r[o] * own.on_pressures[0], right[1] + r[o] * own.on_pressures[1]];
+        }
+        let [p1, p2] = product(&self.pressures, right[0], right[1]);
+        if let Some((o, own)) = opening {
+            r[o] += self.opening * (p1 * own.by_axis.p1 + p2 * own.by_axis.p2);
+        }
         (r[at.xs], r[at.vs], r[at.p1], r[at.p2]) = (xs, vs, p1, p2);
         let mut force = p1 * s.force.p1 + p2 * s.force.p2;
         if let Some(z) = at.z {

@@ -10,15 +10,12 @@
 //! by the Schur complement of A: W = A^-1 B once, a column for each acting state, then y = (sI - D - C W)^-1 (s + C A^-1 r) and
 //! k = A^-1 r + W y.
 
-use crate::axis::{AxisDerivatives, Row, ScalarOver, MAX_BORDER};
+use crate::axis::{AxisDerivatives, Row, ScalarOver, MAX_ACTING, MAX_BORDER, MAX_SHARED};
+use crate::opening::{opening, AxisOpening};
 use hydrocrane_num::{small, Field, Real};
 
-/// Largest number of shared states.
-pub const MAX_SHARED: usize = 6;
-/// Number of them that most systems have at most.
+/// Number of shared states that most systems have at most.
 const FEW: usize = 4;
-/// Largest number of those that act on axes.
-pub const MAX_ACTING: usize = 3;
 
 /// Which states are shared: the last `count` from `first` on, of which the first `acting` act on axes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -74,20 +71,30 @@ impl<T: Copy> SharedDerivatives<T> {
             }
         }
         for i in 0..count {
-            y[first + i] += self.by_axes_of(axes, i, k);
+            y[first + i] += self.by_axes_of(axes, None, i, k);
             for j in 0..count {
                 y[first + i] += k[first + j] * self.own[i][j];
             }
         }
     }
 
-    /// The rate of shared state `i` along a change `k` of the axes' states.
+    /// The rate of shared state `i` along a change `k` of the axes' states and of their `openings`, if these count.
     #[inline(always)]
-    fn by_axes_of<K: ScalarOver<T>>(&self, axes: &[AxisDerivatives<T>], i: usize, k: &[K]) -> K {
+    fn by_axes_of<K: ScalarOver<T>>(
+        &self,
+        axes: &[AxisDerivatives<T>],
+        openings: Option<&[AxisOpening<T>]>,
+        i: usize,
+        k: &[K],
+    ) -> K {
         let n = axes.len();
         let mut sum = K::c(0.0);
         for c in 0..n {
-            sum += self.by_axes[i][c].directional(&Row::local(n, c, &axes[c].at, k));
+            let at = &axes[c].at;
+            sum += self.by_axes[i][c].directional(&Row::local(n, c, at, k));
+            if let Some((o, own)) = opening(openings, c, at) {
+                sum += k[o] * own.on_shared[i];
+            }
         }
         sum
     }
@@ -126,6 +133,7 @@ impl<T: Field> SharedFactors<T> {
     pub fn factor<S: Copy>(
         &mut self,
         axes: &[AxisDerivatives<S>],
+        openings: Option<&[AxisOpening<S>]>,
         shared: &SharedDerivatives<S>,
         shift: T,
         solve: impl Fn(&mut [T]),
@@ -143,12 +151,17 @@ impl<T: Field> SharedFactors<T> {
                 answer[axis.at.p1] = T::c(1.0) * on_axis[0];
                 answer[axis.at.p2] = T::c(1.0) * on_axis[1];
             }
+            for (c, axis) in axes.iter().enumerate() {
+                if let Some((o, own)) = opening(openings, c, &axis.at) {
+                    answer[o] = T::c(1.0) * own.by_acting[j];
+                }
+            }
             solve(answer);
         }
         if count <= FEW {
-            self.invert::<S, FEW>(axes, shared, shift)
+            self.invert::<S, FEW>(axes, openings, shared, shift)
         } else {
-            self.invert::<S, MAX_SHARED>(axes, shared, shift)
+            self.invert::<S, MAX_SHARED>(axes, openings, shared, shift)
         }
     }
 
@@ -157,6 +170,7 @@ impl<T: Field> SharedFactors<T> {
     fn invert<S: Copy, const M: usize>(
         &mut self,
         axes: &[AxisDerivatives<S>],
+        openings: Option<&[AxisOpening<S>]>,
         shared: &SharedDerivatives<S>,
         shift: T,
     ) -> T::Mask
@@ -171,7 +185,7 @@ impl<T: Field> SharedFactors<T> {
                 matrix[i][j] = matrix[i][j] - shared.own[i][j];
             }
             for j in 0..acting {
-                matrix[i][j] -= shared.by_axes_of(axes, i, &self.answers[j]);
+                matrix[i][j] -= shared.by_axes_of(axes, openings, i, &self.answers[j]);
             }
         }
         let inverse = small::inverse(matrix);
@@ -187,14 +201,19 @@ impl<T: Field> SharedFactors<T> {
 
     /// Completes a right-hand side `r` of which the part of the arrow has been solved.
     #[inline(always)]
-    pub fn solve<S: Copy>(&self, axes: &[AxisDerivatives<S>], shared: &SharedDerivatives<S>, r: &mut [T])
-    where
+    pub fn solve<S: Copy>(
+        &self,
+        axes: &[AxisDerivatives<S>],
+        openings: Option<&[AxisOpening<S>]>,
+        shared: &SharedDerivatives<S>,
+        r: &mut [T],
+    ) where
         T: ScalarOver<S>,
     {
         let SharedStates { first, count, acting } = shared.at;
         let mut right = [T::c(0.0); MAX_SHARED];
         for i in 0..count {
-            right[i] = r[first + i] + shared.by_axes_of(axes, i, r);
+            right[i] = r[first + i] + shared.by_axes_of(axes, openings, i, r);
         }
         for i in 0..count {
             let mut sum = T::c(0.0);

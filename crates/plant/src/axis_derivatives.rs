@@ -1,12 +1,14 @@
 //! Derivatives of a cylinder's laws by narrow dual numbers: each law is differentiated only by the local numbers on which it
 //! depends; the results are then expanded to all six.
 
-use crate::hydraulic_axis::{
-    FrictionLaw, FrictionOutput, HydraulicAxis, LawOutputs, LocalState, Port, StateRates, SupplyPressures,
-};
+use crate::hydraulic_axis::{FrictionLaw, FrictionOutput, HydraulicAxis, LawOutputs, Port, SupplyPressures};
+
+use crate::in_chains::in_chains;
+use crate::local::{LocalState, StateRates};
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::Row;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
+use hydrocrane_physics::hydraulics::edge_flows::PortPressures;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::parts::{AnyParts, Parts};
@@ -39,6 +41,12 @@ pub const FEEDING: usize = 2;
 fn by_states<L: Real>(number: CoupledPort<L>) -> WithDerivatives<L> {
     let [v, p1, p2, spool, ..] = number.derivative;
     Dual { value: number.value, derivative: [v, p1, p2, spool] }.among([V, P1, P2, SPOOL])
+}
+
+/// The opening of the compensator, if it follows late, as a constant.
+#[inline(always)]
+fn still<L: Real, const K: usize>(s: &LocalState<L>) -> Option<Dual<L, K>> {
+    in_chains(s.opening).map(Dual::constant)
 }
 
 /// Below this speed the secant of friction is the one at this speed, m/s.
@@ -121,6 +129,23 @@ pub struct TankDerivatives<L> {
     pub by_feeding: [L; FEEDING],
 }
 
+/// Derivatives of a cylinder whose compensator follows late.
+#[derive(Debug, Clone, Copy)]
+pub struct OpeningDerivatives<L> {
+    /// By the opening: of p1', p2', of the flow from the supply, of the signal and of the flow that returns.
+    pub p1: L,
+    pub p2: L,
+    pub flow: L,
+    pub signal: L,
+    pub returned: L,
+    /// Its rate, 1/s, and the derivatives of that by the states, by the pressures of mains and load-sensing line, by that of the tank line and by itself.
+    pub rate: L,
+    pub by_states: Row<L>,
+    pub by_feeding: [L; FEEDING],
+    pub by_tank: L,
+    pub own: L,
+}
+
 /// The local numbers as variables.
 #[inline(always)]
 fn variables<L: Real>(s: &LocalState<L>) -> LocalState<WithDerivatives<L>> {
@@ -131,6 +156,7 @@ fn variables<L: Real>(s: &LocalState<L>) -> LocalState<WithDerivatives<L>> {
         p2: Dual::variable(s.p2, P2),
         spool: Dual::variable(s.spool, SPOOL),
         z: Dual::variable(s.z, Z),
+        opening: still(s),
     }
 }
 
@@ -257,6 +283,58 @@ impl<L: Real> Lifted<L> {
         }
     }
 
+    /// Derivatives of and by the `opening` of a compensator that follows late.
+    #[inline(always)]
+    pub fn by_opening(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        opening: L,
+        piston: &Piston<L>,
+    ) -> OpeningDerivatives<L> {
+        let [a, b] = self
+            .coupled_ports(supply_pressures, s)
+            .map(|port: Port<CoupledPort<L>>| port.pressure + port.line_drop - port.hose_drop);
+        let SupplyPressures { supply, load, tank } = *supply_pressures;
+        let at_valve = PortPressures {
+            supply: Dual::variable(supply, AT_MAINS),
+            load: Dual::variable(load, AT_LOAD),
+            tank: Dual::constant(tank),
+            a,
+            b,
+            opening: still(s),
+        };
+        let none = || Dual::constant(L::c(0.0));
+        let rate = self.coupled.opening_rate(Dual::variable(s.spool, AT_SPOOL), &at_valve).unwrap_or_else(none);
+        let of = |pressures: &SupplyPressures<Dual<L, 1>>, opening: Dual<L, 1>| {
+            let local = LocalState { opening: Some(opening), ..s.map(Dual::constant) };
+            let rates = self.single.rates::<AnyParts>(&self.bulk, pressures, &local);
+            let at_valve = rates.at_valve();
+            let signal = self.single.valve.connection.signal(local.spool, [at_valve.a, at_valve.b], pressures.tank);
+            (
+                rates,
+                signal,
+                self.single.opening_rate(local.spool, &at_valve).map_or(L::c(0.0), |rate| rate.derivative[0]),
+            )
+        };
+        let pressures = supply_pressures.map(&mut Dual::constant);
+        let (rates, signal, own) = of(&pressures, Dual::variable(opening, 0));
+        let (_, _, by_tank) =
+            of(&SupplyPressures { tank: Dual::variable(tank, 0), ..pressures }, Dual::constant(opening));
+        OpeningDerivatives {
+            p1: rates.p1_rate.derivative[0],
+            p2: rates.p2_rate.derivative[0],
+            flow: rates.edges.supply().derivative[0],
+            signal: signal.derivative[0],
+            returned: rates.returned().derivative[0],
+            rate: rate.value,
+            by_states: piston.row(&by_states(rate)),
+            by_feeding: [rate.derivative[AT_MAINS], rate.derivative[AT_LOAD]],
+            by_tank,
+            own,
+        }
+    }
+
     /// Both ports with the derivatives by all their arguments.
     #[inline(always)]
     fn coupled_ports(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> [Port<CoupledPort<L>>; 2] {
@@ -267,7 +345,7 @@ impl<L: Real> Lifted<L> {
         };
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, AT_P1), Dual::variable(s.p2, AT_P2)];
         let spool = Dual::variable(s.spool, AT_SPOOL);
-        let ports = self.coupled.ports(&pressures, v, [p1, p2]);
+        let ports = self.coupled.ports(&pressures, v, [p1, p2], still(s));
         [self.coupled.port_a::<AnyParts>(&ports, spool), self.coupled.port_b::<AnyParts>(&ports, spool)]
     }
 
@@ -338,14 +416,16 @@ impl<L: Real> Lifted<L> {
     #[inline(always)]
     fn port_a<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p1, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2)];
-        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, Dual::constant(s.p2)]);
+        let ports =
+            self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, Dual::constant(s.p2)], still(s));
         self.ports.port_a::<P>(&ports, spool).map(|number| number.among([V, P1, SPOOL]))
     }
 
     #[inline(always)]
     fn port_b<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
-        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [Dual::constant(s.p1), p2]);
+        let ports =
+            self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [Dual::constant(s.p1), p2], still(s));
         self.ports.port_b::<P>(&ports, spool).map(|number| number.among([V, P2, SPOOL]))
     }
 
@@ -356,7 +436,7 @@ impl<L: Real> Lifted<L> {
             return Dual::constant(L::c(0.0));
         }
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2)];
-        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, p2]);
+        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, p2], None);
         self.ports.crossed::<P>(&ports).among([V, P1, P2])
     }
 

@@ -1,16 +1,19 @@
 //! Cylinders with the same laws, side by side: one cylinder per lane.
 
-use crate::axis_derivatives::{Lifted, Piston, RateDerivatives, SupplyDerivatives, TankDerivatives};
-use crate::hydraulic_axis::{HydraulicAxis, LocalRates, LocalState, StateRates, SupplyPressures};
+use crate::axis_derivatives::{
+    Lifted, OpeningDerivatives, Piston, RateDerivatives, SupplyDerivatives, TankDerivatives,
+};
+use crate::hydraulic_axis::{HydraulicAxis, SupplyPressures};
 use crate::layout::Layout;
 use crate::ledger::{
     crossover_power, leak_power, line_power, port_valve_powers, powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS,
 };
+use crate::local::{LocalRates, LocalState, StateRates};
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
+use hydrocrane_physics::hydraulics::edge_flows::PortPressures;
 use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
 use hydrocrane_physics::hydraulics::parts::{AnyParts, NoParts, Parts};
-use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
 
 /// Up to as many cylinders as the type `L` has lanes. Unused lanes repeat the last cylinder.
 #[derive(Debug, Clone)]
@@ -129,6 +132,7 @@ impl<L: Real> AxisGroup<L> {
             p2: self.gather(|m| x[m.at.p2]),
             spool: self.gather(|m| x[m.at.xs]),
             z: self.gather(|m| m.at.z.map_or(T::c(0.0), |z| x[z])),
+            opening: self.unit.compensator_lag().map(|_| self.gather(|m| m.at.opening.map_or(T::c(1.0), |at| x[at]))),
         }
     }
 
@@ -205,6 +209,21 @@ impl<L: Real> AxisGroup<L> {
             #[inline(always)]
             || self.lifted.derivatives_on_mains(supply_pressures, s, piston),
         )
+    }
+
+    /// Evaluates the derivatives of and by the opening of a compensator that follows late; `None` if it follows at once.
+    #[inline(always)]
+    pub fn by_opening(
+        &self,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+        piston: &Piston<L>,
+    ) -> Option<OpeningDerivatives<L>> {
+        let opening = s.opening?;
+        Some(L::outlined(
+            #[inline(always)]
+            || self.lifted.by_opening(supply_pressures, s, opening, piston),
+        ))
     }
 
     /// Evaluates the derivatives by the pressure of the tank line, and those of what returns to it.

@@ -43,6 +43,7 @@ impl<const N: usize> Crane<N> {
                 cylinder: c.name.clone(),
                 revolute: matches!(j.kind, hydrocrane_machine::model::JointKind::Revolute(_)),
                 bristle: p.friction.has_bristle(),
+                opening: p.compensator_lag().is_some(),
                 spool: (c.valve.stroke, c.valve.natural_frequency),
             })
             .collect();

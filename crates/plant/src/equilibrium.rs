@@ -1,14 +1,15 @@
 //! Equilibrium states: the load at rest on its cylinders.
 
 use crate::errors::PoseError;
-use crate::hydraulic_axis::{HydraulicAxis, LocalState, SupplyPressures};
+use crate::hydraulic_axis::{HydraulicAxis, SupplyPressures};
 use crate::layout::Layout;
+use crate::local::LocalState;
 use crate::plant::Plant;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, Real};
+use hydrocrane_physics::hydraulics::edge_flows::PortPressures;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::parts::AnyParts;
-use hydrocrane_physics::hydraulics::spool_valve::PortPressures;
 use std::f64::consts::PI;
 
 /// Kind of equilibrium.
@@ -46,7 +47,8 @@ impl<const N: usize> Plant<f64, N> {
         for _ in 0..if self.supply().is_some() { SUPPLY_ROUNDS } else { 1 } {
             let supply_pressures = self.pressures_at(layout, &x);
             for c in 0..N {
-                let (unit, force) = (&self.cylinders[c], forces[c]);
+                // At rest the compensator has settled.
+                let (unit, force) = (&HydraulicAxis { compensator_lag: None, ..self.cylinders[c] }, forces[c]);
                 let position = strokes[c].0;
                 let balance =
                     Balance { unit, fluid: &self.fluid, supply_pressures: &supply_pressures, position, force };
@@ -59,6 +61,7 @@ impl<const N: usize> Plant<f64, N> {
                 }
             }
             self.settle_supply(layout, &mut x);
+            self.settle_openings(layout, &mut x);
         }
         Ok(x)
     }
@@ -77,9 +80,22 @@ impl<T: Real, const N: usize> Plant<T, N> {
             (x[layout.p1(c)], x[layout.p2(c)]) = hold_pressures(&self.cylinders[c], forces[c], back);
         }
         for _ in 0..SUPPLY_ROUNDS {
+            self.settle_openings(layout, &mut x);
             self.settle_supply(layout, &mut x);
         }
+        self.settle_openings(layout, &mut x);
         x
+    }
+
+    /// Writes the settled openings of compensators that follow late.
+    fn settle_openings(&self, layout: &Layout, x: &mut [T]) {
+        let SupplyPressures { supply, load, tank } = self.pressures_at(layout, x);
+        for (c, unit) in self.cylinders.iter().enumerate() {
+            let Some(at) = layout.opening(c) else { continue };
+            let (a, b) = (x[layout.p1(c)], x[layout.p2(c)]);
+            let ports = PortPressures { supply, load, tank, a, b, opening: None };
+            x[at] = unit.valve.settled_opening(x[layout.xs(c)], &ports);
+        }
     }
 
     /// Writes the steady state of the supply for the flow that the valves draw at its present state: an iteration that
@@ -94,7 +110,8 @@ impl<T: Real, const N: usize> Plant<T, N> {
         let (mut drawn, mut returned) = (T::c(0.0), T::c(0.0));
         for (c, unit) in self.cylinders.iter().enumerate() {
             let (a, b) = (x[layout.p1(c)], x[layout.p2(c)]);
-            let ports = PortPressures { supply: mains, load, tank, a, b };
+            let opening = layout.opening(c).map(|at| x[at]);
+            let ports = PortPressures { supply: mains, load, tank, a, b, opening };
             let edges = unit.edge_flows(x[layout.xs(c)], &ports);
             drawn += edges.supply();
             if layout.tank().is_some() {
@@ -244,7 +261,7 @@ impl Balance<'_> {
     }
 
     fn at(&self, p1: f64, p2: f64, spool: f64) -> LocalState<f64> {
-        LocalState { x: self.position, v: 0.0, p1, p2, spool, z: 0.0 }
+        LocalState { x: self.position, v: 0.0, p1, p2, spool, z: 0.0, opening: None }
     }
 
     fn rates(&self, p1: f64, p2: f64, spool: f64) -> (f64, f64) {

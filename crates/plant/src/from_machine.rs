@@ -16,7 +16,7 @@ use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::{Actuation, Mounting};
 use hydrocrane_physics::hydraulics::accumulator::Accumulator;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
-use hydrocrane_physics::hydraulics::compensator::Compensator;
+use hydrocrane_physics::hydraulics::compensator::{Compensator, CompensatorLag};
 use hydrocrane_physics::hydraulics::connector::{dynamic_pressure_coefficient, Connector};
 use hydrocrane_physics::hydraulics::counterbalance::Counterbalance;
 use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
@@ -81,7 +81,7 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
     let rise = of.pressure - of.tank_pressure;
     Supply {
         pumps: hydrocrane_num::array::from_fn(|i| {
-            mains.pumps().nth(i).map(|p| ControlledPump { pump: pump(p, rise), control: control(p) })
+            mains.pumps().nth(i).map(|p| ControlledPump { pump: pump(p, rise), control: control(p), margin: p.margin })
         }),
         highest: of.pressure,
         sensing: mains
@@ -252,6 +252,8 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
             elastic: c.has_elastic_line(),
         },
         valve: valve(m, c),
+        compensator_lag: in_chains(c.valve.compensator_time_constant)
+            .map(|time_constant| CompensatorLag { time_constant }),
         priority: priority(&m.supply, c),
         port_valves: hydrocrane_num::array::from_fn(|side| port_valves(&c.port_valves[side])),
         crossover: CrossoverRelief {

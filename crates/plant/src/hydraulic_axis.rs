@@ -1,12 +1,15 @@
 //! One cylinder with its valve: the laws of `physics`, from its local state to force and rates.
 
 use crate::in_chains::in_chains;
+use crate::local::{LocalRates, LocalState};
 use hydrocrane_num::Real;
 use hydrocrane_physics::friction::lugre::{Friction, LuGre};
 use hydrocrane_physics::friction::{static_map, StaticParameters};
 use hydrocrane_physics::hydraulics::chamber::Chambers;
+use hydrocrane_physics::hydraulics::compensator::CompensatorLag;
 use hydrocrane_physics::hydraulics::connector::Connector;
 use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
+use hydrocrane_physics::hydraulics::edge_flows::{EdgeFlows, PortFlows, PortPressures};
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::hose_leak::{HoseLeak, Leaking, Spill};
@@ -15,7 +18,7 @@ use hydrocrane_physics::hydraulics::parts::{AnyParts, Parts};
 use hydrocrane_physics::hydraulics::port_valves::PortValves;
 use hydrocrane_physics::hydraulics::priority::Priority;
 use hydrocrane_physics::hydraulics::spool::Spool;
-use hydrocrane_physics::hydraulics::spool_valve::{EdgeFlows, PortFlows, PortPressures, SpoolValve};
+use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 
 /// Which friction law acts, with its parameters.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +43,8 @@ pub enum FrictionLaw<T> {
 pub struct HydraulicAxis<T> {
     pub chambers: Chambers<T>,
     pub valve: SpoolValve<T>,
+    /// `None`: the compensator, if there is one, follows at once.
+    pub compensator_lag: Option<CompensatorLag<T>>,
     /// `None`: the section gives way to no other one.
     pub priority: Option<Priority<T>>,
     /// At the piston side and at the rod side.
@@ -61,164 +66,6 @@ pub struct SupplyPressures<T> {
     /// Of the load-sensing line; the tank pressure without one.
     pub load: T,
     pub tank: T,
-}
-
-/// Local state: what the laws of a cylinder depend on besides its spool velocity.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct LocalState<T> {
-    /// Piston position (m) and velocity (m/s).
-    pub x: T,
-    pub v: T,
-    pub p1: T,
-    pub p2: T,
-    /// Spool position, m.
-    pub spool: T,
-    /// Bristle deflection, m (zero without LuGre).
-    pub z: T,
-}
-
-impl<T: Copy> LocalState<T> {
-    /// The same with `f` of every number.
-    #[inline(always)]
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> LocalState<U> {
-        let LocalState { x, v, p1, p2, spool, z } = *self;
-        LocalState { x: f(x), v: f(v), p1: f(p1), p2: f(p2), spool: f(spool), z: f(z) }
-    }
-}
-
-/// All results of the laws of a cylinder at one state.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct LocalRates<T> {
-    /// Net force on the rod, N, positive outward: pressures and end stops less friction.
-    pub force: T,
-    /// N, positive against positive velocity
-    pub friction: T,
-    /// Pa/s
-    pub p1_rate: T,
-    pub p2_rate: T,
-    /// m/s
-    pub z_rate: T,
-    pub edges: EdgeFlows<T>,
-    /// From each port through its own valves to the tank, m^3/s.
-    pub relieved: [T; 2],
-    /// From the piston-side port through a cross-over relief valve to the rod-side port, m^3/s.
-    pub crossed: T,
-    /// From the hose of each port to the outside, m^3/s.
-    pub lost: [T; 2],
-    /// Leakage from chamber 1 to 2 and from chamber 2 outside, m^3/s.
-    pub internal_leakage: T,
-    pub external_leakage: T,
-    /// Pressures at the valve's ports, behind the lines, Pa, and those before them above that.
-    pub ports: PortPressures<T>,
-    pub line_drops: [T; 2],
-    /// Of the hoses below those of the chambers, Pa: where they leak behind a valve that holds the load.
-    pub hose_drops: [T; 2],
-    /// Damping force of the end stops, N, positive outward.
-    pub stop_damping: T,
-    /// Power stored in the bristles, W.
-    pub bristle_power: T,
-}
-
-/// Those that the state derivative takes. Few, since each is handed from function to function.
-#[derive(Debug, Clone, Copy)]
-pub struct StateRates<T> {
-    /// Net force on the rod, N, positive outward.
-    pub force: T,
-    /// Pa/s
-    pub p1_rate: T,
-    pub p2_rate: T,
-    /// m/s
-    pub z_rate: T,
-    /// Flows from the supply and to the tank, m^3/s.
-    pub drawn: T,
-    pub returned: T,
-}
-
-impl<T: Copy> StateRates<T> {
-    /// The same with `f` of every number.
-    #[inline(always)]
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> StateRates<U> {
-        let StateRates { force, p1_rate, p2_rate, z_rate, drawn, returned } = *self;
-        StateRates {
-            force: f(force),
-            p1_rate: f(p1_rate),
-            p2_rate: f(p2_rate),
-            z_rate: f(z_rate),
-            drawn: f(drawn),
-            returned: f(returned),
-        }
-    }
-}
-
-impl<T: Copy> LocalRates<T> {
-    /// The same with `f` of every number.
-    #[inline(always)]
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> LocalRates<U> {
-        let (e, p) = (&self.edges, &self.ports);
-        LocalRates {
-            force: f(self.force),
-            friction: f(self.friction),
-            p1_rate: f(self.p1_rate),
-            p2_rate: f(self.p2_rate),
-            z_rate: f(self.z_rate),
-            edges: EdgeFlows {
-                supply_to_a: f(e.supply_to_a),
-                a_to_tank: f(e.a_to_tank),
-                supply_to_b: f(e.supply_to_b),
-                b_to_tank: f(e.b_to_tank),
-            },
-            relieved: [f(self.relieved[0]), f(self.relieved[1])],
-            crossed: f(self.crossed),
-            lost: [f(self.lost[0]), f(self.lost[1])],
-            internal_leakage: f(self.internal_leakage),
-            external_leakage: f(self.external_leakage),
-            ports: PortPressures { supply: f(p.supply), load: f(p.load), tank: f(p.tank), a: f(p.a), b: f(p.b) },
-            line_drops: [f(self.line_drops[0]), f(self.line_drops[1])],
-            hose_drops: [f(self.hose_drops[0]), f(self.hose_drops[1])],
-            stop_damping: f(self.stop_damping),
-            bristle_power: f(self.bristle_power),
-        }
-    }
-}
-
-impl<T: Real> LocalRates<T> {
-    /// Flow into the piston side and out of the rod side, m^3/s: that of the spool valve less that of the ports' own valves, from
-    /// port to port, and out of hoses that leak.
-    #[inline(always)]
-    pub fn through_ports(&self) -> (T, T) {
-        let (a, b) = (self.edges.port_a() - self.relieved[0], self.edges.port_b() + self.relieved[1]);
-        if cfg!(feature = "chains") {
-            (a - self.crossed - self.lost[0], b - self.crossed + self.lost[1])
-        } else {
-            (a - self.crossed, b - self.crossed)
-        }
-    }
-
-    /// Those that the state derivative takes.
-    #[inline(always)]
-    pub fn of_states(&self) -> StateRates<T> {
-        StateRates {
-            force: self.force,
-            p1_rate: self.p1_rate,
-            p2_rate: self.p2_rate,
-            z_rate: self.z_rate,
-            drawn: self.edges.supply(),
-            returned: self.returned(),
-        }
-    }
-
-    /// Flow to the tank, m^3/s: through the spool valve, the ports' own valves, and past the rod.
-    #[inline(always)]
-    pub fn returned(&self) -> T {
-        self.edges.tank() + self.relieved[0] + self.relieved[1] + self.external_leakage
-    }
-
-    /// Pressures around the valve, those of its ports before the lines to the cylinder.
-    #[inline(always)]
-    pub fn at_valve(&self) -> PortPressures<T> {
-        let before = |port: usize, behind: T| behind + self.line_drops[port] - self.hose_drops[port];
-        PortPressures { a: before(0, self.ports.a), b: before(1, self.ports.b), ..self.ports }
-    }
 }
 
 impl<T: Real> FrictionLaw<T> {
@@ -339,7 +186,7 @@ impl<T: Real> HydraulicAxis<T> {
         supply_pressures: &SupplyPressures<T>,
         s: &LocalState<T>,
     ) -> LocalRates<T> {
-        let ports = self.ports(supply_pressures, s.v, [s.p1, s.p2]);
+        let ports = self.ports(supply_pressures, s.v, [s.p1, s.p2], s.opening);
         let outputs = LawOutputs {
             port_a: self.port_a::<P>(&ports, s.spool),
             port_b: self.port_b::<P>(&ports, s.spool),
@@ -402,7 +249,7 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn priority_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
         let Some(priority) = self.gives_way() else { return [T::c(0.0); 2] };
-        let drop = |port: T| self.valve.compensator.drop(p.supply, p.load, port);
+        let drop = |port: T| self.valve.compensated(p, port);
         [(p.a, edges.supply_to_a), (p.b, edges.supply_to_b)]
             .map(|(port, flow)| priority.loss(p.supply, p.load, drop(port), flow))
     }
@@ -433,12 +280,31 @@ impl<T: Real> HydraulicAxis<T> {
         }
     }
 
-    /// Pressures around the valve, with those of both chambers.
+    /// Pressures around the valve, with those of both chambers and the `opening` of its compensator.
     #[inline(always)]
-    pub fn ports(&self, supply_pressures: &SupplyPressures<T>, v: T, [p1, p2]: [T; 2]) -> PortPressures<T> {
+    pub fn ports(
+        &self,
+        supply_pressures: &SupplyPressures<T>,
+        v: T,
+        [p1, p2]: [T; 2],
+        opening: Option<T>,
+    ) -> PortPressures<T> {
         let SupplyPressures { supply, load, tank } = *supply_pressures;
         let dynamic = self.connector.dynamic_pressures(v);
-        PortPressures { supply, load, tank, a: p1 - dynamic.0, b: p2 - dynamic.1 }
+        PortPressures { supply, load, tank, a: p1 - dynamic.0, b: p2 - dynamic.1, opening: in_chains(opening) }
+    }
+
+    /// How the compensator follows, if it does so late. Builds for the smallest chains only have none.
+    #[inline(always)]
+    pub fn compensator_lag(&self) -> Option<&CompensatorLag<T>> {
+        in_chains(self.compensator_lag.as_ref())
+    }
+
+    /// Rate of the compensator's opening, 1/s, with the spool at `spool` (m) and the pressures `at_valve`; `None` if it follows at once.
+    #[inline(always)]
+    pub fn opening_rate(&self, spool: T, at_valve: &PortPressures<T>) -> Option<T> {
+        let (lag, opening) = (self.compensator_lag()?, at_valve.opening?);
+        Some(lag.rate(opening, self.valve.settled_opening(spool, at_valve)))
     }
 
     /// Assembles force and rates from the outputs of the laws by sums and products.
@@ -486,6 +352,7 @@ impl<T: Real> HydraulicAxis<T> {
                 tank: supply_pressures.tank,
                 a: port_a.pressure,
                 b: port_b.pressure,
+                opening: in_chains(s.opening),
             },
             line_drops: [port_a.line_drop, port_b.line_drop],
             hose_drops: [port_a.hose_drop, port_b.hose_drop],
@@ -506,6 +373,7 @@ impl<T: Real> HydraulicAxis<T> {
         let HydraulicAxis {
             chambers,
             valve,
+            compensator_lag: _,
             priority: _,
             port_valves,
             crossover,
@@ -548,6 +416,7 @@ impl<T: Real> HydraulicAxis<T> {
             && at_ports(self) == at_ports(other)
             && self.crossover.kinds() == other.crossover.kinds()
             && self.priority.is_some() == other.priority.is_some()
+            && self.compensator_lag.is_some() == other.compensator_lag.is_some()
             && curves(self) == curves(other)
             && out(self) == out(other)
             && lines(self) == lines(other)
@@ -568,6 +437,7 @@ impl<T: Copy> HydraulicAxis<T> {
         HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
+            compensator_lag: in_chains(self.compensator_lag).map(|lag| lag.map(f)),
             priority: in_chains(self.priority).map(|priority| priority.map(f)),
             port_valves: self.port_valves.map(|valves| valves.map(f)),
             crossover: self.crossover.map(f),

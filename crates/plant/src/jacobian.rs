@@ -4,17 +4,20 @@
 //! gives its derivatives by joint coordinates and rates. The chain rule through x(q), v = g(q) q' and
 //! q'' = M^-1 (g f + J^T F - b) assembles the blocks.
 
-use crate::axis_derivatives::{Piston, RateDerivatives, SupplyDerivatives, TankDerivatives, FEEDING};
+use crate::axis_derivatives::{
+    OpeningDerivatives, Piston, RateDerivatives, SupplyDerivatives, TankDerivatives, FEEDING,
+};
 use crate::axis_group::{AxisGroup, Member};
-use crate::hydraulic_axis::StateRates;
+use crate::in_chains::in_chains;
 use crate::layout::Layout;
+use crate::local::StateRates;
 use crate::plant::moving_stroke;
 use crate::rhs::{joint_state, write_joints, Accelerated, Evaluator, Placed};
 use crate::shared_states::{AskedByPressures, DRAWN, RETURNED, SIGNAL, TANK};
 use crate::supply::Demand;
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Pack, Real};
-use hydrocrane_ode::{BlockArrow, Row, SharedDerivatives, MAX_ACTING};
+use hydrocrane_ode::{AxisOpening, BlockArrow, Row, SharedDerivatives, MAX_ACTING};
 
 impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// Writes the state derivative and its Jacobian.
@@ -29,6 +32,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             Some(_) => jacobian.shared.take(),
             None => None,
         };
+        let mut openings = in_chains(jacobian.openings.take());
         let mut asked = Asked::<T, N>::none(self.plant.no_demand(self.plant.pressures_at(layout, x).tank));
         let mut forces = [T::c(0.0); N];
         for group in &self.groups {
@@ -54,6 +58,16 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             group.write_rates(&linearised.rates, &mut forces, dx);
             group.write_derivatives(&linearised, jacobian);
             group.write_spool_derivatives(x, u, dx, jacobian);
+            if let (Some(own), Some(by_opening)) = (&mut openings, group.by_opening(&pressures, &local, &piston)) {
+                let at = self.plant.tank_line(layout).zip(self.plant.mains(layout)).map(|(tank, first)| tank - first);
+                T::outlined(
+                    #[inline(always)]
+                    || {
+                        group.write_openings(by_opening.rate, dx);
+                        group.write_opening_derivatives(&by_opening, at, &mut own[..]);
+                    },
+                );
+            }
             if let (Some(shared), Some(by_supply)) = (&mut shared, &by_supply) {
                 T::outlined(
                     #[inline(always)]
@@ -71,10 +85,20 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         if let Some(mut shared) = shared {
             T::outlined(
                 #[inline(always)]
-                || self.write_shared(layout, x, &mut asked, dx, &mut shared),
+                || {
+                    self.write_shared(
+                        layout,
+                        x,
+                        &mut asked,
+                        openings.as_mut().map(|own| &mut own[..N]),
+                        dx,
+                        &mut shared,
+                    )
+                },
             );
             jacobian.shared = Some(shared);
         }
+        jacobian.openings = openings;
         let accelerated = self.plant.accelerate(&placed, &forces, payload);
         write_joints(layout, &placed.rates, &accelerated.qdd, dx);
         self.write_accelerations(&placed, &lever_arm_derivatives, &forces, &accelerated, payload, jacobian);
@@ -87,13 +111,15 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         layout: &Layout,
         x: &[T],
         asked: &mut Asked<T, N>,
+        mut openings: Option<&mut [AxisOpening<T>]>,
         dx: &mut [T],
         out: &mut SharedDerivatives<T>,
     ) {
         let Asked { demand, signals, by_pressures } = asked;
-        (demand.signal, by_pressures.signal) = keep_highest(signals, demand.signal, &mut out.by_axes[SIGNAL]);
+        let rows = &mut out.by_axes[SIGNAL];
+        (demand.signal, by_pressures.signal) = keep_highest(signals, demand.signal, rows, openings.as_deref_mut());
         self.plant.write_supply(layout, x, *demand, dx);
-        self.plant.write_supply_derivatives(layout, x, *demand, *by_pressures, out);
+        self.plant.write_supply_derivatives(layout, x, *demand, *by_pressures, openings, out);
     }
 
     /// Updates the rates and their Jacobian at the state `x` to other spool commands `u`, which act on the spools alone.
@@ -235,17 +261,26 @@ impl<T: Real> Signal<T> {
     }
 }
 
-/// The highest of the `signals` and of `tank`, with its derivatives by pressures and in their rows; lower signals have no effect.
+/// The highest of the `signals` and of `tank`, with its derivatives by pressures, in their rows and by `openings`; lower signals have no
+/// effect.
 #[inline(always)]
-fn keep_highest<T: Real>(signals: &[Signal<T>], tank: T, derivatives: &mut [Row<T>]) -> (T, [T; MAX_ACTING]) {
+fn keep_highest<T: Real>(
+    signals: &[Signal<T>],
+    tank: T,
+    derivatives: &mut [Row<T>],
+    mut openings: Option<&mut [AxisOpening<T>]>,
+) -> (T, [T; MAX_ACTING]) {
     let mut highest = Signal::of(tank);
     for signal in signals {
         highest.pressure = highest.pressure.max(signal.pressure);
     }
-    for (signal, row) in signals.iter().zip(derivatives) {
+    for (c, (signal, row)) in signals.iter().zip(derivatives).enumerate() {
         let lower = signal.pressure.lt(highest.pressure) | signal.pressure.le(tank);
         let kept = |derivative: T| T::select(lower, T::c(0.0), derivative);
         *row = row.map(kept);
+        if let Some(own) = openings.as_mut().map(|openings| &mut openings[c].on_shared[SIGNAL]) {
+            *own = kept(*own);
+        }
         for (sum, by) in highest.by.iter_mut().zip(signal.by) {
             *sum += kept(by);
         }
@@ -320,6 +355,38 @@ impl<L: Real> AxisGroup<L> {
             out.on_axes[at][*cylinder] = [by_tank.p1.lane(lane), by_tank.p2.lane(lane)];
             out.by_axes[RETURNED][*cylinder] = by_tank.by_states.lane(lane);
             signals[*cylinder].by[TANK] = by_tank.signal.lane(lane);
+        }
+    }
+
+    /// Derivatives of and by the openings of compensators that follow late, those of the demand on the supply in the places of its rows;
+    /// `tank` is the number of the tank line among the shared states.
+    #[inline(always)]
+    fn write_opening_derivatives<T: Real>(
+        &self,
+        by_opening: &OpeningDerivatives<L>,
+        tank: Option<usize>,
+        out: &mut [AxisOpening<T>],
+    ) where
+        L: Pack<T>,
+    {
+        for lane in 0..L::WIDTH {
+            let Some(Member { cylinder, .. }) = self.member(lane) else { break };
+            let own = &mut out[*cylinder];
+            *own = AxisOpening {
+                on_pressures: [by_opening.p1.lane(lane), by_opening.p2.lane(lane)],
+                by_axis: by_opening.by_states.lane(lane),
+                own: by_opening.own.lane(lane),
+                ..AxisOpening::default()
+            };
+            for (by, number) in own.by_acting.iter_mut().zip(by_opening.by_feeding) {
+                *by = number.lane(lane);
+            }
+            if let Some(tank) = tank {
+                own.by_acting[tank] = by_opening.by_tank.lane(lane);
+            }
+            own.on_shared[DRAWN] = by_opening.flow.lane(lane);
+            own.on_shared[SIGNAL] = by_opening.signal.lane(lane);
+            own.on_shared[RETURNED] = by_opening.returned.lane(lane);
         }
     }
 

@@ -1,6 +1,7 @@
 //! State layout: the only place that defines indices.
 //!
-//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs and, with LuGre friction, z; at the end, with a pump or a
+//! Order: joint coordinates, joint rates, then per cylinder p1, p2, xs, vs, with LuGre friction z, and with a compensator that follows
+//! late its opening; at the end, with a pump or a
 //! measured supply, the pressure of the mains, where the pump senses the load that of the load-sensing line, with a tank line its
 //! pressure, and where the pumps swivel the share of each one's displacement.
 
@@ -30,6 +31,8 @@ pub struct Unit {
     pub cylinder: String,
     pub revolute: bool,
     pub bristle: bool,
+    /// Whether its compensator follows late.
+    pub opening: bool,
     /// Spool stroke, m, and natural frequency, rad/s.
     pub spool: (f64, f64),
 }
@@ -70,7 +73,8 @@ impl Layout {
         for u in units {
             let first = layout.names.len();
             let z = u.bristle.then_some(first + 4);
-            layout.blocks.axes.push(AxisStates { p1: first, p2: first + 1, xs: first + 2, vs: first + 3, z });
+            let opening = u.opening.then_some(first + 4 + usize::from(u.bristle));
+            layout.blocks.axes.push(AxisStates { p1: first, p2: first + 1, xs: first + 2, vs: first + 3, z, opening });
             let (c, (stroke, frequency)) = (&u.cylinder, u.spool);
             layout.push(format!("cylinder.{c}.p1"), "Pa", format!("{c} piston-side pressure"), 1e6);
             layout.push(format!("cylinder.{c}.p2"), "Pa", format!("{c} rod-side pressure"), 1e6);
@@ -78,6 +82,10 @@ impl Layout {
             layout.push(format!("cylinder.{c}.vs"), "m/s", format!("{c} spool velocity"), stroke * frequency);
             if u.bristle {
                 layout.push(format!("cylinder.{c}.z"), "m", format!("{c} bristle deflection"), 1e-3);
+            }
+            if u.opening {
+                let long_name = format!("{c} opening of the compensator: flow over that with it fully open");
+                layout.push(format!("cylinder.{c}.compensator"), "1", long_name, 0.1);
             }
         }
         let first = layout.names.len();
@@ -142,6 +150,10 @@ impl Layout {
     /// `None` with the static friction map.
     pub fn z(&self, cylinder: usize) -> Option<usize> {
         self.blocks.axes[cylinder].z
+    }
+    /// The opening of a compensator; `None` where it follows at once.
+    pub fn opening(&self, cylinder: usize) -> Option<usize> {
+        self.blocks.axes[cylinder].opening
     }
     /// Which states belong to which cylinder, and which to the supply.
     pub fn blocks(&self) -> &StateBlocks {

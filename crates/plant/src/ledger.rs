@@ -18,7 +18,9 @@
 //! ```
 //! where `returned` is the `tank` of all cylinders. `work` (net force times velocity) is a transfer within the sum.
 
-use crate::hydraulic_axis::{LocalRates, LocalState, SupplyPressures};
+use crate::hydraulic_axis::SupplyPressures;
+
+use crate::local::{LocalRates, LocalState};
 use crate::supply::{Shares, Supply, SupplyRates};
 use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;

@@ -20,6 +20,7 @@ pub mod layout;
 pub mod ledger;
 pub mod limits;
 mod load_pressure;
+pub mod local;
 pub mod oil;
 pub mod outputs;
 pub mod plant;

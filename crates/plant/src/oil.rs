@@ -19,12 +19,16 @@ fn key(fluid: &Fluid<f64>) -> Key {
 /// The tables of an oil.
 pub fn tables(fluid: &Fluid<f64>) -> Arc<OilTables> {
     let key = key(fluid);
-    if let Some(tables) = known(&key) {
+    if let Some(tables) = last_used(&mut KNOWN.lock().unwrap_or_else(PoisonError::into_inner), &key) {
         return tables;
     }
     // Without the lock, so that other threads can make theirs.
     let tables = Arc::new(OilTables::new(*fluid));
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    // Another thread may have made the same ones meanwhile.
+    if let Some(tables) = last_used(&mut known, &key) {
+        return tables;
+    }
     if known.len() >= MOST {
         known.remove(0);
     }
@@ -33,8 +37,7 @@ pub fn tables(fluid: &Fluid<f64>) -> Arc<OilTables> {
 }
 
 /// The cached table, which becomes the last used one.
-fn known(key: &Key) -> Option<Arc<OilTables>> {
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+fn last_used(known: &mut [(Key, Arc<OilTables>)], key: &Key) -> Option<Arc<OilTables>> {
     let index = known.iter().position(|(other, _)| other == key)?;
     known[index..].rotate_left(1);
     known.last().map(|(_, tables)| tables.clone())

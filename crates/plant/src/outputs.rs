@@ -1,6 +1,8 @@
 //! Outputs of a run besides its states.
 
-use crate::hydraulic_axis::{FrictionLaw, LocalState};
+use crate::hydraulic_axis::FrictionLaw;
+
+use crate::local::LocalState;
 use crate::plant::Plant;
 use crate::rhs::Evaluated;
 use crate::supply::{Demand, SupplyRates};

@@ -120,7 +120,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     let velocity = |i: usize, p: V| add(slide[i], scale(quarter(sub(p, origin[i + 1])), spin[i]));
 
     // Cylinders: stroke, its slope, then flows, pressures, friction and force.
-    let states_of = |c: &Cylinder| if c.friction.model == FrictionModel::LuGre { 5 } else { 4 };
+    let bristles = |c: &Cylinder| usize::from(c.friction.model == FrictionModel::LuGre);
+    let states_of = |c: &Cylinder| 4 + bristles(c) + usize::from(c.valve.compensator_time_constant.is_some());
     let mains_at = 2 * n + m.cylinders.iter().map(states_of).sum::<usize>();
     let mains_pressure = if m.supply.measured || m.supply.mains.is_some() { x[mains_at] } else { m.supply.pressure };
     let load_pressure = if m.supply.mains.as_ref().is_some_and(|mains| mains.load_sensing.is_some()) {
@@ -162,6 +163,9 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let lever_arm = dot(rod, pin_velocity) / length;
         let (position, v) = (length - c.mid_length, lever_arm * qd[i]);
         let (p1, p2, xs, vs) = (x[s], x[s + 1], x[s + 2], x[s + 3]);
+        // Of a compensator that follows late.
+        let opening_at = s + 4 + bristles(c);
+        let opening = c.valve.compensator_time_constant.map(|_| x[opening_at]);
 
         let a1 = FRAC_PI_4 * c.bore.powi(2);
         let a2 = FRAC_PI_4 * (c.bore.powi(2) - c.rod_diameter.powi(2));
@@ -216,12 +220,13 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             leak.map_or(0.0, |of| of.discharge_coefficient * of.opening * (2.0 / m.fluid.density).sqrt())
         };
         let (ps, pt) = (mains_pressure, tank_pressure);
-        // Behind the compensator.
-        let drop_to = |port: f64| match valve.compensator {
+        // Behind the compensator, as it is once it has settled, and now.
+        let settled = |port: f64| match valve.compensator {
             Compensator::None => ps - port,
             Compensator::Before(setting) => ps - port - rounded(ps - port - setting, 0.2e5),
             Compensator::Behind => ps - port - rounded(load_pressure - port, 0.2e5),
         };
+        let drop_to = |port: f64| opening.map_or_else(|| settled(port), |opening| opening * opening * (ps - port));
         let travel = 0.01 * valve.stroke;
         let closed = [0, 2].map(|edge| match &valve.metering[edge] {
             Some(of) => valve.stroke * of.points.iter().rfind(|point| point[1] == 0.0).map_or(0.0, |point| point[0]),
@@ -274,9 +279,9 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         let checked = |port: usize, flow: f64| if valve.load_check || holds(port) { flow.max(0.0) } else { flow };
         // From the supply to a port: what the line leaves, of that what the compensator leaves.
-        let fed = |port: usize, p: f64, opening: f64| {
-            let beyond_line = ps - left(port, opening, ps - p);
-            edge(opening, drop_to(beyond_line), 0.0) + edge(0.0, drop_to(p), sealed(port))
+        let fed = |port: usize, p: f64, opened: f64| {
+            let beyond_line = ps - left(port, opened * opening.unwrap_or(1.0), ps - p);
+            edge(opened, drop_to(beyond_line), 0.0) + edge(0.0, drop_to(p), sealed(port))
         };
         // What a section that gives way to another one gets.
         let share = match m.supply.mains.as_ref().and_then(|mains| Some((mains, mains.priority.as_ref()?))) {
@@ -327,7 +332,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                 return (fed, most, 0.0);
             };
             // The hole in series with the edge, as a resistance that grows with the square of the flow.
-            let passing = left_by(port, 1.0 / (hole(port).powi(2) + 1e-30), feeding[port], ps);
+            let throttled = feeding[port] * opening.unwrap_or(1.0);
+            let passing = left_by(port, 1.0 / (hole(port).powi(2) + 1e-30), throttled, ps);
             let outward = (share * edge(feeding[port], drop_to(ps - passing), 0.0)).max(0.0).min(most);
             let lost = outward.max(beside * most);
             let kept = if most > 1e-12 { lost / most } else { 1.0 };
@@ -364,7 +370,16 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let before_line =
             |port: usize, p: f64| p - spilled[port].2 + over_line(port, from_supply[port] - to_tank[port]);
         let before_line = if xs < 0.0 { before_line(1, pb) } else { before_line(0, pa) };
-        signal = signal.max(pt + connected * (before_line - pt));
+        let sensed = pt + connected * (before_line - pt);
+        signal = signal.max(sensed);
+        if let (Some(time_constant), Some(opening)) = (valve.compensator_time_constant, opening) {
+            let taken = (ps - sensed) - settled(sensed);
+            let wanted = match 1.0 - taken / (ps - sensed).max(0.2e5) {
+                share if share < 1e-3 => share.max(0.0) * (3.0 - share.max(0.0) / 1e-3) / (2.0 * 1e-3f64.sqrt()),
+                share => share.min(1.0).sqrt(),
+            };
+            dx[opening_at] = (wanted - opening) / time_constant;
+        }
 
         let (k_int, k_ext) = match c.leakage {
             Leakage::Conductance { internal, external } => (internal, external),
@@ -425,7 +440,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let damping = stop.damping * (inner + outer).min(1.0) * v;
         let force = p1 * a1 - p2 * a2 + push(inner) - push(outer) - damping - friction;
         torque[i] = lever_arm * force;
-        s += if f.model == FrictionModel::LuGre { 5 } else { 4 };
+        s += states_of(c);
     }
 
     if let Some(ground) = &m.ground {

@@ -1,11 +1,12 @@
 //! The right-hand side: geometry, cylinders, forces, accelerations.
 
 use crate::axis_group::{AxisGroup, Member};
-use crate::hydraulic_axis::{LocalRates, LocalState, StateRates, SupplyPressures};
+use crate::hydraulic_axis::SupplyPressures;
 use crate::layout::Layout;
 use crate::ledger::{
     supply_powers, tank_line_powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS, SUPPLY_TERMS, TANK_LINE_TERMS,
 };
+use crate::local::{LocalRates, LocalState, StateRates};
 use crate::plant::{stroke, Plant};
 use hydrocrane_num::small::Spd;
 use hydrocrane_num::{Dual, Pack, Real};
@@ -41,9 +42,9 @@ pub struct Placed<T, const N: usize> {
 impl<T: Real, const N: usize> Placed<T, N> {
     /// The local state of a cylinder.
     pub fn local(&self, layout: &Layout, x: &[T], c: usize) -> LocalState<T> {
-        let AxisStates { p1, p2, xs, z, .. } = layout.own(c);
-        let z = z.map_or(T::c(0.0), |z| x[z]);
-        LocalState { x: self.positions[c], v: self.velocities[c], p1: x[p1], p2: x[p2], spool: x[xs], z }
+        let AxisStates { p1, p2, xs, z, opening, .. } = layout.own(c);
+        let (z, opening) = (z.map_or(T::c(0.0), |z| x[z]), opening.map(|at| x[at]));
+        LocalState { x: self.positions[c], v: self.velocities[c], p1: x[p1], p2: x[p2], spool: x[xs], z, opening }
     }
 }
 
@@ -170,9 +171,13 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let (mut forces, mut demand) = ([T::c(0.0); N], self.plant.no_demand(tank));
         for group in &self.groups {
             let local = group.local(&placed.positions, &placed.velocities, x);
-            let rates = if mains {
+            let rates = if mains || group.unit.compensator_lag().is_some() {
                 let all = group.rates(&pressures, &local);
-                demand.signal = group.fold(group.signals(local.spool, &all.at_valve()), demand.signal, T::max);
+                let at_valve = all.at_valve();
+                demand.signal = group.fold(group.signals(local.spool, &at_valve), demand.signal, T::max);
+                if let Some(rate) = group.unit.opening_rate(local.spool, &at_valve) {
+                    group.write_openings(rate, dx);
+                }
                 all.of_states()
             } else {
                 group.state_rates(&pressures, &local)
@@ -329,6 +334,18 @@ impl<L: Real> AxisGroup<L> {
             if let Some(z) = at.z {
                 dx[z] = rates.z_rate.lane(lane);
             }
+        }
+    }
+
+    /// Rates (1/s) of the openings of compensators that follow late.
+    #[inline(always)]
+    pub fn write_openings<T: Real>(&self, rate: L, dx: &mut [T])
+    where
+        L: Pack<T>,
+    {
+        for lane in 0..L::WIDTH {
+            let Some(at) = self.member(lane).and_then(|member| member.at.opening) else { break };
+            dx[at] = rate.lane(lane);
         }
     }
 

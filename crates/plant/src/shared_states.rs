@@ -6,7 +6,7 @@ use crate::layout::Layout;
 use crate::plant::Plant;
 use crate::supply::{Demand, Shares, Supply, MAX_PUMPS};
 use hydrocrane_num::{Dual, Real};
-use hydrocrane_ode::{Row, SharedDerivatives, MAX_ACTING};
+use hydrocrane_ode::{AxisOpening, Row, SharedDerivatives, MAX_ACTING, MAX_SHARED};
 
 /// Rows of the derivatives by the cylinders until they become those of rates: of the drawn flow, of the signal and of what returns.
 pub const DRAWN: usize = 0;
@@ -88,8 +88,8 @@ impl<T: Real, const N: usize> Plant<T, N> {
     }
 
     /// Writes the derivatives of the rates of the supply. `out.by_axes` holds those of the drawn flow ([`DRAWN`]), of the
-    /// signal ([`SIGNAL`]) and of what returns ([`RETURNED`]) by the local states of the cylinders, `by_pressures` those by the pressures
-    /// of mains, load-sensing line and tank line.
+    /// signal ([`SIGNAL`]) and of what returns ([`RETURNED`]) by the local states of the cylinders, `openings` likewise those by the openings
+    /// of compensators, `by_pressures` those by the pressures of mains, load-sensing line and tank line.
     #[inline(always)]
     pub fn write_supply_derivatives(
         &self,
@@ -97,9 +97,12 @@ impl<T: Real, const N: usize> Plant<T, N> {
         x: &[T],
         demand: Demand<T>,
         by_pressures: AskedByPressures<T>,
+        openings: Option<&mut [AxisOpening<T>]>,
         out: &mut SharedDerivatives<T>,
     ) {
+        let openings = openings.into_iter().flatten();
         let Some((supply, pressures, e)) = self.supply_at(layout, x) else {
+            openings.for_each(|own| own.on_shared = AxisOpening::default().on_shared);
             *out = SharedDerivatives { on_axes: out.on_axes, ..SharedDerivatives::new(out.at) };
             return;
         };
@@ -126,6 +129,17 @@ impl<T: Real, const N: usize> Plant<T, N> {
         let kinds = [layout.mains(), layout.load(), layout.tank(), layout.swivel()];
         let of = [rates.pressure_rate, rates.load_rate, rates.tank_rate, rates.swivel_rates[0]];
         let rows = out.by_axes;
+        for own in openings {
+            let asked = std::mem::replace(&mut own.on_shared, [T::c(0.0); MAX_SHARED]);
+            for (k, (rate, at)) in of.iter().zip(kinds).enumerate() {
+                let Some(i) = at.map(|at| at - first) else { continue };
+                let [.., by_drawn, by_signal] = rate.derivative;
+                own.on_shared[i] = by_drawn * asked[DRAWN] + by_signal * asked[SIGNAL];
+                if let Some(by_tank_line) = &by_tank_line {
+                    own.on_shared[i] += by_tank_line[k][1] * asked[RETURNED];
+                }
+            }
+        }
         for (k, (rate, at)) in of.iter().zip(kinds).enumerate() {
             let Some(i) = at.map(|at| at - first) else { continue };
             let [by_supply, by_load, by_swivel, by_drawn, by_signal] = rate.derivative;

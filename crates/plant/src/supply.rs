@@ -4,7 +4,7 @@ use crate::hydraulic_axis::SupplyPressures;
 use hydrocrane_num::Real;
 use hydrocrane_physics::hydraulics::accumulator::Accumulator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
-use hydrocrane_physics::hydraulics::load_sensing::LoadSensing;
+use hydrocrane_physics::hydraulics::load_sensing::{self, LoadSensing};
 use hydrocrane_physics::hydraulics::mains::Mains;
 use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
@@ -22,6 +22,8 @@ pub struct ControlledPump<T> {
     pub pump: Pump<T>,
     /// `None`: the displacement is fixed. All pumps of a supply have one, or none has.
     pub control: Option<PressureControl<T>>,
+    /// Over the pressure of the load-sensing line, Pa; counts with a control only. `None`: the pump does not follow the load.
+    pub margin: Option<T>,
 }
 
 /// A supply whose pressure follows from what flows in and out.
@@ -31,7 +33,7 @@ pub struct Supply<T> {
     pub pumps: [Option<ControlledPump<T>>; MAX_PUMPS],
     /// What the pumps keep at most, Pa.
     pub highest: T,
-    /// `None`: the pressure does not follow the load. With a fixed pump, the relief valve unloads it.
+    /// With the least margin of the pumps. `None`: the pressure does not follow the load. With a fixed pump, the relief valve unloads it.
     pub sensing: Option<LoadSensing<T>>,
     pub mains: Mains<T>,
     pub relief: ReliefValve<T>,
@@ -60,7 +62,11 @@ impl<T: Copy> Supply<T> {
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Supply<U> {
         Supply {
             pumps: self.pumps.map(|of| {
-                of.map(|of| ControlledPump { pump: of.pump.map(f), control: of.control.map(|control| control.map(f)) })
+                of.map(|of| ControlledPump {
+                    pump: of.pump.map(f),
+                    control: of.control.map(|control| control.map(f)),
+                    margin: of.margin.map(&mut *f),
+                })
             }),
             highest: f(self.highest),
             sensing: self.sensing.map(|sensing| sensing.map(f)),
@@ -98,12 +104,12 @@ impl<T: Real> Supply<T> {
     ) -> SupplyRates<T> {
         let SupplyPressures { supply, load, tank } = *pressures;
         let reservoir = self.reservoir(tank);
-        let (zero, set) = (T::c(0.0), self.setting(load));
+        let zero = T::c(0.0);
         let (mut pump_flow, mut swivel_rates) = (zero, [zero; MAX_PUMPS]);
         for (of, (rate, e)) in self.pumps().zip(swivel_rates.iter_mut().zip(e)) {
             pump_flow += of.pump.flow(*e, supply - reservoir);
             if let Some(control) = &of.control {
-                *rate = control.swivel_rate(&of.pump, *e, supply, set, reservoir);
+                *rate = control.swivel_rate(&of.pump, *e, supply, self.setting(of, load), reservoir);
             }
         }
         let relief_flow = self.relief(load).flow(supply);
@@ -169,10 +175,10 @@ impl<T: Real> Supply<T> {
         }
     }
 
-    /// What the pump keeps at zero displacement, Pa, at the pressure `load` (Pa) of the load-sensing line.
+    /// What a pump keeps at zero displacement, Pa, at the pressure `load` (Pa) of the load-sensing line.
     #[inline(always)]
-    fn setting(&self, load: T) -> T {
-        self.sensing.as_ref().map_or(self.highest, |sensing| sensing.setting(self.highest, load))
+    fn setting(&self, pump: &ControlledPump<T>, load: T) -> T {
+        pump.margin.map_or(self.highest, |margin| load_sensing::setting(self.highest, load, margin))
     }
 
     /// Whether anything but the relief valve keeps the pressure of the mains.
@@ -180,8 +186,8 @@ impl<T: Real> Supply<T> {
         self.swivels() || self.sensing.is_some()
     }
 
-    /// What the pump keeps at zero displacement, or a fixed one is unloaded at, and what the mains lack of it at the shares `e` of
-    /// the displacements, Pa. Above zero the pumps give all they can and cannot keep the pressure, or have yet to swivel out.
+    /// The highest pressure that a pump keeps at zero displacement, or a fixed one is unloaded at, and what the mains lack at the shares
+    /// `e` of the displacements, Pa. Above zero the pumps give all they can and cannot keep the pressure, or have yet to swivel out.
     pub fn setting_and_shortfall(&self, pressures: &SupplyPressures<T>, e: &Shares<T>) -> (T, T) {
         let SupplyPressures { supply, load, .. } = *pressures;
         if !self.swivels() {
@@ -189,12 +195,13 @@ impl<T: Real> Supply<T> {
             return (set, set - supply);
         }
         // The pump that has most left says what the mains lack.
-        let (set, mut lacks) = (self.setting(load), T::c(f64::INFINITY));
+        let (mut highest, mut lacks) = (T::c(f64::NEG_INFINITY), T::c(f64::INFINITY));
         for (of, e) in self.pumps().zip(e) {
             let range = of.control.as_ref().map_or(T::c(0.0), |control| control.range);
-            lacks = lacks.min(set - *e * range - supply);
+            let set = self.setting(of, load);
+            (highest, lacks) = (highest.max(set), lacks.min(set - *e * range - supply));
         }
-        (set, lacks)
+        (highest, lacks)
     }
 
     /// The relief valve; that of a fixed pump opens where the load asks for no more.
@@ -238,23 +245,36 @@ impl<T: Real> Supply<T> {
     /// The same while the pumps give `full` (m^3/s) at full displacement: all laws are linear then.
     fn at_rest_with(&self, full: &Shares<T>, tank: T, drawn: T) -> (T, Shares<T>) {
         let (zero, mut shares) = (T::c(0.0), [T::c(1.0); MAX_PUMPS]);
-        let (mut leakage, mut steepness, mut sum) = (zero, zero, zero);
+        let (mut leakage, mut sum) = (zero, zero);
         for (of, full) in self.pumps().zip(full) {
             leakage += of.pump.leakage;
             sum += *full;
-            if let Some(control) = &of.control {
-                steepness += *full / control.range;
-            }
         }
-        let (given, taken) = (leakage * self.reservoir(tank) - drawn, leakage);
+        let given = leakage * self.reservoir(tank) - drawn;
         if !self.swivels() {
             let ReliefValve { pressure, gradient } = self.relief(tank);
-            return ((sum + gradient * pressure + given) / (taken + gradient), shares);
+            return ((sum + gradient * pressure + given) / (leakage + gradient), shares);
         }
-        let set = self.setting(tank);
-        let p = (steepness * set + given) / (taken + steepness);
-        let controls = self.pumps().filter_map(|of| of.control.as_ref());
-        shares.iter_mut().zip(controls).for_each(|(share, of)| *share = (set - p) / of.range);
+        let mut highest = T::c(f64::NEG_INFINITY);
+        self.pumps().for_each(|of| highest = highest.max(self.setting(of, tank)));
+        // A pump that keeps less than the others do rests at zero displacement.
+        let gives = |set: T, p: T| p.lt(set) | highest.le(set);
+        let mut p = T::c(f64::NEG_INFINITY);
+        for _ in 0..MAX_PUMPS {
+            let (mut steepness, mut kept) = (zero, zero);
+            for (of, full) in self.pumps().zip(full) {
+                if let Some(control) = &of.control {
+                    let set = self.setting(of, tank);
+                    let steep = T::select(gives(set, p), *full / control.range, zero);
+                    (steepness, kept) = (steepness + steep, kept + steep * set);
+                }
+            }
+            p = (kept + given) / (leakage + steepness);
+        }
+        for (of, share) in self.pumps().zip(&mut shares) {
+            let (set, range) = (self.setting(of, tank), of.control.as_ref().map_or(T::c(1.0), |control| control.range));
+            *share = T::select(gives(set, p), (set - p) / range, zero);
+        }
         (p, shares)
     }
 }

@@ -3,6 +3,7 @@
 use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Archive;
+use hydrocrane_physics::hydraulics::hysteresis;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
 
@@ -54,8 +55,9 @@ impl CommandPaths {
 
     /// Sends the commands `u` (m) at time `now`, which must not decrease, because commands arrive in the order sent.
     pub fn send(&mut self, now: f64, u: &[f64]) {
-        for (path, &u) in self.paths.iter_mut().zip(u) {
-            let value = at_spool(&path.chain, path.stroke, u);
+        for ((path, &u), arrived) in self.paths.iter_mut().zip(u).zip(&self.arrived) {
+            let before = path.pending.back().map_or(*arrived, |(_, value)| *value);
+            let value = follow(&path.chain, before, at_spool(&path.chain, path.stroke, u));
             path.pending.push_back((now + path.delay, value));
         }
     }
@@ -92,6 +94,19 @@ impl CommandPaths {
     }
 }
 
+/// Command that a spool follows, m, after the one `before`, where `value` arrives at its pilot stage, which may have hysteresis.
+pub fn follow(chain: &SignalChain, before: f64, value: f64) -> f64 {
+    if chain.play == 0.0 {
+        return value;
+    }
+    hysteresis::follow(chain.play, before, value)
+}
+
+/// Whether a pilot stage of `machine` has hysteresis: what its spool does then depends on what it did before.
+pub fn has_hysteresis(machine: &Machine) -> bool {
+    machine.cylinders.iter().any(|c| c.valve.command.play > 0.0)
+}
+
 /// Time from a command to its arrival at the spool, s.
 pub(crate) fn delay(valve: &Valve) -> f64 {
     valve.command.delay + valve.delay
@@ -103,7 +118,7 @@ pub fn longest_delay(machine: &Machine) -> f64 {
 }
 
 /// Commands that arrive at the spools of `machine` for the commands `u`, all in m, and their derivatives by these;
-/// without the delay.
+/// without the delay and the hysteresis.
 pub fn at_spools(machine: &Machine, u: &[f64]) -> Vec<(f64, f64)> {
     let valves = machine.cylinders.iter().map(|c| &c.valve);
     let one = |(valve, &u): (&Valve, &f64)| {
@@ -115,7 +130,7 @@ pub fn at_spools(machine: &Machine, u: &[f64]) -> Vec<(f64, f64)> {
     valves.zip(u).map(one).collect()
 }
 
-/// Command that arrives at a spool of this stroke (m) for the command `u`.
+/// Command that arrives at a spool of this stroke (m), or at its pilot stage, for the command `u`.
 pub fn at_spool(chain: &SignalChain, stroke: f64, u: f64) -> f64 {
     apply_signal_chain(chain, u).clamp(-stroke, stroke)
 }

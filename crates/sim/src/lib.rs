@@ -36,7 +36,7 @@ mod warning;
 mod warnings;
 
 pub use build::build;
-pub use command_path::{at_spools, longest_delay};
+pub use command_path::{at_spools, has_hysteresis, longest_delay};
 pub use controller_model::controller_model;
 pub use hydrocrane_control::controller;
 pub use hydrocrane_control::parameter_block::memory as controller_memory;

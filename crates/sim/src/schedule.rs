@@ -1,6 +1,6 @@
 //! Spool commands against time, on the common command path: signal chain, limits, delays.
 
-use crate::command_path::{at_spool, delay, kinks};
+use crate::command_path::{at_spool, delay, follow, kinks};
 use crate::driven::Driven;
 use crate::event_loop::Events;
 use crate::model::Model;
@@ -29,13 +29,50 @@ pub struct Column {
     valve: Valve,
     /// Times of kinks and jumps of the command at the spool, ascending, s.
     pub breaks: Vec<f64>,
+    /// With hysteresis, what the spool follows from each of the breaks on.
+    followed: Vec<Piece>,
+}
+
+/// A straight piece of a command from the time `begin` (s) on: its value there (m) and its rate of change (m/s).
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    begin: f64,
+    value: f64,
+    slope: f64,
 }
 
 impl Column {
     pub fn new(times: Vec<f64>, values: Vec<f64>, linear: bool, valve: &Valve) -> Self {
-        let mut column = Column { times, values, linear, valve: valve.clone(), breaks: Vec::new() };
+        let mut column =
+            Column { times, values, linear, valve: valve.clone(), breaks: Vec::new(), followed: Vec::new() };
         column.breaks = column.bends();
+        if valve.command.play > 0.0 {
+            column.followed = column.with_play();
+            column.breaks = column.followed.iter().map(|piece| piece.begin).collect();
+        }
         column
+    }
+
+    /// What a spool follows that begins in its middle: it stands until the command has crossed the hysteresis.
+    fn with_play(&self) -> Vec<Piece> {
+        let chain = &self.valve.command;
+        let (mut pieces, mut stands) = (Vec::new(), 0.0);
+        for (i, &begin) in self.breaks.iter().enumerate() {
+            let (given, slope) = self.arriving(begin);
+            stands = follow(chain, stands, given);
+            pieces.push(Piece { begin, value: stands, slope: 0.0 });
+            if slope == 0.0 {
+                continue;
+            }
+            let crossed = begin + (stands + chain.play.copysign(slope) - given) / slope;
+            let end = self.breaks.get(i + 1).copied().unwrap_or(f64::INFINITY);
+            if crossed < end {
+                let begin = crossed.max(begin);
+                pieces.push(Piece { begin, value: stands, slope });
+                stands += slope * (end - begin);
+            }
+        }
+        pieces
     }
 
     /// Its times at the spool, and those at which a ramp reaches an end of dead band, signal or stroke.
@@ -71,6 +108,16 @@ impl Column {
 
     /// The command at the spool at time `t`, and its rate of change just after it.
     pub fn at(&self, t: f64) -> (f64, f64) {
+        if self.valve.command.play == 0.0 {
+            return self.arriving(t);
+        }
+        let begun = self.followed.partition_point(|piece| piece.begin <= t + ROUNDING);
+        let last = begun.checked_sub(1).map(|last| self.followed[last]);
+        last.map_or((0.0, 0.0), |piece| (piece.value + piece.slope * (t - piece.begin), piece.slope))
+    }
+
+    /// The same before the pilot stage.
+    fn arriving(&self, t: f64) -> (f64, f64) {
         let late = delay(&self.valve);
         let arrives = |u: f64| at_spool(&self.valve.command, self.valve.stroke, u);
         let (given, slope) = self.given(t - late);

@@ -20,11 +20,13 @@ class CommandPath:
     gain: float
     dead_band: float
     offset: float
+    # Half width of the hysteresis, m.
+    play: float
 
     @property
     def plain(self) -> bool:
         """Whether the value arrives unchanged."""
-        return self.gain == 1.0 and self.dead_band == 0.0 and self.offset == 0.0
+        return self.gain == 1.0 and self.dead_band == 0.0 and self.offset == 0.0 and self.play == 0.0
 
 
 def command_paths(machine: Machine) -> list[CommandPath]:
@@ -40,6 +42,7 @@ def command_paths(machine: Machine) -> list[CommandPath]:
                 chain.number("gain"),
                 chain.number("dead_band"),
                 chain.number("offset"),
+                chain.number("play"),
             )
         )
     return found
@@ -51,8 +54,8 @@ def path_warnings(machine: Machine) -> tuple[ResultWarning, ...]:
         ResultWarning(
             "command-path-left-out",
             f"the input is the command that arrives at the spool of {path.cylinder}; its path has a delay of "
-            f"{path.delay * 1e3:g} ms, a gain of {path.gain:g}, a dead band of {path.dead_band * 1e3:g} mm and an "
-            f"offset of {path.offset * 1e3:g} mm",
+            f"{path.delay * 1e3:g} ms, a gain of {path.gain:g}, a dead band of {path.dead_band * 1e3:g} mm, an "
+            f"offset of {path.offset * 1e3:g} mm and a hysteresis of {2e3 * path.play:g} mm",
             "add the delay and the gain where the model is used",
         )
         for path in command_paths(machine)
@@ -72,8 +75,8 @@ def common_delay(machine: Machine) -> float:
     for path in paths:
         if not path.plain:
             raise InputError(
-                f"the signal chain of {path.cylinder} has a gain, a dead band or an offset, which the loops do not "
-                f"model; take a machine file without [valve.<name>.command]"
+                f"the signal chain of {path.cylinder} has a gain, a dead band, an offset or a hysteresis, which "
+                f"the loops do not model; take a machine file without [valve.<name>.command]"
             )
     if len({path.delay for path in paths}) > 1:
         told = ", ".join(f"{path.cylinder} {path.delay * 1e3:g} ms" for path in paths)

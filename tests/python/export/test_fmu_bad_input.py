@@ -278,8 +278,9 @@ def test_a_controller_tells_why_the_spools_are_centred(fmi, tmp_path):
     unit.close()
 
 
-def test_delays_are_for_co_simulation_only(tmp_path):
-    crane = hc.load_machine("rottne-f9-lab", {"valve.lift.delay": "10 ms"})
+@pytest.mark.parametrize("imperfect", [{"valve.lift.delay": "10 ms"}, {"valve.lift.command.hysteresis": "3 %"}])
+def test_delays_and_hysteresis_are_for_co_simulation_only(tmp_path, imperfect):
+    crane = hc.load_machine("rottne-f9-lab", imperfect)
     unit = Unit(hc.export_fmu(crane, tmp_path / "one.fmu"), tmp_path / "unzipped", exchange=True)
     assert unit.description.modelExchange is None
     assert "co-simulation only" in refused(unit)

@@ -195,6 +195,11 @@ pub static VALVE: &[Key] = &[
         .otherwise("required with `before-spool`, not allowed otherwise")
         .usual(&[("1 bar", "60 bar", 10.0)])
         .means("Pressure drop over the metering edge from the supply that the compensator keeps."),
+    Key::quantity("compensator-time-constant", &[TIME], Positive)
+        .otherwise("the compensator follows at once")
+        .usual(&[("0.5 ms", "0.5 s", 10.0)])
+        .means("Time constant with which the compensator follows. Its opening is then a state.")
+        .source("theory/hydraulics/compensator.md"),
     Key::quantity("velocity-limit", &[VELOCITY], Positive)
         .otherwise("none")
         .usual(&[("1 mm/s", "100 m/s", 1e3)])
@@ -265,6 +270,11 @@ static SIGNAL_CHAIN: &[Key] = &[
         .means("Half width of the dead band of the controller's command."),
     Key::quantity("low", &[LENGTH], Any).otherwise("minus the stroke").means("Lower limit of the spool command."),
     Key::quantity("high", &[LENGTH], Any).otherwise("the stroke").means("Upper limit of the spool command."),
+    Key::quantity("hysteresis", &[NUMBER], NonNegative)
+        .defaults(&["0"])
+        .usual(&[("0.001", "0.15", 10.0)])
+        .means("Hysteresis of the pilot stage: width of the loop between command and spool as a share of the stroke in one direction.")
+        .source("theory/hydraulics/hysteresis.md"),
     Key::quantity("delay", &[TIME], NonNegative)
         .defaults(&["0 s"])
         .usual(&[("0.1 ms", "2 s", 30.0)])

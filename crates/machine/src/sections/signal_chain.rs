@@ -14,10 +14,23 @@ pub fn read(valve: &Reader, stroke: f64) -> Result<SignalChain> {
         dead_band: table.quantity_or_default("dead-band")?,
         low: table.optional_quantity("low")?.unwrap_or(-stroke),
         high: table.optional_quantity("high")?.unwrap_or(stroke),
+        play: 0.5 * hysteresis(&table)? * stroke,
         delay: table.quantity_or_default("delay")?,
     };
     check(&table, &chain, stroke)?;
     Ok(chain)
+}
+
+/// Width of the loop as a share of the stroke.
+fn hysteresis(table: &Reader) -> Result<f64> {
+    let share: f64 = table.quantity_or_default("hysteresis")?;
+    if share < 1.0 {
+        return Ok(share);
+    }
+    let message = "as wide as the stroke: the spool would hardly move";
+    Err(table
+        .error(ErrorKind::OutOfRange, "hysteresis", message)
+        .help("give a share of the full stroke, as data sheets do: 0.03, or \"3 %\""))
 }
 
 fn check(table: &Reader, chain: &SignalChain, stroke: f64) -> Result<()> {

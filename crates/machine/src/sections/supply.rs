@@ -97,7 +97,7 @@ fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) 
         return Ok(());
     };
     let (given, most) = (60e3 * given, 60e3 * most);
-    pump_table(root, mains)?.required("displacement", "a volume")?.warn(
+    pump_table(root, &mains.pump.name)?.required("displacement", "a volume")?.warn(
         format!(
             "small: it gives {given:.1} l/min at most, and valve `{valve}` alone takes {most:.1} l/min at full stroke"
         ),
@@ -140,7 +140,9 @@ fn check_margin<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>
         let Compensator::Before(setting) = valve.compensator else { continue };
         if setting.plain() > left {
             let (left, setting) = (left / 1e5, setting.plain() / 1e5);
-            pump_table(root, mains)?.required("ls-margin", "a pressure")?.warn(
+            let least = |pump: &&Pump<T>| pump.margin.is_some_and(|margin| margin.plain() == sensing.margin.plain());
+            let pump = mains.pumps().find(least).unwrap_or(&mains.pump);
+            pump_table(root, &pump.name)?.required("ls-margin", "a pressure")?.warn(
                 format!("small: it leaves {left:.1} bar at full displacement, and the compensator of valve `{}` takes {setting:.1} bar", valve.name),
                 "raise it, lower `control-range`, or expect this section to be slow at high pump flow".into(),
             );
@@ -155,9 +157,9 @@ pub fn control_range<T: Number>(mains: &Mains<T>) -> f64 {
     ranges.map(|control| control.range.plain()).fold(0.0, f64::max)
 }
 
-fn pump_table<'a, T>(root: &Reader<'a>, mains: &Mains<T>) -> Result<Reader<'a>> {
+fn pump_table<'a>(root: &Reader<'a>, pump: &str) -> Result<Reader<'a>> {
     let tables = root.named_tables("pump")?;
-    let own = tables.into_iter().find(|(name, _)| *name == mains.pump.name);
+    let own = tables.into_iter().find(|(name, _)| *name == pump);
     Ok(own.expect("the table that the pump was read from").1)
 }
 
@@ -237,14 +239,37 @@ fn pumps<T: Number>(root: &Reader, supply: &Supply<T>) -> Result<Option<Pumps<T>
         let Some(own) = own else {
             return Err(unlike(table, "type", name, first.0, "pumps that feed the same mains are of one type"));
         };
-        let plain = |of: &Option<LoadSensing<T>>| of.as_ref().map(|of| [of.margin.plain(), of.time_constant.plain()]);
-        if plain(&load_sensing(table)?) != plain(&sensing) {
-            let message = "pumps that feed the same mains feel one load-sensing line, and keep one margin over it";
-            return Err(unlike(table, "ls-margin", name, first.0, message));
+        let line = load_sensing::<T>(table)?;
+        let differs = |of: fn(&LoadSensing<T>) -> f64| line.as_ref().map(of) != sensing.as_ref().map(of);
+        if line.is_some() != sensing.is_some() {
+            return Err(unlike(
+                table,
+                "ls-margin",
+                name,
+                first.0,
+                "all pumps that feed the same mains follow the load, or none",
+            ));
+        }
+        if differs(|of| of.time_constant.plain()) {
+            let message = "pumps that feed the same mains feel one load-sensing line";
+            return Err(unlike(table, "ls-time-constant", name, first.0, message));
+        }
+        if own.control.is_none() && differs(|of| of.margin.plain()) {
+            return Err(unlike(table, "ls-margin", name, first.0, "one valve unloads all fixed pumps"));
         }
         pumps.push(own);
     }
+    let sensing = sensing.map(|of| LoadSensing { margin: least_margin(&pumps).unwrap_or(of.margin), ..of });
     Ok(Some((pumps, sensing)))
+}
+
+/// The least of the pumps' margins; each of several equal ones has its share in it.
+fn least_margin<T: Number>(pumps: &[Pump<T>]) -> Option<T> {
+    let margins = || pumps.iter().filter_map(|pump| pump.margin);
+    let least = margins().map(|margin| margin.plain()).fold(f64::INFINITY, f64::min);
+    let equal = || margins().filter(|margin| margin.plain() == least);
+    let sum = equal().reduce(|sum, margin| sum + margin)?;
+    Some(sum / equal().count() as f64)
 }
 
 /// A pump that does not fit beside the first one.
@@ -280,6 +305,7 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
         volumetric_efficiency: efficiency(table, "volumetric-efficiency")?,
         hydromechanical_efficiency: efficiency(table, "hydromechanical-efficiency")?,
         control,
+        margin: load_sensing(table)?.map(|of| of.margin),
     }))
 }
 

@@ -48,6 +48,7 @@ pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
         leakage: table.quantity_or_default("leakage")?,
         return_ratio,
         load_check: load_check || !compensator.is_none(),
+        compensator_time_constant: compensator_time_constant(table, &compensator)?,
         compensator,
         velocity_limit: table.optional_quantity("velocity-limit")?,
         acceleration_limit: table.optional_quantity("acceleration-limit")?,
@@ -83,6 +84,16 @@ fn compensator<T: Number>(table: &Reader) -> Result<Compensator<T>> {
             )
             .help("omit it, or choose `compensator = \"before-spool\"`")),
     }
+}
+
+fn compensator_time_constant<T: Number>(table: &Reader, compensator: &Compensator<T>) -> Result<Option<T>> {
+    let key = "compensator-time-constant";
+    if compensator.is_none() && table.has(key) {
+        return Err(table
+            .error(ErrorKind::ConflictingKeys, key, "the section has no compensator")
+            .help("omit it, or choose `compensator = \"before-spool\"` or `\"behind-spool\"`"));
+    }
+    table.optional_quantity(key)
 }
 
 /// Data sheets state the drop over both edges in series, thesis (65), or over one; that over a compensated one is its setting.

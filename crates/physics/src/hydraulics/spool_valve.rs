@@ -27,6 +27,7 @@
 //! opens it on the closed edges only, it is always there, so the law stays smooth (an open edge drowns it).
 
 use super::compensator::Compensator;
+use super::edge_flows::{EdgeFlows, PortFlows, PortPressures};
 use super::hose_leak::{Behind, HoseLeak, Leaking};
 use super::line::Resistance;
 use super::load_holding::{Held, HeldPressures, LoadHolding};
@@ -140,36 +141,6 @@ impl<T: Copy> SpoolValve<T> {
     }
 }
 
-/// Pressures around the valve, Pa.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct PortPressures<T> {
-    pub supply: T,
-    /// Of the load-sensing line; counts behind a compensator of flow sharing only.
-    pub load: T,
-    pub tank: T,
-    pub a: T,
-    pub b: T,
-}
-
-/// Flow through each edge, m^3/s, in the direction its name reads.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct EdgeFlows<T> {
-    pub supply_to_a: T,
-    pub a_to_tank: T,
-    pub supply_to_b: T,
-    pub b_to_tank: T,
-}
-
-/// Flows of a port, m^3/s.
-#[derive(Debug, Clone, Copy)]
-pub struct PortFlows<T> {
-    /// From the supply and to the tank.
-    pub fed: T,
-    pub drained: T,
-    /// Where the hose to the cylinder leaks.
-    pub leaking: Option<Leaking<T>>,
-}
-
 impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
@@ -181,7 +152,7 @@ impl<T: Real> SpoolValve<T> {
     /// The same with the spool inside its overlap, where the edges only leak.
     #[inline(always)]
     pub fn closed(&self, p: &PortPressures<T>) -> EdgeFlows<T> {
-        let drop = |port: T| self.compensator.drop(p.supply, p.load, port);
+        let drop = |port: T| self.compensated(p, port);
         let leakage = |port: usize, chamber: T| match self.holding(port) {
             Some(valve) => self.leakage * valve.closed(&HeldPressures { chamber, pilot: p.tank, tank: p.tank }),
             None => self.leakage,
@@ -245,7 +216,7 @@ impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     fn fed_drop<P: Parts>(&self, p: &PortPressures<T>, port: T) -> T {
         if P::EXPECTED {
-            self.compensator.drop(p.supply, p.load, port)
+            self.compensated(p, port)
         } else {
             p.supply - port
         }
@@ -276,9 +247,11 @@ impl<T: Real> SpoolValve<T> {
         open: impl Fn(T, T) -> T,
     ) -> T {
         let whole = open(p.supply - chamber, chamber - p.tank);
-        let left = line.left(edge, open(openings[0], openings[1]), whole);
+        // What follows late throttles its edge.
+        let fed = p.opening.map_or(openings[0], |opening| openings[0] * opening);
+        let left = line.left(edge, open(fed, openings[1]), whole);
         // The compensator acts where more is left than it lets the edge have.
-        open(self.compensator.drop(p.supply, p.load, p.supply - left), left)
+        open(self.compensated(p, p.supply - left), left)
     }
 
     /// Pressure of a `port` above that behind its line, Pa, with the flow into the cylinder through it (m^3/s).
@@ -343,17 +316,29 @@ impl<T: Real> SpoolValve<T> {
         [to_a, from_a * self.return_ratio[0], to_b + T::select(regenerative, from_b, zero), to_tank]
     }
 
+    /// Drop over the edge from the supply to a port, Pa: what the compensator leaves.
+    #[inline(always)]
+    pub fn compensated(&self, p: &PortPressures<T>, port: T) -> T {
+        self.compensator.drop(p.supply, p.load, p.opening, port)
+    }
+
+    /// Opening that a compensator that follows late wants: that of its static law at the port that is fed, or at the tank where none is.
+    #[inline(always)]
+    pub fn settled_opening(&self, spool: T, p: &PortPressures<T>) -> T {
+        self.compensator.settled_opening(p.supply, p.load, self.connection.signal(spool, [p.a, p.b], p.tank))
+    }
+
     /// Losses of the compensator at the edges to port A and to port B, W, with the flows through `edges`.
     #[inline(always)]
     pub fn compensator_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
-        let taken = |port: T| p.supply - port - self.compensator.drop(p.supply, p.load, port);
+        let taken = |port: T| p.supply - port - self.compensated(p, port);
         [taken(p.a) * edges.supply_to_a, taken(p.b) * edges.supply_to_b]
     }
 
     /// What the compensator takes of the drop from the supply to the port that the spool feeds, Pa; zero where it feeds none, and where
     /// the compensator is fully open.
     pub fn compensator_drop(&self, spool: T, p: &PortPressures<T>) -> T {
-        let taken = |port: T| p.supply - port - self.compensator.drop(p.supply, p.load, port);
+        let taken = |port: T| p.supply - port - self.compensated(p, port);
         self.connection.signal(spool, [taken(p.a), taken(p.b)], T::c(0.0))
     }
 
@@ -376,29 +361,6 @@ impl<T: Real> SpoolValve<T> {
             }
             None => (smooth::positive_part(spool - self.overlap), smooth::positive_part(-spool - self.overlap)),
         }
-    }
-}
-
-impl<T: Real> EdgeFlows<T> {
-    /// q_A: into the piston-side chamber.
-    #[inline(always)]
-    pub fn port_a(&self) -> T {
-        self.supply_to_a - self.a_to_tank
-    }
-    /// q_B: out of the rod-side chamber.
-    #[inline(always)]
-    pub fn port_b(&self) -> T {
-        self.b_to_tank - self.supply_to_b
-    }
-    /// Flow drawn from the pump.
-    #[inline(always)]
-    pub fn supply(&self) -> T {
-        self.supply_to_a + self.supply_to_b
-    }
-    /// Flow returned to the tank.
-    #[inline(always)]
-    pub fn tank(&self) -> T {
-        self.a_to_tank + self.b_to_tank
     }
 }
 
@@ -436,7 +398,8 @@ mod tests {
         }
     }
 
-    const P: PortPressures<f64> = PortPressures { supply: 140e5, load: 0.0, tank: 0.0, a: 60e5, b: 50e5 };
+    const P: PortPressures<f64> =
+        PortPressures { supply: 140e5, load: 0.0, tank: 0.0, a: 60e5, b: 50e5, opening: None };
 
     #[test]
     fn table_2_signs_of_the_four_three_valve() {

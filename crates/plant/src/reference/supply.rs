@@ -39,11 +39,8 @@ pub fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f
     let (pumps, tank, p) = (mains.pumps().collect::<Vec<_>>(), m.supply.tank_pressure, x[0]);
     let controlled = mains.pump.control.is_some();
     let share = |k: usize| if controlled { x[x.len() - pumps.len() + k] } else { 1.0 };
-    let follows = |highest: f64| match &mains.load_sensing {
-        Some(sensing) => highest.min(x[1] + sensing.margin),
-        None => highest,
-    };
-    let opens = if controlled { mains.relief_pressure } else { follows(mains.relief_pressure) };
+    let follows = |highest: f64, pump: &Pump| pump.margin.map_or(highest, |margin| highest.min(x[1] + margin));
+    let opens = if controlled { mains.relief_pressure } else { follows(mains.relief_pressure, &mains.pump) };
     let per_angle = |pump: &Pump| pump.displacement / (2.0 * PI);
     let given = |(k, pump): (usize, &&Pump)| {
         // The engine slows down under the torque of the pump.
@@ -78,7 +75,7 @@ pub fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f
     }));
     rates.extend(pumps.iter().enumerate().filter_map(|(k, pump)| {
         let control = pump.control.as_ref()?;
-        let mut wanted = (follows(m.supply.pressure) - p) / control.range;
+        let mut wanted = (follows(m.supply.pressure, pump) - p) / control.range;
         if let Some(limit) = control.torque_limit {
             wanted = wanted
                 .min(limit / (per_angle(pump) * (p - tank).max(1e3)) - (1.0 / pump.hydromechanical_efficiency - 1.0));

@@ -1,6 +1,6 @@
 //! The command path of a batch: signal chain, limits and delays from commands to spools.
 
-use crate::command_path::{at_spool, delay};
+use crate::command_path::{at_spool, delay, follow};
 use hydrocrane_lanes::{Group, WIDTH};
 use hydrocrane_machine::model::Valve;
 use hydrocrane_machine::Machine;
@@ -46,10 +46,12 @@ impl BatchCommandPath {
         let cylinders = self.valves.len();
         let mut sent = self.sent.pop_back().unwrap_or_default();
         sent.resize(self.groups * cylinders, [0.0; WIDTH]);
+        let newest = self.sent.front();
         for (crane, row) in commands.chunks_exact(cylinders).enumerate() {
             for (c, (valve, u)) in self.valves.iter().zip(row).enumerate() {
-                let value = at_spool(&valve.command, valve.stroke, *u);
-                sent[crane / WIDTH * cylinders + c][crane % WIDTH] = value;
+                let (place, lane) = (crane / WIDTH * cylinders + c, crane % WIDTH);
+                let before = newest.map_or(sent[place][lane], |newest| newest[place][lane]);
+                sent[place][lane] = follow(&valve.command, before, at_spool(&valve.command, valve.stroke, *u));
             }
         }
         self.sent.push_front(sent);

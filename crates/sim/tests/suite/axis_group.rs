@@ -5,7 +5,7 @@ use hydrocrane_num::{register_x86::Sse2, Field, Lanes, Pack};
 use hydrocrane_physics::hydraulics::parts::{AnyParts, NoParts};
 use hydrocrane_plant::axis_derivatives::Piston;
 use hydrocrane_plant::axis_group::{AxisGroup, Member};
-use hydrocrane_plant::hydraulic_axis::LocalState;
+use hydrocrane_plant::local::LocalState;
 use hydrocrane_plant::{Crane, Plant, StateSpace};
 
 type Side = Lanes<Sse2>;
@@ -28,6 +28,7 @@ fn moving() -> LocalState<Side> {
         p2: Lanes::load(&[20e5, 90e5]),
         spool: Lanes::load(&[0.004, -0.01]),
         z: Lanes::load(&[1e-4, -2e-4]),
+        opening: None,
     }
 }
 
@@ -36,8 +37,7 @@ fn one(lanes: Side, i: usize) -> f64 {
 }
 
 fn lane(s: &LocalState<Side>, i: usize) -> LocalState<f64> {
-    let LocalState { x, v, p1, p2, spool, z } = s;
-    LocalState { x: x.lane(i), v: v.lane(i), p1: p1.lane(i), p2: p2.lane(i), spool: spool.lane(i), z: z.lane(i) }
+    s.map(|number| number.lane(i))
 }
 
 #[test]

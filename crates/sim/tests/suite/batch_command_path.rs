@@ -34,3 +34,25 @@ fn a_crane_that_is_reset_forgets_what_was_sent() {
     let at = |crane, cylinder| path.at_spool(&plan[0], crane, cylinder);
     assert_eq!([at(0, 0), at(0, 1), at(1, 0), at(1, 1)], [0.01, 0.02, 0.0, 0.0]);
 }
+
+#[test]
+fn each_crane_has_a_hysteresis_of_its_own() {
+    let machine = load("rottne-f9-lab", &[("valve.jib.command.hysteresis".to_string(), OverrideValue::Number(0.1))]);
+    let machine = machine.expect("a bundled machine");
+    let mut path = BatchCommandPath::new(&machine, 1, 0.01);
+    let plan = path.plan();
+    // Half of 10 % of 50 mm on either side.
+    for (rows, wanted) in [
+        ([0.01, 0.02, 0.0, 0.01, 0.001, 0.0], [0.0175, 0.0]),
+        ([0.01, 0.016, 0.0, 0.01, -0.004, 0.0], [0.0175, -0.0015]),
+    ] {
+        path.send(&rows);
+        for (crane, wanted) in wanted.into_iter().enumerate() {
+            assert!((path.at_spool(&plan[0], crane, 1) - wanted).abs() < 1e-15);
+            assert_eq!(path.at_spool(&plan[0], crane, 0), 0.01);
+        }
+    }
+    path.forget(0, 0);
+    path.send(&[0.0; 6]);
+    assert_eq!(path.at_spool(&plan[0], 0, 1), 0.0);
+}

@@ -6,7 +6,7 @@ use hydrocrane_ode::{BlockArrow, SchurFactors};
 use hydrocrane_sim::{build, EquilibriumMode, Model};
 use std::sync::Arc;
 
-/// Chains of one and three joints, with and without bristles, regenerative valves, cylinders on four-bars.
+/// Chains of one and three joints, with and without bristles, regenerative valves, cylinders on four-bars, compensators that follow late.
 fn models() -> Vec<Arc<dyn Model>> {
     let without_bristles = [("friction.lift.model".to_string(), OverrideValue::Text("static".to_string()))];
     let mut machines: Vec<_> = ["rottne-f9-lab", "rottne-f9-pump", "rottne-f9-mobile", "hiab-xs031", "single-cylinder"]
@@ -14,6 +14,9 @@ fn models() -> Vec<Arc<dyn Model>> {
         .into_iter()
         .collect();
     machines.push(load("rottne-f9-lab", &without_bristles));
+    let late = ["lift", "jib"]
+        .map(|valve| (format!("valve.{valve}.compensator-time-constant"), OverrideValue::Text("20 ms".to_string())));
+    machines.push(load("rottne-f9-mobile", &late));
     machines.into_iter().map(|m| build(&m.expect("a bundled machine")).expect("it can be built")).collect()
 }
 

@@ -7,6 +7,7 @@ mod batch_command_path;
 mod block_arrow;
 mod chamber_estimate;
 mod command_path;
+mod compensator_lag;
 mod controllers;
 mod crane_step;
 mod crossover_relief;

@@ -36,7 +36,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
-/// Fixed pumps, several pumps, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, hoses that leak, accumulators and
+/// Fixed pumps, several pumps, compensators that follow late, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, hoses that leak, accumulators and
 /// measured pressures on chains of one and
 /// three joints.
 fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
@@ -77,7 +77,8 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let three = beside("third", fixed, "13 ml") + &beside("aside", fixed, "8 ml") + fixed;
     let sensing =
         limited.replace("pressure-compensated", "load-sensing").replace("[mains]", "ls-margin = \"25 bar\"\n[mains]");
-    let all = beside("third", &sensing, "15 ml") + &beside("aside", &sensing, "8 ml") + &sensing;
+    let keeping = |margin: &str| sensing.replace("25 bar", margin);
+    let all = beside("third", &keeping("18 bar"), "15 ml") + &beside("aside", &keeping("31 bar"), "8 ml") + &sensing;
     let holding = |cylinder: &str, side: &str| {
         format!(
             "[counterbalance.{cylinder}-{side}]\ncylinder = \"{cylinder}\"\nside = \"{side}\"\nsetting = \"120 bar\"\npilot-ratio = 3.5\n\
@@ -159,8 +160,27 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let separate = sharing.clone()
         + "return-pressure = [\"40 bar\", \"3 bar\"]\nreturn-area-ratio = [0.6, 1.3]\n\
            [valve.extension]\noverlap = \"0.1 mm\"\nreturn-pressure = \"70 bar\"\nreturn-pressure-range = \"60 bar\"\n";
+    let behind_late = "compensator = \"behind-spool\"\ncompensator-time-constant = \"20 ms\"\n";
+    let before_late =
+        "compensator = \"before-spool\"\ncompensator-setting = \"9 bar\"\ncompensator-time-constant = \"70 ms\"\n";
+    let late = sensing + &format!("[valve.lift]\n{behind_late}[valve.tilt]\n{before_late}");
     let regenerative = curve("extension", "supply-to-b", notch) + &curve("extension", "a-to-tank", wide);
     [
+        ("hiab-xs031", late.clone()),
+        ("rottne-f9-lab", format!("[valve.lift]\n{before_late}[valve.jib]\n{before_late}")),
+        ("single-cylinder", format!("{unloaded}[valve.test]\n{behind_late}{}{returning}", resisting("test"))),
+        (
+            "hiab-xs031",
+            late.clone() + &first("tilt") + &resisting("lift") + &resisting("tilt") + &at_ports.concat() + &bypassed,
+        ),
+        (
+            "hiab-xs031",
+            late + &holding("lift", "piston-side")
+                + &holding("tilt", "rod-side")
+                + &alone("lift", "piston-side")
+                + &leaking("lift", ["9 mm^2", "1 mm^2"])
+                + &leaking("tilt", ["1 mm^2", "30 mm^2"]),
+        ),
         ("hiab-xs031", notched),
         ("hiab-xs031", separate),
         ("rottne-f9-lab", regenerative),
@@ -258,7 +278,7 @@ fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
             Some("z") => x[i] = 1e-3 * noise.next(),
             // From empty mains to beyond the relief pressure.
             Some("p" | "load") => x[i] = 90e5 + 90e5 * noise.next(),
-            Some("displacement") => x[i] = 0.5 + 0.5 * noise.next(),
+            Some("displacement" | "compensator") => x[i] = 0.5 + 0.5 * noise.next(),
             _ => {}
         }
     }

@@ -1,7 +1,7 @@
 //! Spool commands against time, on the command path.
 
 use hydrocrane_machine::model::{SignalChain, Valve};
-use hydrocrane_sim::command_path::at_spool;
+use hydrocrane_sim::command_path::{at_spool, follow};
 use hydrocrane_sim::schedule::Column;
 
 fn valve(chain: SignalChain) -> Valve {
@@ -10,7 +10,7 @@ fn valve(chain: SignalChain) -> Valve {
 }
 
 const CHAIN: SignalChain =
-    SignalChain { offset: 0.001, gain: 0.8, dead_band: 0.004, low: -0.03, high: 0.02, delay: 0.1 };
+    SignalChain { offset: 0.001, gain: 0.8, dead_band: 0.004, low: -0.03, high: 0.02, play: 0.0, delay: 0.1 };
 
 /// From end to end in one second.
 fn ramp(chain: SignalChain) -> Column {
@@ -46,4 +46,44 @@ fn nothing_arrives_before_the_first_time_and_the_delay() {
     assert_eq!(column.at(0.0), (0.0, 0.0));
     assert_eq!(column.at(0.59), (0.0, 0.0));
     assert_eq!(column.at(0.6), (0.001 + 0.8 * 0.006, 0.0));
+}
+
+#[test]
+fn with_hysteresis_a_ramp_up_and_down_has_its_corners_where_they_are_by_hand() {
+    let chain = SignalChain { offset: 0.0, gain: 1.0, dead_band: 0.0, low: -0.05, high: 0.05, play: 0.002, delay: 0.1 };
+    let column = Column::new(vec![0.0, 1.0, 2.0], vec![0.0, 0.02, 0.0], true, &valve(chain));
+    // It stands for 2 mm at 20 mm/s, rises to 18 mm, stands for 4 mm at the top and falls to 2 mm.
+    for (t, value, slope) in [
+        (0.05, 0.0, 0.0),
+        (0.15, 0.0, 0.0),
+        (0.3, 0.002, 0.02),
+        (1.0, 0.016, 0.02),
+        (1.2, 0.018, 0.0),
+        (1.5, 0.014, -0.02),
+        (3.0, 0.002, 0.0),
+    ] {
+        let (found, rate) = column.at(t);
+        assert!((found - value).abs() < 1e-12 && (rate - slope).abs() < 1e-9, "{t}: {found} {rate}");
+    }
+    let corners = [0.1, 0.2, 1.1, 1.3, 2.1];
+    assert_eq!(column.breaks.len(), corners.len(), "{:?}", column.breaks);
+    for (found, corner) in column.breaks.iter().zip(corners) {
+        assert!((found - corner).abs() < 1e-12, "{found} {corner}");
+    }
+}
+
+#[test]
+fn a_ramp_with_hysteresis_takes_the_same_path_as_small_steps() {
+    let chain = SignalChain { play: 0.003, ..CHAIN };
+    let values = vec![-0.05, 0.03, 0.01, 0.012, -0.02, -0.05];
+    let column = Column::new((0..6).map(f64::from).collect(), values.clone(), true, &valve(chain));
+    let mut spool = 0.0;
+    for i in 0..50_000 {
+        let t = 1e-4 * f64::from(i);
+        let (k, share) = (t as usize, t.fract());
+        let u = values[k] + share * (values.get(k + 1).unwrap_or(&values[k]) - values[k]);
+        spool = follow(&chain, spool, at_spool(&chain, 0.05, u));
+        let (found, _) = column.at(t + 0.1);
+        assert!((found - spool).abs() < 1e-9, "{t}: {found} {spool}");
+    }
 }

@@ -113,8 +113,63 @@ fn pumps_that_do_not_fit_together_are_refused() {
         .map(|name| second.replace("[pump.main]\ndisplacement = \"3 ml\"\n", "").replace("aside", name));
     let shown = refused(&many.concat());
     assert!(shown.contains("4 pumps") && shown.contains("3 at most"), "{shown}");
-    let text = "extends = \"rottne-f9-mobile\"\n[machine]\nclass = \"assumed\"\n[pump.aside]\ntype = \"load-sensing\"\ndisplacement = \"9 ml\"\n\
-        speed = \"1450 rpm\"\nvolumetric-efficiency = 0.94\nhydromechanical-efficiency = 0.9\nls-margin = \"17 bar\"\n";
-    let shown = parse(text, "pumps.toml", &[]).unwrap_err().to_string();
-    assert!(shown.contains("one margin") && shown.contains("pump.aside.ls-margin"), "{shown}");
+    let unlike = |more: &str| {
+        let text =
+            format!("extends = \"rottne-f9-mobile\"\n[machine]\nclass = \"assumed\"\n{}{more}", sensing("17 bar"));
+        parse(&text, "pumps.toml", &[]).unwrap_err().to_string()
+    };
+    let shown = unlike("ls-time-constant = \"7 ms\"\n");
+    assert!(shown.contains("one load-sensing line") && shown.contains("pump.aside.ls-time-constant"), "{shown}");
+    let fixed = |name: &str, margin: &str| {
+        format!(
+            "[pump.{name}]\ntype = \"fixed\"\ndisplacement = \"9 ml\"\nspeed = \"1450 rpm\"\nvolumetric-efficiency = 0.94\n\
+             hydromechanical-efficiency = 0.9\n{margin}\n"
+        )
+    };
+    let on_valve = |margins: [&str; 2]| {
+        let pumps = fixed("main", margins[0]) + &fixed("aside", margins[1]);
+        let text =
+            format!("extends = \"hiab-xs031\"\n[machine]\nclass = \"assumed\"\n{pumps}[mains]\nvolume = \"1 l\"\n");
+        parse(&text, "pumps.toml", &[]).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let [fifteen, twelve] = ["15 bar", "12 bar"].map(|margin| format!("ls-margin = \"{margin}\""));
+    for (second, words) in [("", "or none"), (twelve.as_str(), "one valve unloads all fixed pumps")] {
+        let shown = on_valve([&fifteen, second]).unwrap_err();
+        assert!(shown.contains(words) && shown.contains("pump.aside.ls-margin"), "{shown}");
+    }
+    assert_eq!(on_valve([&fifteen, &fifteen]), Ok(()));
+}
+
+/// A second pump of `rottne-f9-mobile` with this margin.
+fn sensing(margin: &str) -> String {
+    format!(
+        "[pump.aside]\ntype = \"load-sensing\"\ndisplacement = \"9 ml\"\nspeed = \"1450 rpm\"\nvolumetric-efficiency = 0.94\n\
+         hydromechanical-efficiency = 0.9\ncontrol-range = \"5 bar\"\nls-margin = \"{margin}\"\n"
+    )
+}
+
+#[test]
+fn at_standby_the_pump_with_the_larger_margin_keeps_the_mains_alone() {
+    let m = extended("rottne-f9-mobile", &sensing("34 bar"));
+    let m = m.as_ref();
+    let x = m.equilibrium(&POSE, EquilibriumMode::Hold, 0.0).expect("a pose");
+    let (layout, supply) = (m.layout(), &m.machine().supply);
+    let main = &supply.mains.as_ref().expect("mains").pump;
+    let [p, at_main, at_aside] =
+        [layout.mains().expect("mains"), layout.swivels().start, layout.swivels().start + 1].map(|at| x[at]);
+    // Leakage of both at 34 bar less what the swivel takes: D w (set - p)/range = sum of k (p - p_0).
+    let full = |pump: &hydrocrane_machine::model::Pump| pump.displacement / TAU * pump.speed;
+    let leaking = |pump: &hydrocrane_machine::model::Pump| {
+        (1.0 - pump.volumetric_efficiency) * full(pump) / (supply.pressure - supply.tank_pressure)
+    };
+    let aside = &supply.mains.as_ref().expect("mains").further[0];
+    let (tank, k) = (supply.tank_pressure, leaking(main) + leaking(aside));
+    let set = tank + 34e5;
+    // The valves leak less than a thousandth of that.
+    let by_hand = (full(aside) / 5e5 * set + k * tank) / (full(aside) / 5e5 + k);
+    assert!((p - by_hand).abs() < 1e-3 * 34e5, "{p} {by_hand}");
+    assert!(at_main == 0.0 && (at_aside - (set - p) / 5e5).abs() < 1e-9, "{at_main} {at_aside}");
+    let mut dx = vec![0.0; x.len()];
+    m.derivative(&x, &[0.0; 3], 0.0, &mut dx);
+    assert!(dx[layout.swivels()].iter().all(|rate| rate.abs() < 1e-6), "{dx:?}");
 }
