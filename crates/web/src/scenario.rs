@@ -32,7 +32,13 @@ pub fn problem(error: AssemblyError) -> Problem {
 
 impl Request {
     /// The request as a scenario that starts at the joint coordinates `q`, on `machine` with its `overrides`.
-    pub fn scenario(&self, machine: &Machine, overrides: &[(String, OverrideValue)], q: &[f64]) -> Scenario {
+    pub fn scenario(
+        &self,
+        machine: &Machine,
+        overrides: &[(String, OverrideValue)],
+        q: &[f64],
+    ) -> Result<Scenario, Problem> {
+        let bursts = self.bursts()?;
         let mode = self.stick_mode();
         let axes = if mode == StickMode::Tip { 2 } else { machine.cylinders.len() };
         let joystick = Joystick {
@@ -49,7 +55,7 @@ impl Request {
         let sensors = if self.real_sensors { SensorQuality::DataSheet } else { SensorQuality::Ideal };
         let controller = ControllerChoice { delay: self.delay, sensors, ..ControllerChoice::named(self.law()) };
         let joints = machine.joints.iter().zip(q).map(|(joint, q)| (joint.name.clone(), *q)).collect();
-        Scenario {
+        Ok(Scenario {
             name: "drive".into(),
             title: format!("{} driven by hand", machine.name),
             // The user's machine file is expected beside the scenario.
@@ -68,11 +74,11 @@ impl Request {
             goals: Vec::new(),
             phases: Vec::new(),
             sensor_faults: Vec::new(),
-            bursts: Vec::new(),
+            bursts,
             solver: solver(),
             seed: self.seed,
             recorded_by: None,
             warnings: Vec::new(),
-        }
+        })
     }
 }
