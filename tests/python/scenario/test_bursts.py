@@ -180,6 +180,13 @@ def test_with_steps_by_the_states_the_run_is_that_of_simulate_to_the_last_bit():
     assert not lost[time <= TORN.time].any() and lost[time > TORN.time][0] != 0.0
 
 
+def test_a_hose_that_leaks_from_the_start_does_not_burst():
+    leak = {"cylinder": "lift", "side": "piston-side", "opening": 1e-6}
+    own = {f"hose-leak.lift-piston-side.{key}": value for key, value in leak.items()}
+    with pytest.raises(hc.MachineFileError, match="`lift` has one on this side already"):
+        hc.simulate(PLAN, overrides=own)
+
+
 def test_a_hose_that_bursts_after_the_end_is_no_parameter():
     with pytest.raises(hc.InputError, match="opening` does not enter"):
         hc.sensitivities(LOWERED, OPENING, duration=0.4)
