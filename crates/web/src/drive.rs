@@ -1,10 +1,10 @@
 //! A running drive: its settings, its replay, and changes of settings.
 
 use crate::offered;
-use crate::problem::Problem;
+use crate::problem::{problem, Problem};
 use crate::replay::{own_overrides, Replay};
 use crate::request::Request;
-use crate::scenario::{problem, SETTINGS};
+use crate::scenario::SETTINGS;
 use hydrocrane_machine::scenario::{ControllerChoice, Scenario};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{at_start, stages, AssembledStage, Assembly, Machines, OwnedDriver};

@@ -1,9 +1,9 @@
 //! Replay of a saved drive or of any other scenario.
 
 use crate::friction_level;
-use crate::problem::Problem;
+use crate::problem::{problem, Problem};
 use crate::request::{Request, HEIGHT};
-use crate::scenario::{problem, solver, SETTINGS};
+use crate::scenario::{solver, SETTINGS};
 use hydrocrane_machine::scenario::{without_hoses, Burst, Scenario, SensorQuality, Stage, StickMode};
 use hydrocrane_machine::{parse_scenario_with, OverrideValue};
 use hydrocrane_sim::assembly::{assemble, Assembly, Machines};

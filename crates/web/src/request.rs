@@ -2,8 +2,7 @@
 
 use crate::friction;
 use crate::ground;
-use crate::problem::Problem;
-use crate::scenario::problem;
+use crate::problem::{problem, Problem};
 use crate::values::stated;
 use hydrocrane_machine::scenario::{Burst, BurstEntry, StickMode};
 use hydrocrane_machine::{

@@ -6,8 +6,7 @@ use hydrocrane_machine::scenario::{
     ControllerChoice, Initial, Interpolation, Joystick, Pressures, Scenario, SensorQuality, Solver, StickMode,
 };
 use hydrocrane_machine::{Machine, OverrideValue};
-use hydrocrane_sim::assembly::{AssemblyError, RunSettings};
-use hydrocrane_sim::BuildError;
+use hydrocrane_sim::assembly::RunSettings;
 
 /// The step of a drive, s.
 pub const TICK: f64 = 1e-3;
@@ -18,16 +17,6 @@ pub const SETTINGS: RunSettings = RunSettings { ledger: true, max_steps: u64::MA
 /// The one method of the page's core.
 pub fn solver() -> Solver {
     Solver { method: "hc-rosenbrock-3".into(), rtol: 1e-4, atol: None, max_step: TICK, step: Some(TICK) }
-}
-
-/// An assembly error in the form for the page.
-pub fn problem(error: AssemblyError) -> Problem {
-    match error {
-        AssemblyError::Machine(error) => Problem::file(&error),
-        AssemblyError::Build(_, BuildError::Chain(_) | BuildError::Pump) => Problem::named("chain", error.to_string()),
-        AssemblyError::Build(..) => Problem::named("cannot-build", error.to_string()),
-        other => Problem::plain(other.to_string()),
-    }
 }
 
 impl Request {
