@@ -335,6 +335,9 @@ impl<L: Real> AxisGroup<L> {
     where
         L: Pack<T>,
     {
+        if self.unit.compensator_lag().is_none() {
+            return;
+        }
         let Some(rate) = self.unit.opening_rate(spool, &rates.at_valve()) else { return };
         for lane in 0..L::WIDTH {
             let Some(at) = self.member(lane).and_then(|member| member.at.opening) else { break };
