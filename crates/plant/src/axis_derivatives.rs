@@ -8,7 +8,6 @@ use crate::local::{LocalState, StateRates};
 use hydrocrane_num::{Dual, Real};
 use hydrocrane_ode::Row;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
-use hydrocrane_physics::hydraulics::edge_flows::PortPressures;
 use hydrocrane_physics::hydraulics::end_stop::EndStop;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::parts::{AnyParts, Parts};
@@ -146,6 +145,20 @@ pub struct OpeningDerivatives<L> {
     pub own: L,
 }
 
+/// Derivatives along one number: of p1', p2', of the flow from the supply, of the signal, of the flow that returns and of the rate of the
+/// compensator's opening.
+#[derive(Debug, Clone, Copy, Default)]
+struct AlongOne<L> {
+    p1: L,
+    p2: L,
+    flow: L,
+    signal: L,
+    returned: L,
+    opening: L,
+    /// The rate of the opening itself, 1/s.
+    rate: L,
+}
+
 /// The local numbers as variables.
 #[inline(always)]
 fn variables<L: Real>(s: &LocalState<L>) -> LocalState<WithDerivatives<L>> {
@@ -268,16 +281,13 @@ impl<L: Real> Lifted<L> {
         let returned = a.drained + b.drained + a.relieved + b.relieved + leaked;
         let SupplyPressures { supply, load, tank } = supply_pressures.map(&mut Dual::constant);
         let pressures = SupplyPressures { supply, load, tank: Dual::variable(tank.value, 0) };
-        let local = s.map(Dual::constant);
-        let rates = self.single.rates::<AnyParts>(&self.bulk, &pressures, &local);
-        let at_valve = rates.at_valve();
-        let signal = self.single.valve.connection.signal(local.spool, [at_valve.a, at_valve.b], pressures.tank);
+        let by_line = self.along(&pressures, &s.map(Dual::constant));
         TankDerivatives {
-            p1: rates.p1_rate.derivative[0],
-            p2: rates.p2_rate.derivative[0],
-            flow: rates.edges.supply().derivative[0],
-            signal: signal.derivative[0],
-            returned: rates.returned().derivative[0],
+            p1: by_line.p1,
+            p2: by_line.p2,
+            flow: by_line.flow,
+            signal: by_line.signal,
+            returned: by_line.returned,
             by_states: piston.row(&by_states(returned)),
             by_feeding: [returned.derivative[AT_MAINS], returned.derivative[AT_LOAD]],
         }
@@ -292,47 +302,57 @@ impl<L: Real> Lifted<L> {
         opening: L,
         piston: &Piston<L>,
     ) -> OpeningDerivatives<L> {
-        let [a, b] = self
-            .coupled_ports(supply_pressures, s)
-            .map(|port: Port<CoupledPort<L>>| port.pressure + port.line_drop - port.hose_drop);
-        let SupplyPressures { supply, load, tank } = *supply_pressures;
-        let at_valve = PortPressures {
-            supply: Dual::variable(supply, AT_MAINS),
-            load: Dual::variable(load, AT_LOAD),
-            tank: Dual::constant(tank),
-            a,
-            b,
-            opening: still(s),
-        };
-        let none = || Dual::constant(L::c(0.0));
-        let rate = self.coupled.opening_rate(Dual::variable(s.spool, AT_SPOOL), &at_valve).unwrap_or_else(none);
-        let of = |pressures: &SupplyPressures<Dual<L, 1>>, opening: Dual<L, 1>| {
-            let local = LocalState { opening: Some(opening), ..s.map(Dual::constant) };
-            let rates = self.single.rates::<AnyParts>(&self.bulk, pressures, &local);
-            let at_valve = rates.at_valve();
-            let signal = self.single.valve.connection.signal(local.spool, [at_valve.a, at_valve.b], pressures.tank);
-            (
-                rates,
-                signal,
-                self.single.opening_rate(local.spool, &at_valve).map_or(L::c(0.0), |rate| rate.derivative[0]),
-            )
-        };
-        let pressures = supply_pressures.map(&mut Dual::constant);
-        let (rates, signal, own) = of(&pressures, Dual::variable(opening, 0));
-        let (_, _, by_tank) =
-            of(&SupplyPressures { tank: Dual::variable(tank, 0), ..pressures }, Dual::constant(opening));
-        OpeningDerivatives {
-            p1: rates.p1_rate.derivative[0],
-            p2: rates.p2_rate.derivative[0],
-            flow: rates.edges.supply().derivative[0],
-            signal: signal.derivative[0],
-            returned: rates.returned().derivative[0],
-            rate: rate.value,
-            by_states: piston.row(&by_states(rate)),
-            by_feeding: [rate.derivative[AT_MAINS], rate.derivative[AT_LOAD]],
-            by_tank,
-            own,
+        // One variable after the other: few cylinders need this, and all of it at once would be long code.
+        let numbers =
+            [s.v, s.p1, s.p2, s.spool, opening, supply_pressures.supply, supply_pressures.load, supply_pressures.tank];
+        let mut found = [AlongOne::default(); 8];
+        for (variable, found) in found.iter_mut().enumerate() {
+            let mut lifted = numbers.map(Dual::constant);
+            lifted[variable].derivative[0] = L::c(1.0);
+            let [v, p1, p2, spool, opening, supply, load, tank] = lifted;
+            let local = LocalState { v, p1, p2, spool, opening: Some(opening), ..s.map(Dual::constant) };
+            *found = self.along(&SupplyPressures { supply, load, tank }, &local);
         }
+        let own = &found[4];
+        let [v, p1, p2, spool, by_own, supply, load, tank] = found.map(|along| along.opening);
+        let none = L::c(0.0);
+        let derivative = [none, v, p1, p2, spool, none];
+        OpeningDerivatives {
+            p1: own.p1,
+            p2: own.p2,
+            flow: own.flow,
+            signal: own.signal,
+            returned: own.returned,
+            rate: own.rate,
+            by_states: piston.row(&Dual { value: none, derivative }),
+            by_feeding: [supply, load],
+            by_tank: tank,
+            own: by_own,
+        }
+    }
+
+    /// Derivatives along the one variable of `pressures` and `local`.
+    #[inline(always)]
+    fn along(&self, pressures: &SupplyPressures<Dual<L, 1>>, local: &LocalState<Dual<L, 1>>) -> AlongOne<L> {
+        L::outlined(
+            #[inline(always)]
+            || {
+                let rates = self.single.rates::<AnyParts>(&self.bulk, pressures, local);
+                let at_valve = rates.at_valve();
+                let signal = self.single.valve.connection.signal(local.spool, [at_valve.a, at_valve.b], pressures.tank);
+                let none = || Dual::constant(L::c(0.0));
+                let opening = self.single.opening_rate(local.spool, &at_valve).unwrap_or_else(none);
+                AlongOne {
+                    p1: rates.p1_rate.derivative[0],
+                    p2: rates.p2_rate.derivative[0],
+                    flow: rates.edges.supply().derivative[0],
+                    signal: signal.derivative[0],
+                    returned: rates.returned().derivative[0],
+                    opening: opening.derivative[0],
+                    rate: opening.value,
+                }
+            },
+        )
     }
 
     /// Both ports with the derivatives by all their arguments.
