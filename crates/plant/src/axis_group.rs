@@ -249,11 +249,10 @@ impl<L: Real> AxisGroup<L> {
     /// Powers of the ledger.
     #[inline(always)]
     pub fn powers(&self, oil: &OilTables, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> AxisPowers<L> {
-        // Inlined here, so that the compiler removes the rates of states, which no power needs.
+        let rates = self.rates(supply_pressures, s);
         L::outlined(
             #[inline(always)]
             || {
-                let rates = self.unit.rates::<AnyParts>(&self.fluid, supply_pressures, s);
                 let lost = self.unit.valve.compensator_losses(&rates.at_valve(), &rates.edges);
                 let given = self.unit.priority_losses(&rates.at_valve(), &rates.edges);
                 let stored = [oil.energy_density(s.p1), oil.energy_density(s.p2)];
