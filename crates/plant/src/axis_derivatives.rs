@@ -366,7 +366,15 @@ impl<L: Real> Lifted<L> {
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, AT_P1), Dual::variable(s.p2, AT_P2)];
         let spool = Dual::variable(s.spool, AT_SPOOL);
         let ports = self.coupled.ports(&pressures, v, [p1, p2], still(s));
-        [self.coupled.port_a::<AnyParts>(&ports, spool), self.coupled.port_b::<AnyParts>(&ports, spool)]
+        let a = L::outlined_if_dual(
+            #[inline(always)]
+            || self.coupled.port_a::<AnyParts>(&ports, spool),
+        );
+        let b = L::outlined_if_dual(
+            #[inline(always)]
+            || self.coupled.port_b::<AnyParts>(&ports, spool),
+        );
+        [a, b]
     }
 
     /// Derivative of a friction map minus its secant F/v through standstill; zero with bristles.
@@ -406,7 +414,15 @@ impl<L: Real> Lifted<L> {
         if P::EXPECTED && self.coupled.valve.couples_ports() {
             self.coupled_ports(supply_pressures, s).map(|port| port.map(by_states))
         } else {
-            [self.port_a::<P>(supply_pressures, s), self.port_b::<P>(supply_pressures, s)]
+            let a = L::outlined_if_dual(
+                #[inline(always)]
+                || self.port_a::<P>(supply_pressures, s),
+            );
+            let b = L::outlined_if_dual(
+                #[inline(always)]
+                || self.port_b::<P>(supply_pressures, s),
+            );
+            [a, b]
         }
     }
 
