@@ -12,17 +12,18 @@ SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml'
 # Tests start hundreds of programs. Where no bytecode is kept, each of them compiles all that it imports, for almost two seconds.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test compiled test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives fuzz soak bench docs site lint clean
+.PHONY: demo test compiled-and-tested module-of-tests test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
 
-test: compiled test-rust test-python
+test: compiled-and-tested test-python
 
-# Python's environment is fetched while cargo compiles the Rust tests. The module then waits for them and shares their crates:
-# same profile, same features (tests/python/house/test_shared_crates.py).
-compiled: $(BIN)/python
-	$(CARGO) test --workspace --quiet --no-run & rust=$$!; $(MAKE) --no-print-directory $(VENV)/.tested; module=$$?; wait $$rust && exit $$module
+# Python's environment is made and fetched while cargo compiles the Rust tests. The module then waits for them and shares their crates:
+# same profile, same features (tests/python/house/test_shared_crates.py). It is compiled while the Rust tests run, since much of it takes
+# one core.
+compiled-and-tested:
+	$(CARGO) test --workspace --quiet & rust=$$!; $(MAKE) --no-print-directory $(VENV)/.tested || { kill $$rust; exit 1; }; wait $$rust
 
 test-rust:
 	$(CARGO) test --workspace --quiet
@@ -217,13 +218,18 @@ $(VENV)/.built: $(BIN)/python $(SOURCES)
 
 # The module of `make demo` serves where it is up to date. Else one is built without link-time optimisation, of the crates that the
 # Rust tests have compiled: the same bits.
+# The controllers have a folder of compiled crates of their own, so they are compiled beside the rest.
 $(VENV)/.tested: $(BIN)/python $(SOURCES)
+	if ! $(MAKE) --question --no-print-directory $(VENV)/.controllers; then \
+		$(call controller_library,--no-default-features --features joints-1 --features joints-3); fi & controllers=$$!; \
+		$(MAKE) --no-print-directory module-of-tests || { kill $$controllers; exit 1; }; wait $$controllers
+	@touch $@
+
+module-of-tests:
 	$(FETCH) test
 	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then export MATURIN_PEP517_ARGS="--profile dev"; fi; \
 		$(BIN)/python -m pip install --quiet --editable '.[test]'
 	if ! $(MAKE) --question --no-print-directory $(VENV)/.built; then $(call fmu_library,dev,debug); fi
-	if ! $(MAKE) --question --no-print-directory $(VENV)/.controllers; then $(call controller_library,--no-default-features --features joints-1 --features joints-3); fi
-	@touch $@
 
 clean:
 	rm -rf $(VENV) target crates/embedded/target results cockpit/node_modules cockpit/src/*.wasm $(PAGE) python/hydrocrane/fmu_library python/hydrocrane/controller_library

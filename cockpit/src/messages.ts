@@ -101,6 +101,8 @@ export interface Request {
   friction?: number;
   joints?: Record<string, number>;
   payload?: number;
+  /** Hoses that burst: cylinder, side, time, s, and area of the hole, m^2. */
+  bursts?: [string, string, number, number][];
   controller?: Mode;
   "full-speed"?: number;
   "real-sensors"?: boolean;

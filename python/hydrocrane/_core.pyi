@@ -7,6 +7,7 @@ from numpy import bool_, float64, int64
 from numpy.typing import NDArray
 
 from hydrocrane._core_types import (
+    BurstEntry,
     DriveRecord,
     FaultEntry,
     FmuVariableEntry,
@@ -49,6 +50,7 @@ __all__ = [
     "key_list",
     "load_machine",
     "load_scenario",
+    "machine_changes",
     "quantity",
     "measure",
     "method_for",
@@ -216,6 +218,7 @@ class SensitivityExperiment:
         commands: _Array,
         linear: bool,
         supply: SupplyEntry | None,
+        bursts: list[BurstEntry],
         record_times: _Array,
         solver: SolverEntry,
         resolve_sensitivities: bool,
@@ -340,6 +343,7 @@ FORMER_METHODS: list[tuple[str, str]]
 
 def method_for(machine: Machine, solver: SolverEntry) -> str: ...
 def stages(scenario: ScenarioEntry) -> list[StageTable]: ...
+def machine_changes(machine: Machine, scenario: ScenarioEntry) -> list[tuple[float, Machine]]: ...
 def start_state(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, list[WarningEntry]]: ...
 def command_table(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, _Array, bool]: ...
 def scenario_text(machine: Machine, scenario: ScenarioEntry, head: tuple[str, str, str, str]) -> str: ...

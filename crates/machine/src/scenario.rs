@@ -14,7 +14,7 @@ mod supply;
 mod value;
 mod written;
 
-pub use burst::{Burst, Side};
+pub use burst::{burst_fault, burst_times, tighten, with_hoses, without_hoses, Burst, BurstEntry, Side};
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
 pub use command::{CommandLog, LoggedColumn, SpoolCommand};
 pub use goal::Goal;

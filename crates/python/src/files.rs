@@ -6,8 +6,8 @@ use crate::errors::{assembly_error, file_error};
 use crate::machine::Machine;
 use crate::overrides::{overrides, pairs_of};
 use hydrocrane_machine::scenario::{
-    CommandLog, ControllerChoice, FaultKind, Interpolation, Joystick, LoggedColumn, Phase, Pressures, SensorFault,
-    SensorQuality, SupplyLog, SupplyPressure,
+    Burst, CommandLog, ControllerChoice, FaultKind, Interpolation, Joystick, LoggedColumn, Phase, Pressures,
+    SensorFault, SensorQuality, SupplyLog, SupplyPressure,
 };
 use hydrocrane_machine::FileKind;
 use numpy::PyArray1;
@@ -70,8 +70,7 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("warnings", warnings_of(hydrocrane_sim::implausible(&s.warnings)))?;
     let faults: PyResult<Vec<_>> = s.sensor_faults.into_iter().map(|f| fault_of(py, f)).collect();
     out.set_item("sensor_faults", faults?)?;
-    let bursts = s.bursts.into_iter().map(|b| (b.cylinder, b.side.name(), b.time, b.opening));
-    out.set_item("bursts", bursts.collect::<Vec<_>>())?;
+    out.set_item("bursts", s.bursts.iter().map(Burst::entry).collect::<Vec<_>>())?;
     let solver = PyDict::new(py);
     solver.set_item("method", s.solver.method)?;
     solver.set_item("rtol", s.solver.rtol)?;

@@ -52,6 +52,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(run::run, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::method_for, m)?)?;
     m.add_function(wrap_pyfunction!(run::stages, m)?)?;
+    m.add_function(wrap_pyfunction!(run::machine_changes, m)?)?;
     m.add_function(wrap_pyfunction!(run::start_state, m)?)?;
     m.add_function(wrap_pyfunction!(run::command_table, m)?)?;
     m.add_function(wrap_pyfunction!(run::scenario_text, m)?)?;

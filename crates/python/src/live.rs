@@ -9,16 +9,15 @@ use crate::run::{cylinders, Host};
 use crate::scenario::ScenarioEntry;
 use crate::simulation::seen;
 use hydrocrane_sim::assembly::{assemble, OwnedDriver, RunSettings};
-use hydrocrane_sim::{Live, Model, Warning};
+use hydrocrane_sim::{Live, Warning};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 #[pyclass(frozen, module = "hydrocrane._core")]
 pub struct LiveSimulator {
-    model: Arc<dyn Model>,
     period: f64,
     axes: Vec<String>,
     going: Mutex<Going>,
@@ -47,7 +46,7 @@ impl LiveSimulator {
         let settings = RunSettings { ledger: false, max_steps: u64::MAX };
         let mut assembly = assemble(&scenario, settings, &mut host).map_err(|error| assembly_error(&error))?;
         let stage = assembly.stages.remove(0);
-        let OwnedDriver::Controller(controller, plan) = stage.driver else {
+        let OwnedDriver::Controller(controller, plan) = &stage.driver else {
             return Err(PyValueError::new_err("spool commands move the crane: there are no sticks to move"));
         };
         let axes = match plan.sticks.kind {
@@ -55,9 +54,9 @@ impl LiveSimulator {
             _ => scenario.cylinders,
         };
         let period = controller.period();
-        let live = Live::new(stage.model.clone(), controller, &assembly.x0, &plan, assembly.options);
+        let live = stage.live(&assembly.x0, assembly.options);
         let going = Going { live: live.map_err(PyValueError::new_err)?, doubts: assembly.doubts, samples: 0 };
-        Ok(LiveSimulator { model: stage.model, period, axes, going: Mutex::new(going) })
+        Ok(LiveSimulator { period, axes, going: Mutex::new(going) })
     }
 
     /// Advances by a number of samples of the controller: kind and message of the outcome, and the observation.
@@ -77,7 +76,7 @@ impl LiveSimulator {
     fn observation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let going = self.going();
         let live = &going.live;
-        vector(py, seen(self.model.as_ref(), live.time(), live.state(), live.sensors()))
+        vector(py, seen(live.model(), live.time(), live.state(), live.sensors()))
     }
 
     /// Deflections in the order of `axes`.

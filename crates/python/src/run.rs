@@ -11,7 +11,8 @@ use crate::scenario::ScenarioEntry;
 use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{
-    assemble, commands, start, AssembledStage, AssemblyError, OwnedDriver, RunSettings, Surroundings,
+    assemble, commands, stages as assembled_stages, start, AssembledStage, AssemblyError, OwnedDriver, RunSettings,
+    Surroundings,
 };
 use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::{Model, Samples};
@@ -138,6 +139,16 @@ fn told<'py>(py: Python<'py>, stage: &Stage) -> PyResult<Bound<'py, PyDict>> {
 #[pyfunction]
 pub fn stages<'py>(py: Python<'py>, scenario: ScenarioEntry<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
     scenario.scenario(&scenario.levers())?.stages().iter().map(|stage| told(py, stage)).collect()
+}
+
+/// Times (s) at which the values of `machine` change during a scenario without phases, each with the machine from then on.
+#[pyfunction]
+pub fn machine_changes(machine: &Machine, scenario: ScenarioEntry<'_>) -> PyResult<Vec<(f64, Machine)>> {
+    let scenario = scenario.scenario(&cylinders(machine))?;
+    let mut host = Host { machine, make: None, built: Vec::new() };
+    let assembled = assembled_stages(&scenario, &mut host).map_err(|error| assembly_error(&error))?;
+    let changes = assembled.iter().flat_map(|stage| &stage.changes);
+    Ok(changes.filter_map(|(time, model)| Some((*time, made(model, &host.built)?))).collect())
 }
 
 /// The state at the start of a scenario on `machine`, and what makes it doubtful.

@@ -4,8 +4,8 @@ use crate::arrays::Row;
 use crate::overrides::{overrides, value};
 use crate::sensors::{sensor_faults, sensor_mode, FaultEntry};
 use hydrocrane_machine::scenario::{
-    stated, Burst, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario, Side, Solver,
-    SpoolCommand, StickMode, SupplyPressure,
+    stated, Burst, BurstEntry, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario,
+    Solver, SpoolCommand, StickMode, SupplyPressure,
 };
 use hydrocrane_machine::suggestion;
 use pyo3::exceptions::PyValueError;
@@ -127,8 +127,7 @@ pub struct ScenarioEntry<'py> {
     goals: Vec<GoalEntry>,
     phases: Vec<PhaseEntry<'py>>,
     sensor_faults: Vec<FaultEntry>,
-    /// Cylinder, side, time (s) and area of the hole (m^2) of each hose that bursts.
-    bursts: Vec<(String, String, f64, f64)>,
+    bursts: Vec<BurstEntry>,
     solver: SolverEntry,
     seed: u64,
 }
@@ -155,7 +154,7 @@ impl ScenarioEntry<'_> {
             goals: self.goals.iter().map(|&(time, place, speed, until)| Goal { time, place, speed, until }).collect(),
             phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
             sensor_faults: sensor_faults(&self.sensor_faults)?,
-            bursts: self.bursts.iter().map(burst).collect::<PyResult<_>>()?,
+            bursts: bursts(&self.bursts)?,
             solver: self.solver.solver(),
             seed: self.seed,
             recorded_by: None,
@@ -261,12 +260,9 @@ impl PhaseEntry<'_> {
     }
 }
 
-/// The error names an unknown side.
-fn burst((cylinder, side, time, opening): &(String, String, f64, f64)) -> PyResult<Burst> {
-    let unknown =
-        || PyValueError::new_err(format!("a hose leads to the `piston-side` or the `rod-side`, not `{side}`"));
-    let side = Side::named(side).ok_or_else(unknown)?;
-    Ok(Burst { cylinder: cylinder.clone(), side, time: *time, opening: *opening })
+/// The hoses that burst.
+pub fn bursts(entries: &[BurstEntry]) -> PyResult<Vec<Burst>> {
+    entries.iter().map(|entry| Burst::of(entry).map_err(PyValueError::new_err)).collect()
 }
 
 /// A pressure of the supply from times, pressures, and whether to join them.

@@ -35,6 +35,9 @@ mod tip_rates;
 mod warning;
 mod warnings;
 
+/// Whether this build has the laws of every machine; that of the page's first core has those of the smallest chains alone.
+pub const CHAINS: bool = cfg!(feature = "chains");
+
 pub use build::build;
 pub use command_path::{at_spools, longest_delay};
 pub use controller_model::controller_model;
@@ -51,7 +54,7 @@ pub use ledger::{ledger_terms, ledger_totals, total_terms};
 pub use live::Live;
 pub use method_choice::{method_for, Task};
 pub use model::Model;
-pub use model_change::ModelChange;
+pub use model_change::{ModelChange, OwnedChanges};
 pub use options::{Commands, Run, RunOptions};
 pub use outcome::{Outcome, OutcomeKind};
 pub use payload::{change_payload, PayloadChange, PayloadEvent};

@@ -7,10 +7,11 @@ use crate::driven::{stepper, Driven};
 use crate::event_loop::EventLoop;
 use crate::faults::{start_fault, state_fault};
 use crate::model::Model;
+use crate::model_change::{count_due, take, ModelChange, ModelChanges, OwnedChanges};
 use crate::options::{Commands, RunOptions};
 use crate::outcome::Outcome;
 use crate::payload::{Loads, PayloadChange, PayloadEvent};
-use crate::phases::states_fault;
+use crate::phases::{changes_fault, states_fault};
 use crate::sampled::{plan_fault, Event, Sampled, SampledPlan, Sampling};
 use crate::schedule::Schedule;
 use crate::sensing::Sensors;
@@ -26,6 +27,8 @@ const ROUNDING: f64 = 1e-9;
 
 pub struct Live {
     model: Arc<dyn Model>,
+    /// Machines that take its place.
+    changes: OwnedChanges,
     controller: Box<dyn Controller>,
     going: EventLoop,
     sampled: Sampled,
@@ -68,17 +71,19 @@ impl CommandsAtHand {
 }
 
 impl Live {
-    /// Begins at rest at time zero in state `x0`; the error states why that is impossible. The sticks of `plan` define
-    /// kind, dead zone and ramp. If they move, the drive is a replay with the loads of `options`, until an operator
-    /// [takes over](Self::take_over).
+    /// Begins at rest at time zero in state `x0`, with a machine and those that take its place; the error states why that is
+    /// impossible. The sticks of `plan` define kind, dead zone and ramp. If they move, the drive is a replay with the loads of
+    /// `options`, until an operator [takes over](Self::take_over).
     pub fn new(
-        model: Arc<dyn Model>,
+        (model, changes): (Arc<dyn Model>, OwnedChanges),
         controller: Box<dyn Controller>,
         x0: &[f64],
         plan: &SampledPlan,
         options: RunOptions,
     ) -> Result<Self, String> {
-        let fault = start_fault(model.as_ref(), x0, &options).or_else(|| plan_fault(plan, controller.period()));
+        let fault = start_fault(model.as_ref(), x0, &options)
+            .or_else(|| plan_fault(plan, controller.period()))
+            .or_else(|| changes_fault(model.as_ref(), &ModelChange::all(&changes), 0.0));
         if let Some(fault) = fault {
             return Err(fault);
         }
@@ -106,6 +111,7 @@ impl Live {
             ended: None,
             options,
             model,
+            changes,
         })
     }
 
@@ -187,18 +193,21 @@ impl Live {
         }
     }
 
-    /// Begins another phase: `model` with `controller` and the sticks of `plan`, which keep their deflections if they
-    /// are the same. Returns the record of the sticks so far. After an error nothing is changed.
+    /// Begins another phase: `model`, or the last of `changes` that is due, with `controller` and the sticks of `plan`, which
+    /// keep their deflections if they are the same. Returns the record of the sticks so far. After an error nothing is changed.
     ///
     /// A phase that an operator begins starts [at a sample](Self::finish_sample); it ends a repeat of spool commands
     /// and of their loads.
     pub fn go_on(
         &mut self,
-        model: Arc<dyn Model>,
+        (model, mut changes): (Arc<dyn Model>, OwnedChanges),
         controller: Box<dyn Controller>,
         plan: &SampledPlan,
     ) -> Result<Sticks, String> {
+        let due = count_due(changes.iter().map(|(time, _)| *time), self.time());
+        let model = take(&mut changes, due).unwrap_or(model);
         let fault = states_fault(self.model.as_ref(), model.as_ref())
+            .or_else(|| changes_fault(model.as_ref(), &ModelChange::all(&changes), self.time()))
             .or_else(|| plan_fault(plan, controller.period()))
             .or_else(|| state_fault(model.as_ref(), self.state()));
         if let Some(fault) = fault {
@@ -220,7 +229,7 @@ impl Live {
             self.sampled.go_on(now, x, &driven, plan);
         }
         self.commands = CommandsAtHand::of(&driven);
-        (self.model, self.controller, self.set_point) = (model, controller, None);
+        (self.model, self.changes, self.controller, self.set_point) = (model, changes, controller, None);
         self.phase_end = f64::INFINITY;
         Ok(sticks)
     }
@@ -261,9 +270,10 @@ impl Live {
         if let Some(outcome) = &self.ended {
             return Err(outcome.clone());
         }
-        let model = self.model.clone();
+        let (model, mut changes) = (self.model.clone(), std::mem::take(&mut self.changes));
         let mut driven = self.driven(model.as_ref());
         driven.loads = std::mem::take(&mut self.loads);
+        driven.changes = ModelChanges::new(ModelChange::all(&changes));
         let mut going = Ok(());
         while going.is_ok() && self.time() < until - ROUNDING {
             self.write_down(&mut driven);
@@ -282,6 +292,11 @@ impl Live {
         self.commands = CommandsAtHand::of(&driven);
         self.payload = driven.payload;
         self.loads = driven.loads;
+        let done = driven.changes.done();
+        if let Some(model) = take(&mut changes, done) {
+            self.model = model;
+        }
+        self.changes = changes;
         self.ended = going.clone().err();
         going
     }
@@ -304,6 +319,11 @@ impl Live {
         if self.wanted_payload != driven.payload && now > 0.0 {
             driven.loads.add(PayloadChange { time: now, mass: self.wanted_payload });
         }
+    }
+
+    /// The machine now.
+    pub fn model(&self) -> &dyn Model {
+        self.model.as_ref()
     }
 
     /// Time between samples, s.

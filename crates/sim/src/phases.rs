@@ -164,7 +164,7 @@ fn order_fault(phase: &Phase) -> Option<String> {
 }
 
 /// The reason if a machine cannot change like this after the time `from` (s).
-fn changes_fault(model: &dyn Model, changes: &[ModelChange], from: f64) -> Option<String> {
+pub(crate) fn changes_fault(model: &dyn Model, changes: &[ModelChange], from: f64) -> Option<String> {
     if changes.is_empty() || !cfg!(feature = "chains") {
         return None;
     }

@@ -1,14 +1,14 @@
 //! A running drive: its settings, its replay, and changes of settings.
 
 use crate::offered;
-use crate::problem::Problem;
-use crate::replay::Replay;
+use crate::problem::{problem, Problem};
+use crate::replay::{own_overrides, Replay};
 use crate::request::Request;
-use crate::scenario::{problem, SETTINGS};
+use crate::scenario::SETTINGS;
 use hydrocrane_machine::scenario::{ControllerChoice, Scenario};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{at_start, stages, AssembledStage, Assembly, Machines, OwnedDriver};
-use hydrocrane_sim::{implausible, Live, Model, Sticks, Warning};
+use hydrocrane_sim::{implausible, Live, Model, OwnedChanges, Sticks, Warning};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -53,10 +53,10 @@ pub struct Setting {
 }
 
 impl Setting {
-    fn of(stage: &AssembledStage, request: Request) -> Self {
+    fn of(scenario: &Scenario, stage: &AssembledStage, request: Request) -> Self {
         Setting {
             from: stage.stage.from,
-            overrides: stage.stage.machine_overrides(),
+            overrides: own_overrides(scenario, &stage.stage),
             controller: stage.stage.controller.clone(),
             model: stage.model.clone(),
             request,
@@ -103,7 +103,7 @@ impl Drive {
     /// The next phase of a replay begins.
     fn next_stage(&mut self) -> Result<(), Problem> {
         if let Some((stage, request)) = self.coming.pop_front() {
-            self.go_on(Setting::of(&stage, request), stage.driver)?;
+            self.go_on(Setting::of(&self.scenario, &stage, request), stage.changes, stage.driver)?;
             self.changed = true;
         }
         self.live.end_phase_at(self.next_phase());
@@ -122,11 +122,12 @@ impl Drive {
         stuck.or_else(|| self.live.outcome().map(|o| (o.kind.name(), o.time, o.message.clone())))
     }
 
-    fn go_on(&mut self, setting: Setting, driver: OwnedDriver) -> Result<(), Problem> {
+    fn go_on(&mut self, setting: Setting, changes: OwnedChanges, driver: OwnedDriver) -> Result<(), Problem> {
         let OwnedDriver::Controller(controller, plan) = driver else {
             return Err(Problem::plain("spool commands against time begin with the drive"));
         };
-        let sticks = self.live.go_on(setting.model.clone(), controller, &plan).map_err(Problem::plain)?;
+        let machines = (setting.model.clone(), changes);
+        let sticks = self.live.go_on(machines, controller, &plan).map_err(Problem::plain)?;
         self.earlier.push((std::mem::replace(&mut self.now, setting), sticks));
         Ok(())
     }
@@ -137,14 +138,14 @@ impl Drive {
         if (&own.machine, &own.text) != (&other.machine, &other.text) || self.live.outcome().is_some() {
             return Ok(false);
         }
-        self.by_hand(Request { seed: own.seed, ..request.clone() })
+        self.by_hand(Request { seed: own.seed, bursts: own.bursts.clone(), ..request.clone() })
     }
 
     fn by_hand(&mut self, request: Request) -> Result<bool, Problem> {
         let (machine, overrides) = request.machine(&self.now.overrides)?;
         offered::check(&machine, &request.controller)?;
         let faults = self.scenario.sensor_faults.clone();
-        let mut wanted = Scenario { sensor_faults: faults, ..request.scenario(&machine, &overrides, &self.pose) };
+        let mut wanted = Scenario { sensor_faults: faults, ..request.scenario(&machine, &overrides, &self.pose)? };
         // Settings without a knob remain those of the replay.
         if let (Some(own), Some(choice)) = (&self.now.controller, &mut wanted.controller) {
             choice.model.clone_from(&own.model);
@@ -159,7 +160,8 @@ impl Drive {
         self.coming.clear();
         let Ok(from) = self.live.finish_sample(self.now.from) else { return Ok(false) };
         self.ticks = (self.live.time() / TICK).round() as u64;
-        self.go_on(Setting { from, ..Setting::of(&stage, request) }, stage.driver)?;
+        let setting = Setting { from, ..Setting::of(&wanted, &stage, request) };
+        self.go_on(setting, stage.changes, stage.driver)?;
         Ok(true)
     }
 }
@@ -174,7 +176,7 @@ pub fn begin(request: Request) -> Result<Drive, Problem> {
     let (machine, overrides) = request.machine(&[])?;
     let stated = request.pose(&machine)?;
     let middle: Vec<f64> = stated.iter().map(|q| q.unwrap_or(0.0)).collect();
-    let wanted = request.scenario(&machine, &overrides, &middle);
+    let wanted = request.scenario(&machine, &overrides, &middle)?;
     let Some(stage) = assembled_stages(&wanted, &request)?.pop() else {
         return Err(Problem::plain("there is no drive"));
     };
@@ -182,7 +184,7 @@ pub fn begin(request: Request) -> Result<Drive, Problem> {
     let pose: Vec<f64> = stated.iter().zip(limits).map(|(q, l)| q.unwrap_or(0.5 * (l.lower + l.upper))).collect();
     let payload = request.payload.unwrap_or(machine.payload.mass);
     let pose = clear_of_the_ground(&request, stage.model.as_ref(), pose, payload);
-    let scenario = request.scenario(&machine, &overrides, &pose);
+    let scenario = request.scenario(&machine, &overrides, &pose)?;
     let assembly = at_start(&scenario, SETTINGS, vec![stage]).map_err(problem)?;
     started(scenario, assembly, vec![request], false)
 }
@@ -196,7 +198,7 @@ fn started(scenario: Scenario, assembly: Assembly, requests: Vec<Request>, repla
     let Assembly { x0, doubts, options, stages, .. } = assembly;
     let mut coming: VecDeque<_> = stages.into_iter().zip(requests).collect();
     let Some((first, request)) = coming.pop_front() else { return Err(Problem::plain("there is no drive")) };
-    let now = Setting::of(&first, request);
+    let now = Setting::of(&scenario, &first, request);
     let doubts = [implausible(&now.model.machine().warnings), implausible(&scenario.warnings), doubts].concat();
     let pose = x0[..now.model.layout().joints()].to_vec();
     let pose = stated_pose(&scenario, &now, pose);

@@ -97,7 +97,7 @@ impl Frame {
     }
 
     fn write(&mut self, drive: &Drive, now: Instant) -> &[f64] {
-        let model = drive.now.model.as_ref();
+        let model = drive.live.model();
         let n = model.layout().joints();
         let velocity = model.tip_velocity(&now.state[..n], &now.state[n..2 * n]);
         model.outputs_without_oil(now.state, now.payload, &mut self.outputs);

@@ -1,6 +1,8 @@
 //! Errors for users: one message, with the place in a file if there is one.
 
 use hydrocrane_machine::{shortened, MachineError};
+use hydrocrane_sim::assembly::AssemblyError;
+use hydrocrane_sim::BuildError;
 use serde_json::{json, Value};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -39,5 +41,15 @@ impl Problem {
 
     pub fn json(&self) -> Value {
         json!({ "error": self.0 })
+    }
+}
+
+/// An assembly error in the form for the page.
+pub fn problem(error: AssemblyError) -> Problem {
+    match error {
+        AssemblyError::Machine(error) => Problem::file(&error),
+        AssemblyError::Build(_, BuildError::Chain(_) | BuildError::Pump) => Problem::named("chain", error.to_string()),
+        AssemblyError::Build(..) => Problem::named("cannot-build", error.to_string()),
+        other => Problem::plain(other.to_string()),
     }
 }

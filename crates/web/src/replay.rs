@@ -1,14 +1,15 @@
 //! Replay of a saved drive or of any other scenario.
 
 use crate::friction_level;
-use crate::problem::Problem;
+use crate::problem::{problem, Problem};
 use crate::request::{Request, HEIGHT};
-use crate::scenario::{problem, solver, SETTINGS};
-use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage, StickMode};
+use crate::scenario::{solver, SETTINGS};
+use hydrocrane_machine::scenario::{without_hoses, Burst, Scenario, SensorQuality, Stage, StickMode};
 use hydrocrane_machine::{parse_scenario_with, OverrideValue};
 use hydrocrane_sim::assembly::{assemble, Assembly, Machines};
 use hydrocrane_sim::controllers::LEVER;
-use serde_json::Value;
+use hydrocrane_sim::CHAINS;
+use serde_json::{json, Value};
 
 /// A scenario with the equivalent request of each of its stages.
 pub struct Replay {
@@ -27,11 +28,6 @@ pub fn of(text: &str, asked: &Request) -> Result<Replay, Problem> {
     if let Some(log) = unread(&scenario) {
         return Err(Problem::plain(format!("the cockpit reads logs that are text; save {log} as CSV")));
     }
-    if !scenario.bursts.is_empty() {
-        return Err(Problem::plain(
-            "the cockpit does not let hoses burst: simulate the scenario, or leave `burst` out",
-        ));
-    }
     scenario.solver = solver();
     let name = scenario.machine.trim_start_matches("./").to_string();
     let text = machine.filter(|_| scenario.machine.ends_with(".toml"));
@@ -48,6 +44,16 @@ fn unread(scenario: &Scenario) -> Option<&str> {
     scenario.joystick.iter().chain(later).find_map(|stick| stick.log.as_deref())
 }
 
+/// The overrides of a stage but those of its hoses, which the scenario states.
+pub fn own_overrides(scenario: &Scenario, stage: &Stage) -> Vec<(String, OverrideValue)> {
+    let all = stage.machine_overrides();
+    if CHAINS {
+        without_hoses(&scenario.bursts, all)
+    } else {
+        all
+    }
+}
+
 /// The request that is equivalent to a stage.
 fn request(scenario: &Scenario, stage: &Stage, machine: &str, text: Option<&str>) -> Request {
     let (choice, stick) = (stage.controller.as_ref(), stage.joystick.as_ref());
@@ -55,9 +61,10 @@ fn request(scenario: &Scenario, stage: &Stage, machine: &str, text: Option<&str>
     Request {
         machine: machine.to_string(),
         text: text.map(str::to_string),
-        overrides: stage.machine_overrides().iter().map(|(key, value)| (key.clone(), json_of(value))).collect(),
+        overrides: own_overrides(scenario, stage).iter().map(|(key, value)| (key.clone(), json_of(value))).collect(),
         joints: joints.iter().map(|(joint, q)| (joint.clone(), Value::from(*q))).collect(),
         payload: scenario.payload,
+        bursts: if CHAINS { json!(scenario.bursts.iter().map(Burst::entry).collect::<Vec<_>>()) } else { Value::Null },
         // Levers are available while spool commands are repeated.
         controller: match (choice, stage.stick_mode()) {
             (_, StickMode::Height) => HEIGHT.to_string(),

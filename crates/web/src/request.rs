@@ -2,13 +2,15 @@
 
 use crate::friction;
 use crate::ground;
-use crate::problem::Problem;
+use crate::problem::{problem, Problem};
 use crate::values::stated;
-use hydrocrane_machine::scenario::StickMode;
+use hydrocrane_machine::scenario::{Burst, BurstEntry, StickMode};
 use hydrocrane_machine::{
     bundled_scenarios, load, parse, parse_scenario, scenario, Machine, OverrideValue, CONTROLLERS, MOST_SEED,
 };
+use hydrocrane_sim::assembly::AssemblyError;
 use hydrocrane_sim::controllers::LEVER;
+use hydrocrane_sim::{BuildError, CHAINS};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -34,6 +36,9 @@ pub struct Request {
     pub payload: Option<f64>,
     #[serde(default = "tip")]
     pub controller: String,
+    /// Hoses that burst, a list of [`BurstEntry`].
+    #[serde(default)]
+    pub bursts: Value,
     /// Speed of the tip at full stick, m/s.
     pub full_speed: Option<f64>,
     /// Whether the sensors are those of the data sheets.
@@ -91,6 +96,7 @@ impl Request {
             friction: one(),
             joints: Map::new(),
             payload: None,
+            bursts: Value::Null,
             controller: tip(),
             full_speed: None,
             real_sensors: false,
@@ -214,6 +220,19 @@ impl Request {
             None => load(&self.machine, changes),
         };
         loaded.map_err(|error| Problem::file(&error))
+    }
+
+    /// The hoses that burst.
+    pub fn bursts(&self) -> Result<Vec<Burst>, Problem> {
+        if self.bursts.is_null() {
+            return Ok(Vec::new());
+        }
+        if !CHAINS {
+            return Err(problem(AssemblyError::Build(String::new(), BuildError::Pump)));
+        }
+        let entries: Vec<BurstEntry> = serde_json::from_value(self.bursts.clone())
+            .map_err(|error| Problem::plain(format!("`bursts` cannot be read: {error}")))?;
+        entries.iter().map(Burst::of).collect::<Result<_, _>>().map_err(Problem::plain)
     }
 
     /// Start pose of each joint that is stated: here, or in a bundled scenario of the machine.

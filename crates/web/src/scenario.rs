@@ -6,8 +6,7 @@ use hydrocrane_machine::scenario::{
     ControllerChoice, Initial, Interpolation, Joystick, Pressures, Scenario, SensorQuality, Solver, StickMode,
 };
 use hydrocrane_machine::{Machine, OverrideValue};
-use hydrocrane_sim::assembly::{AssemblyError, RunSettings};
-use hydrocrane_sim::BuildError;
+use hydrocrane_sim::assembly::RunSettings;
 
 /// The step of a drive, s.
 pub const TICK: f64 = 1e-3;
@@ -20,19 +19,15 @@ pub fn solver() -> Solver {
     Solver { method: "hc-rosenbrock-3".into(), rtol: 1e-4, atol: None, max_step: TICK, step: Some(TICK) }
 }
 
-/// An assembly error in the form for the page.
-pub fn problem(error: AssemblyError) -> Problem {
-    match error {
-        AssemblyError::Machine(error) => Problem::file(&error),
-        AssemblyError::Build(_, BuildError::Chain(_) | BuildError::Pump) => Problem::named("chain", error.to_string()),
-        AssemblyError::Build(..) => Problem::named("cannot-build", error.to_string()),
-        other => Problem::plain(other.to_string()),
-    }
-}
-
 impl Request {
     /// The request as a scenario that starts at the joint coordinates `q`, on `machine` with its `overrides`.
-    pub fn scenario(&self, machine: &Machine, overrides: &[(String, OverrideValue)], q: &[f64]) -> Scenario {
+    pub fn scenario(
+        &self,
+        machine: &Machine,
+        overrides: &[(String, OverrideValue)],
+        q: &[f64],
+    ) -> Result<Scenario, Problem> {
+        let bursts = self.bursts()?;
         let mode = self.stick_mode();
         let axes = if mode == StickMode::Tip { 2 } else { machine.cylinders.len() };
         let joystick = Joystick {
@@ -49,7 +44,7 @@ impl Request {
         let sensors = if self.real_sensors { SensorQuality::DataSheet } else { SensorQuality::Ideal };
         let controller = ControllerChoice { delay: self.delay, sensors, ..ControllerChoice::named(self.law()) };
         let joints = machine.joints.iter().zip(q).map(|(joint, q)| (joint.name.clone(), *q)).collect();
-        Scenario {
+        Ok(Scenario {
             name: "drive".into(),
             title: format!("{} driven by hand", machine.name),
             // The user's machine file is expected beside the scenario.
@@ -68,11 +63,11 @@ impl Request {
             goals: Vec::new(),
             phases: Vec::new(),
             sensor_faults: Vec::new(),
-            bursts: Vec::new(),
+            bursts,
             solver: solver(),
             seed: self.seed,
             recorded_by: None,
             warnings: Vec::new(),
-        }
+        })
     }
 }

@@ -25,9 +25,10 @@ from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.dataset import run_dataset
 from hydrocrane.results.outcome import Outcome
-from hydrocrane.results.recording import Recording
+from hydrocrane.results.recording import RecordedStage, Recording
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.changes import Changes
+from hydrocrane.scenario.entry import scenario_entry
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
@@ -111,11 +112,6 @@ class Experiment:
                 "sensitivities need one payload throughout; this scenario picks loads up or drops them. Leave out "
                 "`payload_changes`, or simulate the stretches between them as separate runs"
             )
-        if self.plan.bursts:
-            raise InputError(
-                "sensitivities need one machine throughout; in this scenario a hose bursts. Leave out `bursts`, "
-                "or state `hose-leak` of the machine, which leaks from the start"
-            )
         self.keys = _checked_keys(keys)
         self.machine = self.plan.load_machine()
         self.payload = self.machine.payload(self.plan.payload)
@@ -153,6 +149,14 @@ class Experiment:
         y, derivatives = (np.asarray(raw[key])[:, self._columns] for key in ("values", "sensitivities"))
         return Solution(np.asarray(raw["t"]), y, derivatives, Outcome(*raw["outcome"]))
 
+    def stage(self) -> RecordedStage:
+        """The machine, and those that take its place when a hose bursts."""
+        plan, machine = self.plan, self.machine
+        with translated():
+            changes = _core.machine_changes(machine.core, scenario_entry(plan, machine.cylinder_names))
+        later = tuple((time, machine.made(changed)) for time, changed in changes)
+        return RecordedStage(0.0, machine, machine, plan.stick_mode, controlled=False, changes=later)
+
     def _prepared(self, times: Array, resolve_sensitivities: bool) -> _core.SensitivityExperiment:
         plan, machine = self.plan, self.machine
         state = plan.initial_state(machine)
@@ -171,6 +175,7 @@ class Experiment:
             spools,
             linear,
             None if plan.supply is None else plan.supply.entry,
+            [burst.entry for burst in plan.bursts],
             times,
             plan.solver.entry,
             bool(resolve_sensitivities),
@@ -248,6 +253,7 @@ class Sensitivities:
             method=raw["method"],
             effort=raw["stats"],
             warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
+            stages=() if not made.plan.bursts else (made.stage(),),
         )
         data = run_dataset(made.machine, made.plan, recorded, payload=made.payload, wall=self._wall)
         return Run(data, made.machine)

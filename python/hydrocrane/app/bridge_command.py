@@ -12,6 +12,7 @@ from hydrocrane.app.bridge_transport import Transport, Udp, address_of, is_local
 from hydrocrane.app.console import say, warn
 from hydrocrane.app.options import is_scenario, pose
 from hydrocrane.errors import InputError
+from hydrocrane.scenario.against_time import against_time
 from hydrocrane.units import converted
 
 if TYPE_CHECKING:
@@ -51,8 +52,16 @@ def part_of(
         if period is not None or sensors != "ideal":
             raise InputError(f"{target} states period and sensors of its controller; omit --period and --sensors")
         return Driven(plan)
+    found = against_time(plan)
+    if found is not None:
+        field, what = found
+        raise InputError(
+            f"{target} has {what}, and a crane under another program's spool commands keeps its machine and load; "
+            f"leave `{field}` out of the scenario, or give it a controller"
+        )
     machine = plan.load_machine()
-    return Plant(machine, plan.initial_state(machine), seconds, sensors=sensors)
+    start = plan.initial_state(machine)
+    return Plant(machine, start, seconds, sensors=sensors, payload=plan.payload, seed=plan.seed)
 
 
 def transport_of(url: str) -> Transport:

@@ -83,9 +83,18 @@ class Plant:
 
     role, by_clock, fault = "plant", True, None
 
-    def __init__(self, machine: hc.Machine, start: Array, period: float, *, sensors: str, seed: int = 0) -> None:
+    def __init__(
+        self,
+        machine: hc.Machine,
+        start: Array,
+        period: float,
+        *,
+        sensors: str,
+        payload: float | None = None,
+        seed: int = 0,
+    ) -> None:
         self.machine, self.period, self._start = machine, period, start
-        self._simulator = hc.Simulator(machine, period, sensors=sensors, seed=seed)
+        self._simulator = hc.Simulator(machine, period, payload=payload, sensors=sensors, seed=seed)
         self.reset()
         self.inputs, self.outputs = _commands(machine), tuple(_seen(machine, self._obs))
 

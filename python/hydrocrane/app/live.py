@@ -36,9 +36,9 @@ def drive_request(target: str, settings: Mapping[str, Override]) -> Request:
             f"{target} has a measured supply pressure, and a live drive begins at the machine's own; leave [supply] "
             "out, or choose scenario and log together with *Replay* in the page to repeat the run"
         )
-    machine = plan.load_machine()
-    plan.initial_state(machine)
-    return {**machine_request(machine), **_scenario_request(plan)}
+    plan.initial_state(plan.load_machine())
+    # The hoses of the machine are tight; the page lets them burst.
+    return {**machine_request(plan.changed(bursts=()).load_machine()), **_scenario_request(plan)}
 
 
 def machine_request(machine: Machine) -> Request:
@@ -65,8 +65,10 @@ def _check_alone(path: Path, tree: Mapping[str, object]) -> None:
 
 
 def _scenario_request(plan: Scenario) -> Request:
-    """Start, load, controller and sensors; its sticks and spool commands are left to whoever drives."""
+    """Start, load, controller, sensors, hoses that burst; sticks and spool commands are left to whoever drives."""
     request: Request = {"joints": dict(plan.joints), "seed": plan.seed}
+    if plan.bursts:
+        request["bursts"] = [burst.entry for burst in plan.bursts]
     if plan.payload is not None:
         request["payload"] = plan.payload
     if isinstance(plan.driver, str):

@@ -20,6 +20,7 @@ from hydrocrane.export.platforms import IDENTIFIER, Platform, chosen
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.sensors import SENSORS
+from hydrocrane.scenario.against_time import against_time
 from hydrocrane.scenario.entry import scenario_entry
 from hydrocrane.scenario.scenario import Scenario
 
@@ -128,16 +129,13 @@ def _plan(source: MachineLike | Scenario) -> tuple[Machine, Scenario | None]:
         machine = as_machine(source)
         joints = dict(zip(machine.joint_names, machine.home.tolist(), strict=True))
         return machine, Scenario(machine=machine.source, joints=joints, name=machine.name)
-    for field, what in (
-        ("supply", "a measured supply pressure"),
-        ("phases", "phases"),
-        ("payload_changes", "loads that come and go"),
-    ):
-        if getattr(source, field):
-            raise InputError(
-                f"an FMU states no {what} against time: the tool sets parameters instead; leave `{field}` out of the "
-                "scenario"
-            )
+    found = against_time(source)
+    if found is not None:
+        field, what = found
+        raise InputError(
+            f"an FMU states no {what} against time: the tool sets parameters instead; leave `{field}` out of the "
+            "scenario"
+        )
     machine = source.load_machine()
     if source.payload is not None:
         machine = machine.changed({"payload.mass": source.payload})

@@ -109,7 +109,7 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
 
     Spool commands are columns ``cylinder.<name>.command``; without these columns the scenario's own commands are used,
     and the log's clock is the scenario's. A measured supply pressure is the column ``supply.pressure``, or ``mains.p``
-    as in saved runs.
+    as in saved runs. Where the log begins later, hoses burst on its clock.
     """
     begin = float(log.time[0])
     changes: Changes = {"duration": float(log.time[-1]) - begin}
@@ -135,6 +135,7 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
     supply = _supply(log, machine, begin, interpolation) or _later_supply(plan.supply, begin)
     if supply is not None:
         changes["supply"] = supply
+    changes["bursts"] = [dataclasses.replace(b, time=max(b.time - begin, 0.0)) for b in plan.bursts]
     still = _still(plan.changed(**changes), machine)
     starts = {j: at_start(log, f"joint.{j}.q", still) for j in machine.joint_names if f"joint.{j}.q" in log}
     changes["joints"] = {**plan.joints, **{joint: start.value for joint, start in starts.items()}}

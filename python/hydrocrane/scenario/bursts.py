@@ -59,12 +59,8 @@ class Burst:
 
 
 def as_bursts(given: Iterable[Burst] | Burst) -> tuple[Burst, ...]:
-    """The bursts of a scenario, each of another hose."""
+    """The bursts of a scenario."""
     listed = (given,) if isinstance(given, Burst) else tuple(given)
     if not all(isinstance(one, Burst) for one in listed):
         raise InputError(f"bursts must be a list of Burst; got {given!r}")
-    hoses = [(one.cylinder, one.side) for one in listed]
-    for cylinder, side in hoses:
-        if hoses.count((cylinder, side)) > 1:
-            raise InputError(f"the hose to the {side} of cylinder {cylinder} bursts twice; keep one of the two")
     return listed

@@ -37,7 +37,8 @@ class LiveSimulator:
     ----------
     scenario : str, path or Scenario
         Start, machine, controller, sensors and delays; it needs a controller and has no phases. The sticks, goals and
-        loads of the scenario apply until one of these is set here. Its duration is ignored.
+        loads of the scenario apply until one of these is set here. Its hoses burst in any case; its duration is
+        ignored.
     machine : Machine, str or path, optional
         Used in place of the scenario's machine; the scenario's overrides still apply.
     **changes
@@ -76,10 +77,6 @@ class LiveSimulator:
             raise InputError('there is no controller: give controller="tip", or use hc.Simulator')
         if plan.phases:
             raise InputError("a scenario with phases cannot be driven live: remove them with phases=()")
-        if plan.bursts:
-            raise InputError(
-                "hoses burst in whole runs only: remove them with bursts=(), or state `hose-leak` of the machine"
-            )
         self.machine = machine_for(plan, machine)
         self._plan = plan
         own = own_controllers(plan)

@@ -218,6 +218,19 @@ def test_wrong_options_are_one_message(arguments, words):
     assert words in done.stderr
 
 
+def test_a_scenario_without_controller_is_its_loaded_crane_at_rest_and_nothing_against_time(tmp_path):
+    start = {"boom": 1.7, "jib": 1.7, "extension": 0.2}
+    plan = hc.Scenario(joints=start, payload=100.0, duration=1.0)
+    crane = part_of(str(plan.save(tmp_path / "still.toml")), {})
+    began = crane.now()
+    for _ in range(200):
+        crane.step(crane.time, [0.0, 0.0, 0.0])
+    assert crane.time == pytest.approx(0.2) and np.abs(np.subtract(crane.now(), began))[:3].max() < 1e-4
+    torn = plan.changed(bursts=hc.Burst("lift", "rod-side", 0.1, 1e-6)).save(tmp_path / "torn.toml")
+    with pytest.raises(hc.InputError, match="torn.toml has hoses that burst.*leave `bursts` out"):
+        part_of(str(torn), {})
+
+
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 def test_a_program_in_c(tmp_path):
     program = tmp_path / "client"

@@ -303,6 +303,24 @@ def test_a_chain_that_the_first_core_has_no_laws_for_is_driven_by_the_second(dri
     assert np.abs(tips[-2] - native).max() < 1e-9
 
 
+def test_hoses_burst_in_the_second_core_as_in_a_run(drive, tmp_path):
+    request = {**REQUESTS["tip"], "bursts": [["lift", "piston-side", 2.0034, 2e-6]]}
+    driven = drive(request, restless(2, 5.0), core="chains")
+    path = tmp_path / "drive.toml"
+    path.write_text(driven["saved"]["saved"], encoding="utf-8")
+    for asked in (request, {"scenario": path.read_text(encoding="utf-8")}):
+        assert drive(asked, [])["error"]["slug"] == "chain"
+    replayed = drive({"scenario": path.read_text(encoding="utf-8")}, [{"ticks": 5000}], core="chains")
+    run = hc.simulate(path)
+    names = [signal["name"] for signal in driven["description"]["signals"]]
+    signals = ["tip.x", "tip.z", "cylinder.lift.lost1"]
+    native = [run.data[name].values[-1] for name in signals]
+    assert run.outcome.completed and native[2] > 0.0
+    for row in (driven["rows"][-2], replayed["rows"][-1]):
+        assert row[names.index("time")] == pytest.approx(5.0, abs=1e-9)
+        np.testing.assert_allclose([row[names.index(name)] for name in signals], native, rtol=0.0, atol=1e-9)
+
+
 def test_webassembly_tells_the_errors_of_the_command_line(drive, tmp_path):
     text = 'extends = "rottne-f9-lab"\n\n[supply]\npresure = "140 bar"\n'
     told = drive({"machine": "mine.toml", "text": text}, [])["error"]

@@ -187,6 +187,23 @@ def test_a_longer_chain_brings_a_core_of_its_own(browser, address):
         assert not page.complaints
 
 
+def test_a_hose_bursts_in_a_replay_and_beside_whoever_takes_over(browser, address, tmp_path):
+    start = {"boom": np.deg2rad(100), "jib": np.deg2rad(100), "extension": 0.0}
+    torn = hc.Burst("lift", "piston-side", time=0.4, opening=1e-6)
+    stick = hc.Joystick([0.0, 20.0], {"z": [0.1, 0.0]})
+    path = hc.Scenario(joints=start, joystick=stick, bursts=torn, duration=30.0).save(tmp_path / "torn.toml")
+    with Page(browser, address) as page:
+        page.tab.locator("#drive-file").set_input_files(path)
+        page.until(lambda: "replay until 30.0 s" in page.tab.locator("#pace").inner_text())
+        page.until(lambda: "oil left through the hose" in page.notices())
+        hold(page, "ArrowUp", 0.8)
+        path.write_text(page.download("Save"), encoding="utf-8")
+        lost = table(page.download("Data"))["cylinder.lift.lost1"]
+        assert lost[0] == 0.0 and lost[-1] > 0.0
+        assert hc.load_scenario(path).bursts == (torn,)
+        assert not page.complaints
+
+
 def test_the_controller_of_the_thesis_moves_the_tip_up(cockpit):
     mode = cockpit.tab.locator("label", has_text="Mode").locator("select")
     mode.select_option("heinze-pid")

@@ -5,7 +5,10 @@ import pytest
 from typer.testing import CliRunner
 
 import hydrocrane as hc
+from hydrocrane.analysis.sensitivity import Experiment, solve
 from hydrocrane.app.cli import app
+from hydrocrane.app.live import drive_request
+from hydrocrane.fitting.simulated import replayed
 from hydrocrane.results.energy import energy_balance
 
 POSE = {"boom": 1.7, "jib": 1.7, "extension": 0.2}
@@ -122,8 +125,105 @@ def test_wrong_files_are_said(tmp_path, old, new, message):
         hc.load_scenario(written(tmp_path, SCENARIO.replace(old, new)))
 
 
-def test_what_needs_one_machine_throughout_refuses_it():
-    with pytest.raises(hc.HydrocraneError, match="a hose bursts"):
-        hc.sensitivities(PLAN, "valve.lift.nominal-flow")
-    with pytest.raises(hc.HydrocraneError, match="whole runs only"):
-        hc.LiveSimulator(PLAN, controller="tip")
+OPENING = "hose-leak.burst-lift-piston-side.opening"
+DISCHARGE = "hose-leak.burst-lift-piston-side.discharge-coefficient"
+# The piston of the jib goes one way, so that differences do not straddle a reversal.
+LOWERED = PLAN.changed(
+    commands={
+        name: hc.Command([0.0, 0.2, 1.0], [0.1 * most, most, most], "linear")
+        for name, most in {"lift": -0.008, "jib": 0.01, "extension": 0.006}.items()
+    },
+    bursts=[TORN, hc.Burst("jib", "rod-side", time=0.7, opening=2e-6)],
+    record_interval=0.025,
+)
+
+
+def test_a_burst_is_no_jump_of_the_sensitivities():
+    plan = LOWERED.changed(overrides={DISCHARGE: 0.7})
+    signals = [name for name in Experiment(plan, OPENING).machine.state_names if not name.endswith(".z")]
+    keys = (OPENING, DISCHARGE, "supply.pressure")
+
+    def solved(key, resolve=False, **given):
+        experiment = Experiment(plan, key, signals=signals, method="tsit5", rtol=1e-11, resolve_sensitivities=resolve)
+        return solve(experiment, given.get("values"))
+
+    found = solved(keys, resolve=True)
+    before = found.times <= TORN.time
+    for i, key in enumerate(keys):
+        value = Experiment(plan, key).values[0]
+
+        def difference(share, key=key, value=value):
+            up, down = (solved(key, values=[value * (1 + sign * share)]).y for sign in (1, -1))
+            return (up - down) / (2 * share * value)
+
+        quotients = (4 * difference(2e-3) - difference(4e-3)) / 3
+        derivatives = found.sensitivities[:, :, i]
+        size = np.maximum(np.abs(derivatives).max(axis=0), 1e-3 * np.abs(found.y).max(axis=0) / value)
+        assert (np.abs(quotients - derivatives) / size).max() < 2e-4, key
+        assert derivatives[before].any() == (key not in (OPENING, DISCHARGE)), key
+    # Opening and discharge coefficient enter by their product.
+    by_opening, by_discharge = found.sensitivities[:, :, 0], found.sensitivities[:, :, 1]
+    np.testing.assert_allclose(
+        by_opening * TORN.opening, by_discharge * 0.7, rtol=1e-6, atol=1e-9 * np.abs(by_opening).max() * TORN.opening
+    )
+
+
+def test_with_steps_by_the_states_the_run_is_that_of_simulate_to_the_last_bit():
+    found = hc.sensitivities(LOWERED, [OPENING, "payload.mass"], method="rodas5p", resolve_sensitivities=False)
+    run = hc.simulate(LOWERED, method="rodas5p", ledger=False)
+    for name in run.data:
+        np.testing.assert_array_equal(found.run.data[name].values, run.data[name].values, err_msg=str(name))
+    assert found.run.data.attrs["solver_steps"] == run.data.attrs["solver_steps"]
+    assert [warning.text for warning in found.run.warnings] == [warning.text for warning in run.warnings]
+    # Outputs have derivatives from the burst on; the row at the burst is before it.
+    time, lost = found.data.time.values, found.data[LOST].sel(parameter=OPENING).values
+    assert not lost[time <= TORN.time].any() and lost[time > TORN.time][0] != 0.0
+
+
+def test_a_hose_that_leaks_from_the_start_does_not_burst():
+    leak = {"cylinder": "lift", "side": "piston-side", "opening": 1e-6}
+    own = {f"hose-leak.lift-piston-side.{key}": value for key, value in leak.items()}
+    with pytest.raises(hc.MachineFileError, match="`lift` has one on this side already"):
+        hc.simulate(PLAN, overrides=own)
+
+
+def test_a_hose_that_bursts_after_the_end_is_no_parameter():
+    with pytest.raises(hc.InputError, match="opening` does not enter"):
+        hc.sensitivities(LOWERED, OPENING, duration=0.4)
+
+
+def test_what_is_driven_live_is_repeated_to_the_last_bit(tmp_path):
+    live = hc.LiveSimulator(LOWERED, commands={}, controller="tip", sensors="data-sheet", seed=2)
+    live.step(0.3)
+    live.set_stick(z=0.3)
+    live.step(0.3)
+    assert live.warnings[-1].kind == "oil-lost"
+    live.set_stick(x=-0.2)
+    live.step(0.4)
+    saved = live.scenario(record_interval=live.period)
+    assert saved.bursts == LOWERED.bursts
+    assert hc.load_scenario(saved.save(tmp_path / "drive.toml")).bursts == saved.bursts
+    run = hc.simulate(saved)
+    again = hc.LiveSimulator(saved)
+    while again.time < saved.duration - 1e-9:
+        again.step()
+    last = [run.columns[name].values[-1] for name in live.machine.state_names]
+    np.testing.assert_array_equal(again.state, last)
+    tight = hc.simulate(saved, bursts=())
+    assert tight.columns["tip.z"].values[-1] - run.columns["tip.z"].values[-1] > 0.005
+
+
+def test_the_page_is_asked_to_let_them_burst(tmp_path):
+    request = drive_request(str(written(tmp_path)), {"payload.mass": 20.0})
+    assert request["bursts"] == [("lift", "piston-side", 0.5, 20e-6)] and request["overrides"] == {"payload.mass": 20.0}
+
+
+def test_an_fmu_states_no_burst(tmp_path):
+    with pytest.raises(hc.InputError, match="hoses that burst against time"):
+        hc.export_fmu(PLAN, tmp_path / "torn.fmu")
+
+
+def test_a_log_that_begins_later_has_them_on_its_clock():
+    machine = PLAN.load_machine()
+    log = hc.Log.of({"time": np.linspace(0.2, 1.0, 81), "joint.boom.q": np.full(81, 1.7)})
+    assert [burst.time for burst in replayed(PLAN, machine, log, "linear").plan.bursts] == [pytest.approx(0.3)]

@@ -9,7 +9,7 @@ use crate::stick::{StickKind, Sticks};
 use crate::warning::Warning;
 use crate::warnings::without_sensors;
 use hydrocrane_control::controller::{self, Controller};
-use hydrocrane_machine::scenario::{ControllerChoice, Goal, Interpolation, Scenario, Stage};
+use hydrocrane_machine::scenario::{burst_times, ControllerChoice, Goal, Interpolation, Scenario, Stage};
 use hydrocrane_machine::OverrideValue;
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub(super) fn stage(
         Ok((time, surroundings.machine(None, &then.machine_overrides())?))
     };
     // Builds for the smallest chains only refuse the machine of such a scenario before.
-    let times = if cfg!(feature = "chains") { scenario.burst_times(stage.from, end) } else { Vec::new() };
+    let times = if cfg!(feature = "chains") { burst_times(&scenario.bursts, stage.from, end) } else { Vec::new() };
     let changes = times.into_iter().map(burst).collect::<Result<_, AssemblyError>>()?;
     let Some(choice) = &stage.controller else {
         let driver = OwnedDriver::Commands(commands(&scenario.commands, model.as_ref())?);

@@ -13,14 +13,15 @@ pub use start::start;
 use crate::live::Live;
 use crate::method_choice::{method_for, step_control, Task};
 use crate::model::Model;
-use crate::model_change::ModelChange;
+use crate::model_change::{ModelChange, OwnedChanges};
 use crate::options::{Commands, RunOptions};
 use crate::payload::PayloadChange;
 use crate::phases::{simulate_phases, Driver, Phase, PhasedRun};
 use crate::sampled::SampledPlan;
 use crate::warning::Warning;
+use crate::CHAINS;
 use hydrocrane_control::controller::Controller;
-use hydrocrane_machine::scenario::{Scenario, Solver, Stage};
+use hydrocrane_machine::scenario::{burst_fault, Scenario, Solver, Stage};
 use hydrocrane_machine::{Machine, MachineError, OverrideValue};
 use hydrocrane_ode::Tolerances;
 use hydrocrane_plant::{BuildError, PoseError};
@@ -86,7 +87,7 @@ pub struct AssembledStage {
     pub stage: Stage,
     pub model: Arc<dyn Model>,
     /// Times (s) in order at which hoses burst during the stage, each with the machine from then on.
-    pub changes: Vec<(f64, Arc<dyn Model>)>,
+    pub changes: OwnedChanges,
     /// The controller model.
     pub controller_model: Arc<dyn Model>,
     pub driver: OwnedDriver,
@@ -146,6 +147,9 @@ pub fn at_start(
 /// # Errors
 /// As [`assemble`], without those of the start.
 pub fn stages(scenario: &Scenario, surroundings: &mut dyn Surroundings) -> Result<Vec<AssembledStage>, AssemblyError> {
+    if let Some((_, message, cure)) = burst_fault(&scenario.bursts).filter(|_| CHAINS) {
+        return Err(format!("{message}; {cure}").into());
+    }
     let due: Vec<Stage> = scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration).collect();
     let ends: Vec<f64> = due.iter().skip(1).map(|next| next.from).chain([scenario.duration]).collect();
     let assembled = due.into_iter().zip(ends).map(|(stage, end)| drivers::stage(scenario, stage, end, surroundings));
@@ -174,7 +178,7 @@ impl Assembly {
         let mut phases = self.stages.iter_mut().map(|stage| Phase {
             from: stage.stage.from,
             model: stage.model.as_ref(),
-            changes: changes(&stage.changes),
+            changes: ModelChange::all(&stage.changes),
             driver: match &mut stage.driver {
                 OwnedDriver::Commands(commands) => Driver::Commands(commands),
                 OwnedDriver::Controller(controller, plan) => Driver::Controller(controller.as_mut(), plan),
@@ -185,25 +189,23 @@ impl Assembly {
     }
 }
 
-fn changes(of: &[(f64, Arc<dyn Model>)]) -> Vec<ModelChange<'_>> {
-    of.iter().map(|(time, model)| ModelChange { time: *time, model: model.as_ref() }).collect()
-}
-
 impl AssembledStage {
     /// Begins a drive that repeats this stage from state `x0`, until an operator takes over or another stage begins.
     ///
     /// # Errors
     /// The reason why it cannot begin.
     pub fn live(self, x0: &[f64], options: RunOptions) -> Result<Live, String> {
-        if !self.changes.is_empty() {
-            return Err("hoses burst in whole runs only: leave `burst` out, or simulate the scenario".into());
-        }
-        match self.driver {
-            OwnedDriver::Controller(controller, plan) => Live::new(self.model, controller, x0, &plan, options),
+        let (controller, plan, commands) = match self.driver {
+            OwnedDriver::Controller(controller, plan) => (controller, *plan, None),
             OwnedDriver::Commands(commands) => {
                 let (controller, plan) = drivers::levers(self.model.as_ref())?;
-                Ok(Live::new(self.model, controller, x0, &plan, options)?.with_commands(&commands))
+                (controller, plan, Some(commands))
             }
-        }
+        };
+        let live = Live::new((self.model, self.changes), controller, x0, &plan, options)?;
+        Ok(match commands {
+            Some(commands) => live.with_commands(&commands),
+            None => live,
+        })
     }
 }

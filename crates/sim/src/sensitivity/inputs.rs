@@ -39,19 +39,22 @@ impl<T: Number, const N: usize> Inputs<T, N> {
     }
 }
 
-/// The inputs at the `values` of the keys, with derivatives by [`WIDTH`] parameters each, in the order of the keys.
-pub fn inputs_by<const N: usize>(keys: &Keys, values: &[f64]) -> Result<Vec<Inputs<Differentiated, N>>> {
-    let group = |first: usize| {
-        let parameters = &keys.parameters[first..values.len().min(first + WIDTH)];
-        let inputs = Inputs::of(&keys.machine_with(values, first..first + parameters.len())?)?;
-        let numbers = inputs.numbers();
-        let enters = |i: usize| numbers.iter().any(|number: &Differentiated| number.derivative[i] != 0.0);
-        match (0..parameters.len()).find(|i| !enters(*i)) {
-            None => Ok(inputs),
-            Some(i) => Err(SensitivityError::Key(without_effect(&parameters[i].key))),
-        }
-    };
+/// Machines at the `values` of the keys, with derivatives by [`WIDTH`] parameters each, in the order of the keys.
+pub fn machines_by(keys: &Keys, values: &[f64]) -> Result<Vec<Machine<Differentiated>>> {
+    let group = |first: usize| keys.machine_with(values, first..values.len().min(first + WIDTH));
     (0..values.len()).step_by(WIDTH).map(group).collect()
+}
+
+/// Refuses a key that does not enter the `inputs`.
+pub fn check_effect<const N: usize>(keys: &Keys, inputs: &[Inputs<Differentiated, N>]) -> Result<()> {
+    for (group, parameters) in inputs.iter().zip(keys.parameters.chunks(WIDTH)) {
+        let numbers = group.numbers();
+        let enters = |i: usize| numbers.iter().any(|number: &Differentiated| number.derivative[i] != 0.0);
+        if let Some(i) = (0..parameters.len()).find(|i| !enters(*i)) {
+            return Err(SensitivityError::Key(without_effect(&parameters[i].key)));
+        }
+    }
+    Ok(())
 }
 
 fn without_effect(key: &str) -> String {

@@ -1,6 +1,6 @@
 //! One experiment: a run together with the derivatives of all recorded signals.
 
-use super::inputs::{inputs_by, Differentiated, Inputs};
+use super::inputs::{check_effect, machines_by, Differentiated, Inputs};
 use super::key::{Keys, Parameter};
 use super::tangent_system::{Group, TangentSystem};
 use super::SensitivityError;
@@ -11,13 +11,14 @@ use crate::event_loop::{EventLoop, Record};
 use crate::faults::start_fault;
 use crate::method_choice::Task;
 use crate::model::Model;
+use crate::model_change::{ModelChange, ModelChanges, OwnedChanges};
 use crate::options::{Commands, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::schedule::Schedule;
 use crate::supply::place;
 use crate::warning::Warning;
-use hydrocrane_machine::scenario::{Solver, SupplyPressure};
-use hydrocrane_machine::{Machine, OverrideValue, Template};
+use hydrocrane_machine::scenario::{burst_fault, burst_times, tighten, with_hoses, Burst, Solver, SupplyPressure};
+use hydrocrane_machine::{Machine, Number, OverrideValue, Template};
 use hydrocrane_ode::System;
 use hydrocrane_ode::{method, Effort, Stepper};
 use hydrocrane_plant::equilibrium::EquilibriumMode;
@@ -49,6 +50,8 @@ pub struct Experiment {
     pub commands: Commands,
     /// A measured supply pressure, for a machine that needs one.
     pub supply: Option<Arc<SupplyPressure>>,
+    /// Hoses that burst; keys of the leaks that stand for them count from then on.
+    pub bursts: Vec<Burst>,
     /// Ascending times to record at, s.
     pub record: Vec<f64>,
     pub solver: Solver,
@@ -86,8 +89,13 @@ pub fn parameters(experiment: &Experiment) -> Result<Vec<Parameter>> {
     Ok(keys(experiment)?.parameters)
 }
 
+/// Of the machine whose hoses have all burst.
 fn keys(experiment: &Experiment) -> Result<Keys> {
-    Keys::new(Template::open(&experiment.source, &experiment.overrides)?, &experiment.keys)
+    if let Some((_, message, cure)) = burst_fault(&experiment.bursts) {
+        return Err(SensitivityError::Key(format!("{message}; {cure}")));
+    }
+    let overrides = with_hoses(&experiment.bursts, experiment.overrides.clone(), f64::INFINITY);
+    Keys::new(Template::open(&experiment.source, &overrides)?, &experiment.keys)
 }
 
 /// Runs the experiment with these `values` of its keys, or with the machine's own.
@@ -122,10 +130,18 @@ fn sized<const N: usize>(
     machine: &Machine,
     keep_going: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Sensitivities> {
-    let model = build(machine)?;
-    let model = model.as_ref();
-    let groups = Group::<N>::all(inputs_by(keys, values)?, values.len(), model.layout());
-    let start = start_state(experiment, model, &groups)?;
+    let differentiated = machines_by(keys, values)?;
+    let (mut models, mut inputs) = (OwnedChanges::new(), Vec::new());
+    for time in std::iter::once(0.0).chain(burst_times(&experiment.bursts, 0.0, experiment.end)) {
+        models.push((time, build(&tight(experiment, machine, time))?));
+        let machines = differentiated.iter().map(|machine| tight(experiment, machine, time));
+        inputs.push(machines.map(|machine| Inputs::of(&machine)).collect::<Result<Vec<_>>>()?);
+    }
+    check_effect(keys, &inputs[inputs.len() - 1])?;
+    let model = models[0].1.as_ref();
+    let groups = inputs.into_iter().map(|inputs| Group::<N>::all(inputs, values.len(), model.layout()));
+    let groups = groups.collect::<Vec<_>>();
+    let start = start_state(experiment, model, &groups[0])?;
     let mut record = SensitivityRecord::new(keys, model, &groups, &experiment.record);
     let states = model.layout().len();
     let settings = RunSettings { ledger: false, max_steps: experiment.max_steps };
@@ -137,7 +153,9 @@ fn sized<const N: usize>(
         return Ok(record.done);
     }
     let sizes: Vec<f64> = if experiment.resolve_sensitivities { values.iter().map(size).collect() } else { Vec::new() };
-    let mut system = TangentSystem::new(Driven::new(model, &options, 0.0), &groups, &sizes);
+    let mut driven = Driven::new(model, &options, 0.0);
+    driven.changes = ModelChanges::new(ModelChange::all(&models[1..]));
+    let mut system = TangentSystem::new(driven, &groups, &sizes);
     let method = method(&options.method, system.dimension());
     let method = method.ok_or_else(|| SensitivityError::Key(format!("no method `{}`", options.method)))?;
     let stepper = Stepper::new(method, options.tolerances, 0.0, &start, 0).with_control(options.control);
@@ -147,6 +165,13 @@ fn sized<const N: usize>(
     let outcome = going.run(&mut system, &mut schedule, &mut record, experiment.end, &options, keep_going);
     record.done.warnings = going.watch.close(&going.stepper, &system.driven);
     Ok(record.finish(outcome, &going.stepper, &system.driven))
+}
+
+/// The machine with the hoses tight that have not burst at the time `t` (s).
+fn tight<T: Number>(experiment: &Experiment, machine: &Machine<T>, t: f64) -> Machine<T> {
+    let mut machine = machine.clone();
+    tighten(&experiment.bursts, &mut machine, t);
+    machine
 }
 
 /// Typical change of a parameter: its value, or one in SI if it is zero.
@@ -184,7 +209,8 @@ fn start_state<const N: usize>(experiment: &Experiment, model: &dyn Model, group
 
 /// Collects signals and their sensitivities at the record times.
 struct SensitivityRecord<'a, const N: usize> {
-    groups: &'a [Group<N>],
+    /// Of the machine at the start, then after each change of it.
+    groups: &'a [Vec<Group<N>>],
     layout: &'a Layout,
     times: &'a [f64],
     next: usize,
@@ -194,7 +220,7 @@ struct SensitivityRecord<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> SensitivityRecord<'a, N> {
-    fn new(keys: &Keys, model: &'a dyn Model, groups: &'a [Group<N>], times: &'a [f64]) -> Self {
+    fn new(keys: &Keys, model: &'a dyn Model, groups: &'a [Vec<Group<N>>], times: &'a [f64]) -> Self {
         let layout = model.layout();
         let state = |i: usize| OutputInfo {
             name: layout.names[i].clone(),
@@ -226,7 +252,7 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
         self.done.times.push(t);
         self.done.commands.extend_from_slice(&driven.command(t)[..N]);
         self.done.sensitivities.resize(first + signals * parameters, 0.0);
-        for group in self.groups {
+        for group in &self.groups[driven.changes.done()] {
             let row = self.signals(group, driven.model);
             if group.first == 0 {
                 self.done.values.extend(row.iter().map(|signal| signal.value));

@@ -62,14 +62,15 @@ struct Scratch {
 
 pub struct TangentSystem<'a, const N: usize> {
     pub driven: Driven<'a>,
-    groups: &'a [Group<N>],
+    /// Of the machine at the start, then after each change of it.
+    groups: &'a [Vec<Group<N>>],
     scales: Vec<f64>,
     scratch: RefCell<Scratch>,
 }
 
 impl<'a, const N: usize> TangentSystem<'a, N> {
     /// `sizes` of the parameters, for the scales of the tangents in step control; empty: only the states count.
-    pub fn new(driven: Driven<'a>, groups: &'a [Group<N>], sizes: &[f64]) -> Self {
+    pub fn new(driven: Driven<'a>, groups: &'a [Vec<Group<N>>], sizes: &[f64]) -> Self {
         let states = &driven.model.layout().scales;
         let n = states.len();
         let of_tangents = sizes.iter().flat_map(|size| states.iter().map(move |scale| scale / size));
@@ -81,6 +82,11 @@ impl<'a, const N: usize> TangentSystem<'a, N> {
             jacobian: BlockArrow::new(driven.model.layout().blocks()),
         });
         TangentSystem { driven, groups, scales, scratch }
+    }
+
+    /// Those of the machine now.
+    fn groups(&self) -> &'a [Group<N>] {
+        &self.groups[self.driven.changes.done()]
     }
 
     fn layout(&self) -> &Layout {
@@ -109,13 +115,13 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         self.layout().len() * (1 + self.tangents())
     }
     fn tangents(&self) -> usize {
-        self.groups.iter().map(|group| group.count).sum()
+        self.groups().iter().map(|group| group.count).sum()
     }
 
     fn derivative(&self, t: f64, x: &[f64], dx: &mut [f64]) {
         let (layout, u) = (self.layout(), self.command(t));
         let Scratch { x: state, rate, .. } = &mut *self.scratch.borrow_mut();
-        for group in self.groups {
+        for group in self.groups() {
             group.read(x, layout.len(), state);
             group.evaluator.derivative(layout, state, &u, group.inputs.payload, rate);
             group.write(rate, dx);
@@ -128,7 +134,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         let Scratch { x: state, rate, jacobian } = &mut *self.scratch.borrow_mut();
         let (rates, blocks) = at.block_arrow(layout.blocks(), self.tangents());
         jacobian.secants = blocks[0].secants;
-        for group in self.groups {
+        for group in self.groups() {
             let Group { inputs, evaluator, first, count } = group;
             group.read(x, layout.len(), state);
             evaluator.linearise(layout, state, &u, inputs.payload, rate, jacobian);
@@ -144,7 +150,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         }
         let layout = self.layout();
         let Scratch { rate, .. } = &mut *self.scratch.borrow_mut();
-        for group in self.groups {
+        for group in self.groups() {
             rate.fill(Differentiated::c(0.0));
             for (c, unit) in group.inputs.plant.cylinders.iter().enumerate() {
                 rate[layout.vs(c)] = unit.spool.natural_frequency.square() * self.driven.slope[c];

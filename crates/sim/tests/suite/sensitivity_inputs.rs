@@ -3,7 +3,7 @@
 use hydrocrane_machine::model::Form;
 use hydrocrane_machine::{OverrideValue, Template};
 use hydrocrane_plant::hydraulic_axis::FrictionLaw;
-use hydrocrane_sim::sensitivity::inputs::{inputs_by, Differentiated, Inputs, WIDTH};
+use hydrocrane_sim::sensitivity::inputs::{check_effect, machines_by, Differentiated, Inputs, WIDTH};
 use hydrocrane_sim::sensitivity::key::Keys;
 use std::f64::consts::PI;
 
@@ -11,7 +11,13 @@ use std::f64::consts::PI;
 fn rig(key: &str) -> (Inputs<Differentiated, 1>, f64) {
     let template = Template::open("single-cylinder", &[]).expect("bundled");
     let keys = Keys::new(template, &[key.to_string()]).expect("a number");
-    (inputs_by(&keys, &keys.values()).expect("it enters")[0], keys.values()[0])
+    (inputs::<1>(&keys), keys.values()[0])
+}
+
+/// The inputs with derivatives by the first keys, at the values of the machine.
+fn inputs<const N: usize>(keys: &Keys) -> Inputs<Differentiated, N> {
+    let machines = machines_by(keys, &keys.values()).expect("a machine");
+    Inputs::of(&machines[0]).expect("inputs")
 }
 
 /// Whether two numbers differ in their last digits at most.
@@ -59,7 +65,7 @@ fn what_the_laws_do_not_see_is_refused_by_its_name() {
     let rating = ("cylinder.test.pressure-rating".to_string(), OverrideValue::Number(2e7));
     let keys = ["supply.pressure".to_string(), rating.0.clone()];
     let keys = Keys::new(Template::open("single-cylinder", &[rating]).expect("bundled"), &keys).expect("numbers");
-    let error = inputs_by::<1>(&keys, &keys.values()).expect_err("held");
+    let error = check_effect(&keys, &[inputs::<1>(&keys)]).expect_err("held");
     assert!(error.to_string().starts_with("`cylinder.test.pressure-rating` does not enter"), "{error}");
 }
 
