@@ -7,7 +7,7 @@
 use crate::errors::ErrorKind;
 use crate::field::MOST_ROWS;
 use crate::nearest::suggestion;
-use crate::units::{parse_unit, Quantity};
+use crate::units::{parse_unit, with_article, Quantity};
 use csv_core::{ReadFieldResult, ReaderBuilder};
 
 /// An error of a log: kind, message and cure.
@@ -101,7 +101,8 @@ impl Columns {
             _ => Some(parse_unit(unit).map_err(unknown)?),
         };
         if scale.is_some_and(|scale| scale.dimension != quantity.dimension) {
-            let message = format!("column `{name}` of the log is in `{unit}`; it must be a {}", quantity.name);
+            let message =
+                format!("column `{name}` of the log is in `{unit}`; it must be {}", with_article(quantity.name));
             let cure = format!("give a column in {}, or state the right unit", quantity.example());
             return Err((ErrorKind::WrongDimension, message, cure));
         }

@@ -248,7 +248,7 @@ impl<'a> Field<'a> {
             Scalar::Text(text) => units::parse_scalar(text)
                 .map_err(|error| self.unit_error(error, place, quantity, &quantity.example()))?,
             _ => {
-                let found = format!("expected a {}, found {}", quantity.name, value.kind_name());
+                let found = format!("expected {}, found {}", units::with_article(quantity.name), value.kind_name());
                 let help = format!("give {}", quantity.example());
                 return Err(place.error(ErrorKind::WrongType, &self.path, found).help(help));
             }
@@ -264,7 +264,7 @@ impl<'a> Field<'a> {
             return Ok((number, converted));
         }
         let needed = if sign == Sign::Positive { "greater than zero" } else { "zero or greater" };
-        let help = format!("give a {} {needed}", quantity.name);
+        let help = format!("give {} {needed}", units::with_article(quantity.name));
         Err(place.error(ErrorKind::OutOfRange, &self.path, format!("must be {needed}, found {number}")).help(help))
     }
 
@@ -293,10 +293,9 @@ impl<'a> Field<'a> {
             if unit.dimension == units::Dimension::NONE {
                 return Err(self.missing_unit(place, quantity, number));
             }
-            let found =
-                quantities::name_of(unit.dimension).map_or("another quantity".into(), |name| format!("a {name}"));
-            let message =
-                format!("expected a {} ({}), found {found} ({})", quantity.name, quantity.dimension, unit.dimension);
+            let found = quantities::name_of(unit.dimension).map_or("another quantity".into(), units::with_article);
+            let wanted = units::with_article(quantity.name);
+            let message = format!("expected {wanted} ({}), found {found} ({})", quantity.dimension, unit.dimension);
             let help = format!("give {}", quantity.example());
             return Err(place.error(ErrorKind::WrongDimension, &self.path, message).help(help));
         }
@@ -310,8 +309,8 @@ impl<'a> Field<'a> {
 
     fn missing_unit(&self, place: &Place, quantity: &Quantity, number: f64) -> MachineError {
         let unit = quantity.written();
-        let help =
-            format!("give a {} with its unit, for example \"{} {unit}\"", quantity.name, plausible::short(number));
+        let wanted = units::with_article(quantity.name);
+        let help = format!("give {wanted} with its unit, for example \"{} {unit}\"", plausible::short(number));
         place.error(ErrorKind::MissingUnit, &self.path, "the unit is missing").help(help)
     }
 

@@ -85,8 +85,14 @@ impl Quantity {
         if self.is_number() {
             return "a plain number, for example 1.5".into();
         }
-        format!("a {} with its unit, for example \"1 {}\"", self.name, self.unit)
+        format!("{} with its unit, for example \"1 {}\"", with_article(self.name), self.unit)
     }
+}
+
+/// The name of a quantity with its article.
+pub fn with_article(name: &str) -> String {
+    let article = if name.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {name}")
 }
 
 /// A parsed unit: SI value of one of it, and its dimension.

@@ -105,7 +105,7 @@ fn a_section_with_a_single_part_has_parts() {
     assert!(!section("").has_parts());
     let at = "cylinder = \"lift\"\nside = \"piston-side\"\n";
     for part in [
-        "[valve.lift]\nload-check = true".to_string(),
+        "[valve.lift]\nload-check = \"yes\"".to_string(),
         "[valve.lift]\ncompensator = \"before-spool\"\ncompensator-setting = \"8 bar\"".to_string(),
         "[valve.lift]\nreturn-pressure = [\"5 bar\", \"5 bar\"]".to_string(),
         "[valve.lift.metering.supply-to-a]\ntravel = [0, 1]\narea = [0, 1]".to_string(),
@@ -115,7 +115,7 @@ fn a_section_with_a_single_part_has_parts() {
         format!("[crossover-relief.x]\n{at}setting = \"100 bar\"\nnominal-flow = \"40 l/min\""),
         format!("[line.l]\n{at}length = \"3 m\"\ninner-diameter = \"12 mm\"\ncompliance = \"0.08 ml/bar\""),
         format!("[line.l]\n{at}length = \"3 m\"\ninner-diameter = \"12 mm\"\nnominal-flow = \"40 l/min\"\nnominal-pressure-drop = \"2 bar\""),
-        format!("[hose-leak.h]\n{at}opening = \"1 mm\""),
+        format!("[hose-leak.h]\n{at}opening = \"1 mm^2\""),
     ] {
         assert!(section(&part).has_parts(), "{part}");
     }
