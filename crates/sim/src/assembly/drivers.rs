@@ -35,9 +35,9 @@ pub(super) fn stage(
     let known = controller_model(choice, &stage, &model, surroundings)?;
     let controller = match choice.own {
         None => known.controller(&choice.name)?,
-        Some(number) => surroundings
-            .own_controller(number, &stage, &known)
-            .ok_or_else(|| "only `hc.simulate` in Python runs your own controllers".to_string())?,
+        Some(number) => surroundings.own_controller(number, &stage, &known).ok_or_else(|| {
+            "your own controllers run in Python only: by `hc.simulate` or `hc.LiveSimulator`".to_string()
+        })?,
     };
     let controller = if choice.monitored() { known.with_sensor_monitor(controller, choice.delay) } else { controller };
     let plan = plan(scenario, &stage, choice, model.as_ref())?;
