@@ -21,9 +21,11 @@ pub struct DampingGains {
     pub delay: f64,
     /// s
     pub period: f64,
+    /// Of the largest gain.
+    pub share: f64,
 }
 
-hydrocrane_num::stored!([] DampingGains { ratio: f64, quiet: f64, delay: f64, period: f64 });
+hydrocrane_num::stored!([] DampingGains { ratio: f64, quiet: f64, delay: f64, period: f64, share: f64 });
 
 /// Poles of the observer, in frequencies of the mode. Fast ones bear a frequency that the model has not quite; where they are faster
 /// than EXACT per period, they let noise pass, and the least will do.
@@ -109,7 +111,7 @@ impl<const N: usize> Damping<N> {
             let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
             let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
             let share = (speed / quiet - 1.0).clamp(0.0, 1.0);
-            w[m] = (2.0 * g.ratio * omega).min(most(angle) / g.period) * share * ahead;
+            w[m] = (2.0 * g.ratio * omega).min(g.share * most(angle) / g.period) * share * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
         }
         (self.deflection, self.rate) = (modes.motion(&s), modes.motion(&r));
@@ -140,6 +142,18 @@ impl Seen {
         let gain = from_fast * from_fast * from_slow * 2.0 / (turned * Complex::new(0.0, 2.0 * turned.im) * one);
         let of_offset = (1.0 - fast).square() * (1.0 - slow) / (one.re.square() + one.im.square());
         (Seen { state: predicted + gain * innovation, offset: self.offset + of_offset * innovation }, innovation)
+    }
+}
+
+impl DampingGains {
+    /// Share of the largest gain for forces that are measured or estimated. An estimated force is no more than what the position lacks to
+    /// a model of the flow, errors of which a large gain turns into creep.
+    pub fn share(measured: bool) -> f64 {
+        if measured {
+            1.0
+        } else {
+            0.5
+        }
     }
 }
 
