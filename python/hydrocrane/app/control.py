@@ -85,6 +85,7 @@ def run_tune(
     """Search the gains of a controller by simulation, and report them before and after."""
     from hydrocrane.app.options import overrides
     from hydrocrane.benchmark import tuning
+    from hydrocrane.benchmark.period_advice import period_advice
     from hydrocrane.files.whole_file import write_text
     from hydrocrane.machine.machine import load_machine
 
@@ -98,6 +99,8 @@ def run_tune(
         "(RMS deviation and priced spool travel, mean over the cases)",
         found.toml(),
     )
+    if controller == "tip":
+        say(str(period_advice(loaded)))
     if output is not None:
         write_text(output, found.toml())
         say(f"written: {output}")
