@@ -1,7 +1,7 @@
 """The largest gain of the damping, docs/theory/control/damping.md: one mode, its observer and a late command, sampled.
 
-The period is the unit of time; the mode turns by ``angle`` in it. The laws are those of ``crates/control/src/damping.rs``,
-written a second time.
+The period is the unit of time; the mode turns by ``angle`` in it. The laws are those of
+``crates/control/src/damping.rs``, written a second time.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def rows() -> list[list[str]]:
 
 
 @pytest.mark.parametrize("row", rows(), ids=lambda row: row[0])
-def test_the_page_shows_the_stable_gains(row: list[str]):
+def test_the_page_shows_the_stable_gains(row: list[str]) -> None:
     angle = float(row[0])
     found = [largest(angle, late, faster) for late, faster in ((0, 0), (0.5, 0), (1, 0), (1, 0.1))]
     for shown, gain in zip(row[1:5], found, strict=True):
@@ -80,7 +80,7 @@ def test_the_page_shows_the_stable_gains(row: list[str]):
     assert float(row[5]) == pytest.approx(max(given(angle), 0.0), abs=0.0051)
 
 
-def test_the_gain_leaves_half_of_the_margin_and_damps():
+def test_the_gain_leaves_half_of_the_margin_and_damps() -> None:
     for angle in np.arange(0.05, 1.2, 0.05):
         gain = min(0.8 * angle, given(angle))
         assert gain <= 0.5 * largest(angle, 1.0, 0.1) + 1e-9, angle
