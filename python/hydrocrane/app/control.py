@@ -85,8 +85,8 @@ def run_tune(
     """Search the gains of a controller by simulation, and report them before and after."""
     from hydrocrane.app.options import overrides
     from hydrocrane.benchmark import tuning
-    from hydrocrane.benchmark.period_advice import period_advice
     from hydrocrane.files.whole_file import write_text
+    from hydrocrane.linear.period_advice import period_advice
     from hydrocrane.machine.machine import load_machine
 
     loaded = load_machine(machine, overrides(settings))

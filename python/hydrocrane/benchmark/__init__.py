@@ -14,7 +14,6 @@ from hydrocrane.benchmark.cases import (
 from hydrocrane.benchmark.conditions import FRICTION_KEYS, VARIANTS, Condition, friction_overrides
 from hydrocrane.benchmark.loading import Cycle, LogTask, loading_cycle, log_task, tune_operator, tuned_operator
 from hydrocrane.benchmark.operator import INTERFACES, Operator, Waypoint
-from hydrocrane.benchmark.period_advice import PeriodAdvice, period_advice
 from hydrocrane.benchmark.random_tasks import random_lines
 from hydrocrane.benchmark.suite import (
     CONTROLLERS,
@@ -42,7 +41,6 @@ __all__ = [
     "Cycle",
     "LogTask",
     "Operator",
-    "PeriodAdvice",
     "Result",
     "Waypoint",
     "all_cases",
@@ -52,7 +50,6 @@ __all__ = [
     "loading_cycle",
     "log_task",
     "motion_of",
-    "period_advice",
     "quick_cases",
     "random_lines",
     "run_case",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.benchmark import period_advice
 from hydrocrane.benchmark.stops import random_stop
+from hydrocrane.linear import period_advice
 
 LAB = "rottne-f9-lab"
 

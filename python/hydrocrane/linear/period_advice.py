@@ -8,15 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrocrane.analysis.linear import modes
-from hydrocrane.benchmark.fitted_tasks import INNER
-from hydrocrane.benchmark.metrics import AT_REST
-from hydrocrane.benchmark.stops import SPEED
 from hydrocrane.control.named import NamedController
 from hydrocrane.errors import HydrocraneError
 from hydrocrane.machine.machine import MachineLike, as_machine
 
-# Poses that are looked at, and the seed that draws them.
-POSES, SEED = 24, 0
+# Poses that are looked at, the seed that draws them, and the shares of each joint's range between which they lie.
+POSES, SEED, INNER = 24, 0, (0.15, 0.85)
+# Speed of the tip before a stop, and speed at which it counts as standing, m/s.
+SPEED, AT_REST = 0.3, 5e-3
 # Angle by which a mode may turn in a period, rad: the damping gain then is a tenth per period.
 ANGLE = 0.9
 # A stop behind two lags of the bandwidth w leaves a speed v with the share (w/omega)^2 in a mode omega. Commands are
@@ -67,7 +66,7 @@ def period_advice(machine: MachineLike) -> PeriodAdvice:
 
     Examples
     --------
-    >>> from hydrocrane.benchmark import period_advice
+    >>> from hydrocrane.linear import period_advice
     >>> print(period_advice("hiab-xs031"))
     control.period 10 ms damps all oil modes that stops excite
     """
