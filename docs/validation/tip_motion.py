@@ -34,6 +34,8 @@ OVERLAP, DRIVES = 0.05, range(10)
 # Random lines, stops and drives of a row with or without pressure sensors, and where the drives begin.
 FEW_LINES, FEW_STOPS, FEW_DRIVES = 30, 12, 3
 STARTS = {MACHINES[0]: START, MACHINES[1]: {"lift": 0.939, "tilt": -1.279, "extension": 0.55}}
+# Periods of stops besides the controller's own.
+PERIODS = {MACHINES[0]: ("5 ms",)}
 # Controllers that random lines are driven with.
 CONTROLLERS = ("tip", "pi")
 
@@ -71,14 +73,23 @@ def stopped() -> Iterator[tuple[hc.Machine, str, float]]:
             yield from ((machine, sensors, payload) for payload in (0.0, 80.0, 200.0, 300.0))
 
 
+def stopped_at_periods() -> Iterator[tuple[hc.Machine, str, float, str]]:
+    """The same with each period: the controller's own, and those of ``PERIODS``."""
+    rows = list(stopped())
+    yield from ((*row, "") for row in rows)
+    for machine, sensors, payload in rows:
+        for period in PERIODS.get(machine.name, ()):
+            yield machine.changed({"control.period": period}), sensors, payload, period
+
+
 def stops() -> Iterator[dict[str, object]]:
-    """A row per machine, sensors and payload."""
-    for machine, sensors, payload in stopped():
+    """A row per machine, sensors, payload and period."""
+    for machine, sensors, payload, period in stopped_at_periods():
         tried = [random_stop(machine, seed, payload=payload, sensors=sensors) for seed in range(TRIED)]
         found = [stop for stop in tried if stop is not None]
         settling = np.array([stop.settling for stop in found])
         yield {
-            "machine": machine.name, "sensors": sensors, "payload": payload,
+            "machine": machine.name, "sensors": sensors, "payload": payload, "period": period,
             "tried": TRIED, "stops": len(found), "median": np.median(settling),
             "p90": np.percentile(settling, 90), "longest": settling.max(),
             "quiet": max(stop.quiet for stop in found), "drift": max(stop.drift for stop in found),

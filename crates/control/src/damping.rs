@@ -1,7 +1,7 @@
 //! Active damping of the modes on the oil.                            theory: docs/theory/control/damping.md
 //!
 //! In the coordinate of a mode, s is the deflection of the oil and w the speed that the valves give:
-//!     s' = r - w,    r' = -omega^2 s,    y = s + b,    w = min(2 zeta omega, c/T) s(t + delay)
+//!     s' = r - w,    r' = -omega^2 s,    y = s + b,    w = min(2 zeta omega, c(omega T)/T) s(t + delay)
 //!
 //! y follows from the chamber pressures; b is what the load differs from the planned one. An observer with real poles finds s, r and
 //! b; s is taken forward over the delay of samples and spools. The energy of the mode falls by omega^2 s w.
@@ -21,21 +21,25 @@ pub struct DampingGains {
     pub delay: f64,
     /// s
     pub period: f64,
+    /// Of the largest gain.
+    pub share: f64,
 }
 
-hydrocrane_num::stored!([] DampingGains { ratio: f64, quiet: f64, delay: f64, period: f64 });
+hydrocrane_num::stored!([] DampingGains { ratio: f64, quiet: f64, delay: f64, period: f64, share: f64 });
 
 /// Poles of the observer, in frequencies of the mode. Fast ones bear a frequency that the model has not quite; where they are faster
 /// than EXACT per period, they let noise pass, and the least will do.
 const FASTEST: f64 = 1.5;
 const LEAST: f64 = 0.8;
 const EXACT: f64 = 0.3;
-const OFFSET: f64 = 1.0;
-/// Angle of a mode in a period (rad) from which on it is not damped: a command that comes a period late without the controller's
-/// knowledge would turn the damping into its opposite soon after.
+const OFFSET: f64 = 2.5;
+/// Largest gain, per period: a larger one damps slow modes no faster.
+const MOST: f64 = 0.2;
+/// A command that comes a period late without the controller's knowledge turns the damping of fast modes into its opposite. Half of the
+/// gain that would do so, where the mode is also a tenth faster than the model says, is about this much (1/rad) times what the angle of the
+/// mode in a period lacks to where it ends, rad.
+const MARGIN: f64 = 0.25;
 const FAST: f64 = 1.3;
-/// Largest gain, per period.
-const MOST: f64 = 0.1;
 /// Time constant with which the level of noise follows the innovations, s.
 const NOISE_TIME: f64 = 3.0;
 /// Multiple of that level which counts as quiet.
@@ -106,8 +110,8 @@ impl<const N: usize> Damping<N> {
             let ahead = turn(omega * g.delay).re_of_product(seen.state);
             let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
             let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
-            let share = (speed / quiet - 1.0).clamp(0.0, 1.0) * (1.0 - (angle / FAST).square());
-            w[m] = (2.0 * g.ratio * omega).min(MOST / g.period) * share * ahead;
+            let share = (speed / quiet - 1.0).clamp(0.0, 1.0);
+            w[m] = (2.0 * g.ratio * omega).min(g.share * most(angle) / g.period) * share * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
         }
         (self.deflection, self.rate) = (modes.motion(&s), modes.motion(&r));
@@ -139,6 +143,23 @@ impl Seen {
         let of_offset = (1.0 - fast).square() * (1.0 - slow) / (one.re.square() + one.im.square());
         (Seen { state: predicted + gain * innovation, offset: self.offset + of_offset * innovation }, innovation)
     }
+}
+
+impl DampingGains {
+    /// Share of the largest gain for forces that are measured or estimated. An estimated force is no more than what the position lacks to
+    /// a model of the flow, errors of which a large gain turns into creep.
+    pub fn share(measured: bool) -> f64 {
+        if measured {
+            1.0
+        } else {
+            0.5
+        }
+    }
+}
+
+/// Largest gain per period for a mode that turns by `angle` in it.
+fn most(angle: f64) -> f64 {
+    MOST.min(MARGIN * (FAST - angle))
 }
 
 /// Poles of the observer for a mode that turns by `angle` in a period: a double one for the oscillation, one for the offset.
@@ -186,10 +207,10 @@ mod tests {
             let off = seen.state - state;
             (off.re.powi(2) + off.im.powi(2)).sqrt()
         };
-        let [_, slow] = poles(omega * 0.01);
-        // The double pole is hardly faster.
-        let share = error(n + 20) / error(n) / slow.powi(20);
-        assert!((0.8..1.3).contains(&share), "{share}");
+        // A double pole: its power times the number of samples.
+        let [fast, _] = poles(omega * 0.01);
+        let share = error(n + 20) / error(n) / (fast.powi(20) * (n + 20) as f64 / n as f64);
+        assert!((0.8..1.2).contains(&share), "{share}");
     }
 
     #[test]

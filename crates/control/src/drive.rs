@@ -7,13 +7,13 @@
 //! damps the modes of the crane on its oil ([`crate::damping`]).
 //!
 //! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) as far as that is beyond a band, and what holds it
-//! against creep ([`crate::rest`]). Zero speed needs an opening that makes up for leakage, and the correction begins at zero, so
-//! that no sample kicks the oil.
+//! against creep ([`crate::rest`]). Zero speed needs an opening that makes up for leakage. The correction begins at the speed that was
+//! asked for last and follows behind a low-pass, so that no sample kicks the oil.
 //!
 //! Near a dead centre, where a joint swings slowly, the corrections k_p (x_ref - x^) - d^ and the learning of d^ shrink with the
 //! square of its frequency.
 //! The valve stays closed towards a sense in which the supply pressure cannot move the load: opening it would let the load push the
-//! piston back.
+//! piston back. What winds or damps the oil passes as long as oil flows that way.
 
 use crate::chamber_estimate::{ChamberEstimate, Evidence, Pressures, Sent, Surroundings};
 use crate::controller_model::CylinderModel;
@@ -90,6 +90,8 @@ pub struct Drive {
     /// What the valve is taken to do beyond its model at this sample.
     fit: ValveFit,
     rest: Option<Rest>,
+    /// Speed without what holds a piston against creep or winds the oil, m/s.
+    motion: f64,
     /// Resolution of the measured position, m.
     count: f64,
     /// Lowest natural frequency of the crane on its oil, rad/s.
@@ -149,6 +151,13 @@ const MOMENTARY_RATE: f64 = 20.0;
 const SPARE: f64 = 0.04;
 /// Share of the position gain that holds a piston at rest.
 const HOLDING: f64 = 0.25;
+/// Corner of the low-pass on that speed in lowest natural frequencies of the crane on its oil.
+const HOLDING_PER_MODE: f64 = 0.5;
+/// Multiple of the damping of a valve that can damp in one direction only, about half of the time.
+const ONE_WAY: f64 = 1.5;
+/// Momentary speed at full stroke from which on a valve may fill a chamber whose load the supply pressure cannot move, as a share of the
+/// steady one without load.
+const FILLING: f64 = 0.05;
 /// Least speed at full stroke, as a share of the steady one: a regenerative cylinder that is still being filled would not
 /// move at any opening.
 const LEAST_SHARE: f64 = 0.35;
@@ -197,6 +206,7 @@ impl Drive {
             learning: Learning::new(gains.learning, period),
             fit: NOMINAL,
             rest: None,
+            motion: 0.0,
             count: 0.0,
             slowest: f64::INFINITY,
             sample: None,
@@ -412,7 +422,8 @@ impl Drive {
             // A force that the supply pressure limits says nothing of the load.
             self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
         }
-        let spring = winding + d.damping;
+        let one_way = !(self.able(1.0) && self.able(-1.0));
+        let spring = winding + d.damping * if one_way { ONE_WAY } else { 1.0 };
 
         let was_at_rest = self.rest.is_some();
         // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
@@ -434,6 +445,9 @@ impl Drive {
         };
         // Where the supply pressure cannot move the load, wanting to go there would only keep the damping from the other side.
         let motion = if self.able(motion.signum()) { motion } else { 0.0 };
+        if !d.rest {
+            self.motion = motion;
+        }
         if let Some(estimate) = &mut self.estimate {
             estimate.hold(d.rest, behind.abs(), g.rest_band);
         }
@@ -482,7 +496,10 @@ impl Drive {
             // Else it would go some time later, when a swing lets the supply pressure win.
             self.stay();
         }
-        HOLDING * position * beyond + against_creep
+        // A place that changes must not kick the oil, nor must the end of the correction of every error.
+        let share = (HOLDING_PER_MODE * self.slowest * self.period).min(1.0);
+        self.motion += share * (HOLDING * position * beyond - self.motion);
+        self.motion + against_creep
     }
 
     /// Whether the piston has sunk at rest and the supply pressure cannot bring it back.
@@ -514,9 +531,12 @@ impl Drive {
         let closed = self.fit.leakage * self.capacity.closed;
         let sense = if speed < closed { -1.0 } else { 1.0 };
         let steady = self.steady_speed(sense);
-        let gained = self.full_speed(sense, steady) - self.capacity.closed;
-        // The valve may be opened to fill a chamber, never where the load would push the piston back in the end.
-        if steady <= 0.0 || sense * gained <= 0.0 || speed == closed {
+        // Where the load would push the piston back in the end, the valve is opened for no motion, but it may fill a chamber for a moment.
+        let now = sense * self.capacity.full[usize::from(sense > 0.0)];
+        let fills = self.estimate.is_none() && now > FILLING * self.steady.speed_unloaded();
+        let full = if steady > 0.0 || !fills { self.full_speed(sense, steady) } else { sense * now };
+        let gained = full - self.capacity.closed;
+        if steady <= 0.0 && !fills || sense * gained <= 0.0 || speed == closed {
             return 0.0;
         }
         sense * ((speed - closed) / gained).min(self.widest(sense))

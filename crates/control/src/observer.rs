@@ -17,6 +17,10 @@ pub struct Observer {
     pub disturbance: f64,
 }
 
+/// What a reading leaves unknown to either side, in counts: of a piston that hardly moves, and how much less of one that moves on.
+const IN_A_COUNT: f64 = 0.5;
+const IN_MOTION: f64 = 0.25;
+
 /// How an observer learns from one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gains {
@@ -58,11 +62,14 @@ impl Observer {
     }
 
     /// `speed`: expected over the period that ends with the measurement; `learning`: share of the gain of d^ to learn with;
-    /// `count`: resolution of the reading, which tells nothing of a position within half of it, m.
+    /// `count`: resolution of the reading, m. A piston that crosses counts faster than the observer follows is found by the mean of the
+    /// readings; of a slower one they tell on which side of a boundary it is, and nothing more.
     pub fn update(&mut self, measured: f64, speed: f64, gains: &Gains, learning: f64, count: f64) {
         let predicted = self.foreseen(speed, gains);
         let difference = measured - predicted;
-        let innovation = difference - difference.clamp(-0.25 * count, 0.25 * count);
+        let crossed = (speed + self.disturbance).abs() * gains.period / gains.lag_share;
+        let unknown = IN_A_COUNT * count - IN_MOTION * count.min(crossed);
+        let innovation = difference - difference.clamp(-unknown, unknown);
         self.position = predicted + gains.position * innovation;
         self.disturbance += learning * gains.disturbance * innovation;
     }
@@ -79,6 +86,20 @@ mod tests {
             o.update(0.02 * 0.01 * k as f64, 0.015, &Gains::new(10.0, 0.01), 1.0, 0.0);
         }
         assert!((o.disturbance - 0.005).abs() < 1e-6 && (o.position - 0.06).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_reading_that_changes_puts_a_piston_that_hardly_moves_at_the_boundary_of_the_count() {
+        let (count, gains) = (4e-4, Gains::new(5.0, 0.01));
+        let mut o = Observer::at(0.3 * count);
+        for _ in 0..300 {
+            o.update(count, 0.0, &gains, 0.0, count);
+        }
+        assert!((o.position - 0.5 * count).abs() < 1e-3 * count, "{o:?}");
+        // Within a count nothing is learnt.
+        let before = o;
+        o.update(0.0, 0.0, &gains, 1.0, count);
+        assert_eq!(o, before);
     }
 
     #[test]

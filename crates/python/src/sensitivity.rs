@@ -5,7 +5,7 @@ use crate::arrays::{matrix, rows, tensor, vector, Row, Rows};
 use crate::errors::{cannot_build, file_error};
 use crate::overrides::overrides;
 use crate::record::{statistics_of, MAX_STEPS};
-use crate::scenario::{bursts, supply_pressure, SolverEntry};
+use crate::scenario::{self, supply_pressure, SolverEntry};
 use hydrocrane_machine::scenario::BurstEntry;
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
 use hydrocrane_sim::Commands;
@@ -52,7 +52,7 @@ impl SensitivityExperiment {
         commands: Rows<'_>,
         linear: bool,
         supply: Option<(Row<'_>, Row<'_>, bool)>,
-        burst: Vec<BurstEntry>,
+        bursts: Vec<BurstEntry>,
         record_times: Row<'_>,
         solver: SolverEntry,
         resolve_sensitivities: bool,
@@ -72,7 +72,7 @@ impl SensitivityExperiment {
             end: t_end,
             commands,
             supply: supply_pressure(supply.as_ref())?.map(Arc::new),
-            bursts: bursts(&burst)?,
+            bursts: scenario::bursts(&bursts)?,
             record: record_times.as_slice()?.to_vec(),
             solver: solver.solver(),
             max_steps: MAX_STEPS,

@@ -19,7 +19,7 @@ pub(crate) fn take(changes: &mut OwnedChanges, count: usize) -> Option<Arc<dyn M
     if !CHAINS {
         return None;
     }
-    changes.drain(..count).last().map(|(_, model)| model)
+    changes.drain(..count).next_back().map(|(_, model)| model)
 }
 
 /// Number of changes at these times (s, ascending) that are due at `now` (s).

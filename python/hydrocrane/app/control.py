@@ -86,6 +86,7 @@ def run_tune(
     from hydrocrane.app.options import overrides
     from hydrocrane.benchmark import tuning
     from hydrocrane.files.whole_file import write_text
+    from hydrocrane.linear.period_advice import period_advice
     from hydrocrane.machine.machine import load_machine
 
     loaded = load_machine(machine, overrides(settings))
@@ -98,6 +99,8 @@ def run_tune(
         "(RMS deviation and priced spool travel, mean over the cases)",
         found.toml(),
     )
+    if controller == "tip":
+        say(str(period_advice(loaded)))
     if output is not None:
         write_text(output, found.toml())
         say(f"written: {output}")

@@ -4,6 +4,7 @@ from hydrocrane.analysis.linear import Modes, mode_map, modes, pose_grid
 from hydrocrane.linear.linearise import linearise
 from hydrocrane.linear.loops import Loop, PidGains, cylinder_loops, pid_gains
 from hydrocrane.linear.model import LinearModel
+from hydrocrane.linear.period_advice import PeriodAdvice, period_advice
 from hydrocrane.linear.responses import StepResponse
 from hydrocrane.linear.shapes import DampingCurves, ModeShapes, damping_curves, mode_shapes
 
@@ -13,6 +14,7 @@ __all__ = [
     "Loop",
     "ModeShapes",
     "Modes",
+    "PeriodAdvice",
     "PidGains",
     "StepResponse",
     "cylinder_loops",
@@ -21,6 +23,7 @@ __all__ = [
     "mode_map",
     "mode_shapes",
     "modes",
+    "period_advice",
     "pid_gains",
     "pose_grid",
 ]

@@ -100,9 +100,12 @@ def without_comments(text: str) -> str:
     return re.sub(r"//.*", "", text)
 
 
+SERVING = ("mod.rs", "lib.rs", "parameters.rs", "parts.rs")
+
+
 def laws() -> list[Path]:
-    """Files of the physics crate that hold a law: their head names a theory page."""
-    return [p for p in sorted(PHYSICS.rglob("*.rs")) if p.name not in ("mod.rs", "lib.rs", "parameters.rs")]
+    """Files of the physics crate that hold a law: their head names a theory page. The others serve several laws."""
+    return [p for p in sorted(PHYSICS.rglob("*.rs")) if p.name not in SERVING]
 
 
 # --- crates ---------------------------------------------------------------------------------------------------------

@@ -84,10 +84,9 @@ impl Loop {
 
     /// `tip` on the laboratory crane at rest; 1 m/s at full stick.
     fn tip_control(reality: Reality) -> Self {
-        let known = crane(&[]);
+        let known = crane(&[("control.period", reality.period), ("control.tip.full-speed", 1.0)]);
         let controller_model = controller_model(known.machine());
-        let mut settings = tip_settings(known.machine(), &controller_model);
-        (settings.period, settings.full_speed) = (reality.period, 1.0);
+        let settings = tip_settings(known.machine(), &controller_model);
         let controller = Box::new(Tip::new(controller_model, settings));
         let model = crane(reality.overrides);
         let x0 = model.equilibrium(&START, EquilibriumMode::Hold, reality.payload).expect("a pose to rest in");

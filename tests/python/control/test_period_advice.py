@@ -1,0 +1,28 @@
+"""What the linear model says of the period of tip control, and whether stops agree."""
+
+from __future__ import annotations
+
+import pytest
+
+import hydrocrane as hc
+from hydrocrane.benchmark.stops import random_stop
+from hydrocrane.linear import period_advice
+
+LAB = "rottne-f9-lab"
+
+
+def test_the_laboratory_crane_needs_half_of_the_default_and_rings_at_it() -> None:
+    """Seed 4 without a load takes 1.6 s at 10 ms."""
+    advice = period_advice(LAB)
+    assert advice.too_long and 'control.period = "5 ms"' in str(advice)
+    shorter = hc.load_machine(LAB, {"control.period": "5 ms"})
+    assert not period_advice(shorter).too_long
+    slow, fast = (random_stop(machine, 4, end=8.0) for machine in (hc.load_machine(LAB), shorter))
+    assert slow is not None and fast is not None
+    assert slow.settling > 0.8 and fast.settling < 0.6
+
+
+@pytest.mark.parametrize("machine", ["hiab-xs031", "rig-rottne"])
+def test_slow_cranes_and_rigs_whose_modes_no_stop_excites_need_no_other_period(machine: str) -> None:
+    advice = period_advice(machine)
+    assert not advice.too_long and "damps all oil modes" in str(advice)

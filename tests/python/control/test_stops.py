@@ -1,0 +1,23 @@
+"""Random stops that took long before their causes were known."""
+
+from __future__ import annotations
+
+import pytest
+
+import hydrocrane as hc
+from hydrocrane.benchmark.stops import random_stop
+
+
+@pytest.mark.parametrize("seed", [1, 15, 19, 21])
+def test_counts_of_encoders_lengthen_no_stop(seed: int) -> None:
+    """1.2 s where a change of a reading took the observed position beyond the boundary of the counts."""
+    crane = hc.load_machine("rottne-f9-lab", {"control.period": "5 ms"})
+    stop = random_stop(crane, seed, payload=80.0, sensors="data-sheet", end=8.0)
+    assert stop is not None and stop.settling < 0.6
+
+
+@pytest.mark.parametrize(("payload", "seed", "most"), [(300.0, 208, 3.0), (300.0, 216, 3.0), (80.0, 201, 3.0)])
+def test_loads_near_the_supply_pressure_are_damped(payload: float, seed: int, most: float) -> None:
+    """7.4, 6.3 and 5.1 s with a valve that stayed closed towards the load, and damped the other way as any other."""
+    stop = random_stop(hc.load_machine("hiab-xs031"), seed, payload=payload)
+    assert stop is not None and stop.settling < most
