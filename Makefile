@@ -134,6 +134,7 @@ docs: $(VENV)/.tested
 	$(BIN)/python docs/validation/friction_lab.py
 	$(BIN)/python docs/validation/dynamic_friction.py
 	$(BIN)/python docs/validation/supply.py
+	$(BIN)/python docs/validation/hysteresis.py
 	$(BIN)/python docs/validation/rooms.py
 	$(BIN)/python docs/reference/front_page.py
 	$(BIN)/python docs/reference/sensitivities.py

@@ -452,16 +452,24 @@ impl<L: Real> Lifted<L> {
     #[inline(always)]
     fn port_a<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p1, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2)];
-        let ports =
-            self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, Dual::constant(s.p2)], still(s));
+        let ports = self.ports.ports(
+            &supply_pressures.map(&mut Dual::constant),
+            v,
+            [p1, Dual::constant(s.p2)],
+            P::part(still(s)),
+        );
         self.ports.port_a::<P>(&ports, spool).map(|number| number.among([V, P1, SPOOL]))
     }
 
     #[inline(always)]
     fn port_b<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
-        let ports =
-            self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [Dual::constant(s.p1), p2], still(s));
+        let ports = self.ports.ports(
+            &supply_pressures.map(&mut Dual::constant),
+            v,
+            [Dual::constant(s.p1), p2],
+            P::part(still(s)),
+        );
         self.ports.port_b::<P>(&ports, spool).map(|number| number.among([V, P2, SPOOL]))
     }
 

@@ -186,7 +186,7 @@ impl<T: Real> HydraulicAxis<T> {
         supply_pressures: &SupplyPressures<T>,
         s: &LocalState<T>,
     ) -> LocalRates<T> {
-        let ports = self.ports(supply_pressures, s.v, [s.p1, s.p2], s.opening);
+        let ports = self.ports(supply_pressures, s.v, [s.p1, s.p2], P::part(s.opening));
         let outputs = LawOutputs {
             port_a: self.port_a::<P>(&ports, s.spool),
             port_b: self.port_b::<P>(&ports, s.spool),
@@ -352,7 +352,7 @@ impl<T: Real> HydraulicAxis<T> {
                 tank: supply_pressures.tank,
                 a: port_a.pressure,
                 b: port_b.pressure,
-                opening: in_chains(s.opening),
+                opening: P::part(in_chains(s.opening)),
             },
             line_drops: [port_a.line_drop, port_b.line_drop],
             hose_drops: [port_a.hose_drop, port_b.hose_drop],

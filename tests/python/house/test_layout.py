@@ -100,7 +100,7 @@ def without_comments(text: str) -> str:
     return re.sub(r"//.*", "", text)
 
 
-SERVING = ("mod.rs", "lib.rs", "parameters.rs", "parts.rs")
+SERVING = ("mod.rs", "lib.rs", "parameters.rs", "parts.rs", "edge_flows.rs")
 
 
 def laws() -> list[Path]:
