@@ -3,6 +3,7 @@
 //! [`load`] turns a bundled name or a path into a [`model::Machine`]; every problem is one [`MachineError`] that names
 //! place, key and cure. Nothing here knows physics.
 
+mod at_cylinder;
 mod bundled;
 mod circuit;
 mod columns;
