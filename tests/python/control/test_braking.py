@@ -38,7 +38,7 @@ def test_a_set_point_that_a_limit_has_held_starts_behind_its_lags() -> None:
     [pytest.param(3, marks=pytest.mark.xfail(reason="swings on near the dead centre of the lift", strict=True)), 4, 5],
 )
 def test_random_sticks_at_low_speed_do_not_swing_the_tip_away_from_its_set_point(seed: int) -> None:
-    """Seed 3: 501 mm from a set-point that stopped within 40 ms, 190 mm with braking, 586 mm since loads near the supply
+    """Seed 3: 501 mm from a set-point that stopped within 40 ms, 190 mm with braking, 586 mm since loads near supply
     pressure are damped both ways."""
     found = soak(hc.load_machine(LOADER), seed, 360.0, full_speed=0.3)
     assert found.outcome == "completed" and found.lag < 0.2
