@@ -104,18 +104,27 @@ macro_rules! sized {
 
 sized!(1, 2, 3, 4, 5, 6);
 
+/// Whether chains of this length have kernels in the wide registers. Development builds have them for three joints only, those
+/// of the tests that compare instruction sets: all of them would be a quarter of what the tests compile.
+#[cfg(target_arch = "x86_64")]
+const fn has_wide(joints: usize) -> bool {
+    !cfg!(debug_assertions) || joints == 3
+}
+
 #[cfg(target_arch = "x86_64")]
 fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
     fn fits<R: Register>(wanted: Option<&str>) -> bool {
         R::is_available() && wanted.is_none_or(|name| name == R::NAME)
     }
-    if fits::<Avx512>(wanted) {
-        Box::new(LaneCrane::<Avx512, N>::new(plant, layout))
-    } else if fits::<Avx2>(wanted) {
-        Box::new(LaneCrane::<Avx2, N>::new(plant, layout))
-    } else {
-        Box::new(LaneCrane::<Sse2, N>::new(plant, layout))
+    if const { has_wide(N) } {
+        if fits::<Avx512>(wanted) {
+            return Box::new(LaneCrane::<Avx512, N>::new(plant, layout));
+        }
+        if fits::<Avx2>(wanted) {
+            return Box::new(LaneCrane::<Avx2, N>::new(plant, layout));
+        }
     }
+    Box::new(LaneCrane::<Sse2, N>::new(plant, layout))
 }
 
 #[cfg(not(target_arch = "x86_64"))]
