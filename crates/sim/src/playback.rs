@@ -162,8 +162,13 @@ impl Playback {
     fn begin_levers(&mut self) -> Result<(), String> {
         let (model, changes) = self.live.machines();
         let (controller, plan) = levers(model.as_ref(), &self.sensor_faults)?;
-        let controller_choice = Some(ControllerChoice::named(LEVER));
-        let stage = Stage { controller: controller_choice, joystick: None, ..self.now.stage.clone() };
+        let choice = Some(ControllerChoice::named(LEVER));
+        let stage = Stage {
+            from: self.live.time(),
+            overrides: self.now.stage.overrides.clone(),
+            controller: choice,
+            joystick: None,
+        };
         let driver = OwnedDriver::Controller(controller, Box::new(plan));
         self.begin(AssembledStage { stage, controller_model: model.clone(), model, changes, driver }).map(|_| ())
     }
@@ -177,10 +182,10 @@ impl Playback {
         self.begin(stage)
     }
 
-    fn begin(&mut self, stage: AssembledStage) -> Result<bool, String> {
+    fn begin(&mut self, mut stage: AssembledStage) -> Result<bool, String> {
         let Ok(from) = self.live.finish_sample(self.now.stage.from) else { return Ok(false) };
-        self.go_on(AssembledStage { stage: Stage { from, ..stage.stage }, ..stage })?;
-        Ok(true)
+        stage.stage.from = from;
+        self.go_on(stage).map(|()| true)
     }
 
     /// Outcome of the drive, if it has ended.

@@ -205,3 +205,15 @@ def test_goals_and_faults_of_a_later_controller(tmp_path) -> None:
     np.testing.assert_array_equal(end_of(hc.simulate(read)), end_of(hc.simulate(plan)))
     with pytest.raises(hc.InputError, match="spool commands move the crane then"):
         hc.simulate(plan, goals=[hc.Goal(0.3, 2.6, 0.35)])
+
+
+def test_somebody_can_take_over_before_the_first_step() -> None:
+    live = hc.LiveSimulator(hc.Scenario(joints=START, commands=COMMANDS, duration=1.0))
+    live.set_stick(lift=0.3)
+    # Levers begin with the next step of the solver.
+    assert not live.as_planned and 0.0 < live.time < live.period
+    before = live.observation.q
+    assert abs(live.step(0.5).q - before)[0] > 5e-3
+    again = hc.LiveSimulator(live.scenario())
+    again.step(live.time)
+    assert np.abs(again.observation.tip - live.observation.tip).max() < 1e-5
