@@ -72,6 +72,8 @@ class SensitivityRecord(TypedDict):
     values: Array
     sensitivities: Array
     commands: Array
+    payloads: Array
+    payload_changes: list[PayloadEntry]
     signals: list[SignalEntry]
     parameters: list[tuple[str, float, str]]
     warnings: list[WarningEntry]
@@ -182,16 +184,29 @@ StageTable = TypedDict(
 )
 
 
+# Begin of a stage and its sticks as they were moved; `stated` are dead zone, full speed and ramp of its joystick.
+DrivenStage = TypedDict(
+    "DrivenStage",
+    {
+        "from": float,
+        "mode": str,
+        "names": list[str],
+        "linear": bool,
+        "time": Array,
+        "axes": Array,
+        "precision": Array,
+        "stated": tuple[float, float | None, float] | None,
+    },
+)
+
+
 class DriveRecord(TypedDict):
-    """The inputs of a drive until its last sample."""
+    """The inputs of a drive until its last sample, stage by stage."""
 
     end: float
-    linear: bool
-    time: Array
-    axes: Array
-    precision: Array
     goals: list[GoalEntry]
     payload: float
+    stages: list[DrivenStage]
 
 
 class CommandTable(TypedDict):

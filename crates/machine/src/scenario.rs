@@ -196,7 +196,8 @@ fn build(
     let (controller_before, joystick_before) = (controller.clone(), joystick.clone());
     let overrides = plain(machine_overrides.clone());
     let start = Stage { from: 0.0, overrides, controller: controller_before, joystick: joystick_before };
-    let phases = phase::read(&root, &machine, &files, &machine_source, start, machine_overrides.clone())?;
+    let phases = phase::read(&root, &machine, &files, &machine_source, start.clone(), machine_overrides.clone())?;
+    let first_controller = start.first_controller(&phases);
     Ok(Scenario {
         name: head.text("name")?.into(),
         title: head.text_or("title", "")?.into(),
@@ -210,7 +211,7 @@ fn build(
         commands: command::read(&root, &machine, &files)?,
         supply: supply::read(&root, &machine, &files)?,
         cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
-        sensor_faults: sensor_fault::read(&root, &machine, controller.as_ref())?,
+        sensor_faults: sensor_fault::read(&root, &machine, first_controller.as_ref())?,
         controller,
         joystick,
         goals: goal::read(&root)?,

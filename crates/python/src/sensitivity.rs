@@ -4,11 +4,11 @@ use crate::answers::{outcome_of, warnings_of};
 use crate::arrays::{matrix, rows, tensor, vector, Row, Rows};
 use crate::errors::{cannot_build, file_error};
 use crate::overrides::overrides;
-use crate::record::{statistics_of, MAX_STEPS};
+use crate::record::{payload_entry, statistics_of, PayloadEntry, MAX_STEPS};
 use crate::scenario::{self, supply_pressure, SolverEntry};
 use hydrocrane_machine::scenario::BurstEntry;
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
-use hydrocrane_sim::Commands;
+use hydrocrane_sim::{Commands, PayloadChange};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -53,6 +53,7 @@ impl SensitivityExperiment {
         linear: bool,
         supply: Option<(Row<'_>, Row<'_>, bool)>,
         bursts: Vec<BurstEntry>,
+        payload_changes: Vec<(f64, f64)>,
         record_times: Row<'_>,
         solver: SolverEntry,
         resolve_sensitivities: bool,
@@ -73,6 +74,7 @@ impl SensitivityExperiment {
             commands,
             supply: supply_pressure(supply.as_ref())?.map(Arc::new),
             bursts: scenario::bursts(&bursts)?,
+            payload_changes: payload_changes.into_iter().map(|(time, mass)| PayloadChange { time, mass }).collect(),
             record: record_times.as_slice()?.to_vec(),
             solver: solver.solver(),
             max_steps: MAX_STEPS,
@@ -116,6 +118,9 @@ impl SensitivityExperiment {
         out.set_item("values", matrix(py, done.values, signals)?)?;
         out.set_item("sensitivities", tensor(py, done.sensitivities, (signals, parameters))?)?;
         out.set_item("commands", matrix(py, done.commands, self.cylinders)?)?;
+        out.set_item("payloads", vector(py, done.payloads))?;
+        let events: Vec<PayloadEntry> = done.payload_events.iter().map(payload_entry).collect();
+        out.set_item("payload_changes", events)?;
         let names: Vec<_> = done.signals.into_iter().map(|s| (s.name, s.unit, s.long_name)).collect();
         out.set_item("signals", names)?;
         out.set_item("parameters", entries(done.parameters))?;

@@ -17,6 +17,10 @@ pub(crate) trait Stepped<'a> {
     fn system(&self) -> &dyn System;
     fn driven(&self) -> &Driven<'a>;
     fn driven_mut(&mut self) -> &mut Driven<'a>;
+    /// Picks up and releases the loads that are due at the time of `stepper`.
+    fn change_payload(&mut self, stepper: &mut Stepper) {
+        self.driven_mut().change_payload(stepper);
+    }
 }
 
 impl<'a> Stepped<'a> for Driven<'a> {
@@ -86,9 +90,9 @@ impl EventLoop {
     /// One step towards `end`, after all events at its start.
     pub fn step<'a>(&mut self, crane: &mut impl Stepped<'a>, events: &mut dyn Events, end: f64) -> Result<(), Outcome> {
         while self.stepper.t >= self.limit {
+            events.happen(self.limit, crane.driven_mut(), &mut self.stepper)?;
+            crane.change_payload(&mut self.stepper);
             let driven = crane.driven_mut();
-            events.happen(self.limit, driven, &mut self.stepper)?;
-            driven.change_payload(&mut self.stepper);
             driven.supply.follow(&mut self.stepper);
             if let Some(model) = driven.changes.due(self.limit) {
                 self.change_model(driven, model);

@@ -72,8 +72,8 @@ impl CommandsAtHand {
 
 impl Live {
     /// Begins at rest at time zero in state `x0`, with a machine and those that take its place; the error states why that is
-    /// impossible. The sticks of `plan` define kind, dead zone and ramp. If they move, the drive is a replay with the loads of
-    /// `options`, until an operator [takes over](Self::take_over).
+    /// impossible. The sticks of `plan` define kind, dead zone and ramp. If they move, or if `options` have loads, the drive is a
+    /// replay of both until an operator [takes over](Self::take_over).
     pub fn new(
         (model, changes): (Arc<dyn Model>, OwnedChanges),
         controller: Box<dyn Controller>,
@@ -98,7 +98,7 @@ impl Live {
             commands,
             controller,
             loads: Loads::new(&options.payload_changes),
-            replaying: !plan.sticks.idle(),
+            replaying: !plan.sticks.idle() || !options.payload_changes.is_empty(),
             payload: options.payload,
             wanted_payload: options.payload,
             deflections: vec![0.0; plan.sticks.axes],
@@ -123,6 +123,16 @@ impl Live {
         self.commands = CommandsAtHand::of(&driven);
         (self.schedule, self.replaying) = (Some(schedule), true);
         self
+    }
+
+    /// The plan goes on until an operator [takes over](Self::take_over), for example by phases to come.
+    pub(crate) fn replay(&mut self) {
+        self.replaying = true;
+    }
+
+    /// The present machine and those that will take its place.
+    pub(crate) fn machines(&self) -> (Arc<dyn Model>, OwnedChanges) {
+        (self.model.clone(), self.changes.clone())
     }
 
     /// Sets the sticks from the next sample on. Missing and NaN deflections count as centred; a stick ends at -1 and 1.
@@ -166,14 +176,17 @@ impl Live {
         going.map(|goal| goal.place)
     }
 
-    /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`]. Spool commands against time
-    /// continue until another phase [begins](Self::go_on).
+    /// Ends a replay: from the next sample on the sticks are those of [`Self::set_sticks`], and no more loads come. Spool
+    /// commands against time continue until another phase [begins](Self::go_on).
     pub fn take_over(&mut self) {
-        if self.replaying && self.schedule.is_none() {
-            self.replaying = false;
+        if !self.replaying {
+            return;
+        }
+        self.replaying = false;
+        self.loads.forget();
+        self.wanted_payload = self.payload;
+        if self.schedule.is_none() {
             self.sampled.take_over(self.controller.period());
-            self.loads.forget();
-            self.wanted_payload = self.payload;
         }
     }
 
@@ -196,8 +209,7 @@ impl Live {
     /// Begins another phase: `model`, or the last of `changes` that is due, with `controller` and the sticks of `plan`, which
     /// keep their deflections if they are the same. Returns the record of the sticks so far. After an error nothing is changed.
     ///
-    /// A phase that an operator begins starts [at a sample](Self::finish_sample); it ends a repeat of spool commands
-    /// and of their loads.
+    /// A phase that an operator begins starts [at a sample](Self::finish_sample). Any phase ends spool commands.
     pub fn go_on(
         &mut self,
         (model, mut changes): (Arc<dyn Model>, OwnedChanges),
@@ -224,7 +236,6 @@ impl Live {
         if self.schedule.take().is_some() {
             driven.hold(now);
             self.sampled = Sampled::new(now, x, &driven, plan);
-            self.replaying = !plan.sticks.idle();
         } else {
             self.sampled.go_on(now, x, &driven, plan);
         }

@@ -63,6 +63,11 @@ impl Loads {
         self.changes.truncate(self.next);
     }
 
+    /// Number of changes that have happened.
+    pub fn done(&self) -> usize {
+        self.next
+    }
+
     /// Time of the next change.
     pub fn next_time(&self) -> Option<f64> {
         self.changes.get(self.next).map(|change| change.time)
@@ -84,6 +89,12 @@ impl Loads {
     }
 }
 
+/// Whether a load is picked up where the payload changes from the first to the second mass: joint rates jump. Otherwise
+/// the state stays as it is.
+pub(crate) fn picks_up(mass: [f64; 2]) -> bool {
+    mass[1] > mass[0]
+}
+
 /// Changes the payload of state `x` from the first to the second mass.
 pub fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: [f64; 2]) -> PayloadEvent {
     let n = model.layout().joints();
@@ -92,7 +103,7 @@ pub fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: [f64; 2
     let load = mass[1] - mass[0];
     let before = model.tip_velocity(q, qd);
     let mut loss = 0.0;
-    if load > 0.0 {
+    if picks_up(mass) {
         let mut rates = vec![0.0; n];
         loss = model.attach(q, qd, mass[0], load, &mut rates);
         qd.copy_from_slice(&rates);

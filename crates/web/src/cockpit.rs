@@ -43,33 +43,33 @@ impl Cockpit {
             if deflections.iter().any(|deflection| *deflection != 0.0) {
                 drive.take_over();
             }
-            drive.live.set_sticks(deflections);
+            drive.playback.live.set_sticks(deflections);
         }
     }
 
     /// Moves the tip to a point (x, z), m, until a stick is moved.
     pub fn go_to(&mut self, place: [f64; 2]) -> Result<(), Problem> {
         let drive = self.drive.as_mut().ok_or_else(|| Problem::plain("there is no drive"))?;
-        if drive.live.follows_commands() {
+        if drive.playback.live.follows_commands() {
             return Err(Problem::plain("spool commands are repeated; begin a drive of the tip first"));
         }
-        drive.live.go_to(place, None).map_err(Problem::plain)?;
+        drive.playback.live.go_to(place, None).map_err(Problem::plain)?;
         drive.take_over();
         Ok(())
     }
 
     /// Cancels the goal.
     pub fn drop_goal(&mut self) {
-        if let Some(drive) = self.drive.as_mut().filter(|drive| drive.live.goal().is_some()) {
+        if let Some(drive) = self.drive.as_mut().filter(|drive| drive.playback.live.goal().is_some()) {
             drive.take_over();
-            drive.live.drop_goal();
+            drive.playback.live.drop_goal();
         }
     }
 
     /// Sets the share of the full speed from the next sample on.
     pub fn set_precision(&mut self, share: f64) {
         if let Some(drive) = &mut self.drive {
-            drive.live.set_precision(share);
+            drive.playback.live.set_precision(share);
         }
     }
 
@@ -77,7 +77,7 @@ impl Cockpit {
     pub fn carry(&mut self, mass: f64) {
         if let Some(drive) = &mut self.drive {
             drive.take_over();
-            drive.live.carry(mass);
+            drive.playback.live.carry(mass);
         }
     }
 
@@ -86,7 +86,7 @@ impl Cockpit {
         let Some(drive) = &mut self.drive else { return false };
         drive.ticks += u64::from(ticks);
         let goes_on = drive.advance(drive.ticks as f64 * TICK);
-        if drive.replayed && drive.live.replaying() && drive.live.time() > drive.scenario.duration {
+        if drive.replayed && drive.playback.live.replaying() && drive.playback.live.time() > drive.scenario.duration {
             drive.take_over();
         }
         goes_on
@@ -111,23 +111,25 @@ impl Cockpit {
     pub fn events(&mut self) -> Value {
         let Some(drive) = &mut self.drive else { return json!({ "events": [], "ended": null, "replaying": false }) };
         let mut events: Vec<Value> = Vec::new();
-        for event in drive.live.events() {
+        for event in drive.playback.live.events() {
             events.push(json!({ "time": event.time, "text": event.text }));
         }
-        let (_, loads) = drive.live.loads();
+        let (_, loads) = drive.playback.live.loads();
         for load in &loads[drive.loads_told..] {
             let text = format!("the tip carries {} kg in place of {} kg", load.mass[1], load.mass[0]);
             events.push(json!({ "time": load.time, "text": text }));
         }
         drive.loads_told = loads.len();
-        for warning in std::mem::take(&mut drive.doubts).into_iter().chain(drive.live.warnings()) {
+        for warning in drive.playback.warnings() {
             let Warning { time, kind, text, cure } = warning;
             events.push(json!({ "time": time, "text": text, "warning": kind, "cure": cure }));
         }
         let changed = std::mem::take(&mut drive.changed).then(|| description::of(drive));
-        let ended =
-            drive.ended().map(|(kind, time, message)| json!({ "kind": kind, "time": time, "message": message }));
-        json!({ "events": events, "ended": ended, "replaying": drive.live.replaying(), "changed": changed })
+        let ended = drive
+            .playback
+            .outcome()
+            .map(|end| json!({ "kind": end.kind.name(), "time": end.time, "message": end.message }));
+        json!({ "events": events, "ended": ended, "replaying": drive.playback.live.replaying(), "changed": changed })
     }
 
     /// The drive as a scenario file that `hydrocrane simulate` repeats.

@@ -11,7 +11,7 @@ use hydrocrane_sim::total_terms;
 use serde_json::{json, Value};
 
 pub fn of(drive: &Drive) -> Value {
-    let (model, request) = (drive.now.model.as_ref(), &drive.now.request);
+    let (model, request) = (drive.model(), &drive.request);
     let machine = model.machine();
     json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -24,7 +24,7 @@ pub fn of(drive: &Drive) -> Value {
             _ => cylinder_names(drive),
         },
         "tick": TICK,
-        "payload": drive.live.payload(),
+        "payload": drive.playback.live.payload(),
         "supply": machine.supply.pressure,
         "full-speed": machine.control.gain(request.law(), "full-speed"),
         "gains": gains(drive),
@@ -55,16 +55,16 @@ fn machines() -> Vec<Value> {
 }
 
 fn cylinder_names(drive: &Drive) -> Vec<String> {
-    drive.now.model.machine().cylinders.iter().map(|cylinder| cylinder.name.clone()).collect()
+    drive.model().machine().cylinders.iter().map(|cylinder| cylinder.name.clone()).collect()
 }
 
 fn joints(drive: &Drive) -> Vec<Value> {
-    let layout = drive.now.model.layout();
-    let limits = drive.now.model.joint_limits().iter().enumerate();
+    let layout = drive.model().layout();
+    let limits = drive.model().joint_limits().iter().enumerate();
     limits
         .map(|(i, limit)| {
             json!({
-                "name": drive.now.model.machine().joints[i].name,
+                "name": drive.model().machine().joints[i].name,
                 "unit": layout.units[i],
                 "limits": [limit.lower, limit.upper],
                 "reasons": limit.reasons.map(|reason| reason.name()),
@@ -75,8 +75,8 @@ fn joints(drive: &Drive) -> Vec<Value> {
 }
 
 fn cylinders(drive: &Drive) -> Vec<Value> {
-    let limits = drive.now.model.stroke_limits();
-    let all = drive.now.model.machine().cylinders.iter().zip(limits);
+    let limits = drive.model().stroke_limits();
+    let all = drive.model().machine().cylinders.iter().zip(limits);
     all.map(|(c, limits)| {
         json!({
             "name": c.name, "bore": c.bore, "rod": c.rod_diameter, "stroke": c.stroke, "limits": limits,
@@ -87,10 +87,10 @@ fn cylinders(drive: &Drive) -> Vec<Value> {
 }
 
 fn gains(drive: &Drive) -> Vec<Value> {
-    if drive.now.request.law() != CONTROLLERS[0] {
+    if drive.request.law() != CONTROLLERS[0] {
         return Vec::new();
     }
-    let machine = drive.now.model.machine();
+    let machine = drive.model().machine();
     let entry = |key: &str| {
         let key_of_file = format!("control.{}.{key}", CONTROLLERS[0]);
         json!({ "name": key, "key": key_of_file, "unit": tip_gain_unit(key), "value": tip_gain(machine, key) })
@@ -99,7 +99,7 @@ fn gains(drive: &Drive) -> Vec<Value> {
 }
 
 fn shapes(drive: &Drive) -> Vec<Value> {
-    let shapes = drive.now.model.drawing(&drive.pose);
+    let shapes = drive.model().drawing(&drive.pose);
     shapes
         .iter()
         .map(|s| json!({ "kind": s.kind.name(), "name": s.name, "points": corners(&s.line).count() }))

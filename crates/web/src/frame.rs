@@ -36,18 +36,18 @@ pub struct Frame {
 pub fn signals(drive: &Drive) -> Vec<Value> {
     let entry = |name: &str, unit: &str, long: &str| json!({ "name": name, "unit": unit, "long": long });
     let mut all: Vec<Value> = HEAD.iter().map(|(name, unit, long)| entry(name, unit, long)).collect();
-    let layout = drive.now.model.layout();
+    let layout = drive.model().layout();
     for i in 0..layout.len() {
         all.push(entry(&layout.names[i], layout.units[i], &layout.long_names[i]));
     }
-    for output in drive.now.model.output_info() {
+    for output in drive.model().output_info() {
         all.push(entry(&output.name, output.unit, &output.long_name));
     }
-    for cylinder in &drive.now.model.machine().cylinders {
+    for cylinder in &drive.model().machine().cylinders {
         let long = format!("{} spool command at the valve", cylinder.name);
         all.push(entry(&format!("command.{}", cylinder.name), "m", &long));
     }
-    for (name, long, _) in total_terms(drive.now.model.machine()) {
+    for (name, long, _) in total_terms(drive.model().machine()) {
         all.push(entry(&format!("ledger.{name}"), "J", long));
     }
     all
@@ -56,13 +56,13 @@ pub fn signals(drive: &Drive) -> Vec<Value> {
 impl Frame {
     /// Makes room for the rows of a drive.
     pub fn measure(&mut self, drive: &Drive) {
-        self.outputs = vec![0.0; drive.now.model.output_info().len()];
+        self.outputs = vec![0.0; drive.model().output_info().len()];
         self.row.clear();
     }
 
     /// The row of the instant.
     pub fn fill(&mut self, drive: &Drive) -> &[f64] {
-        let live = &drive.live;
+        let live = &drive.playback.live;
         let (set_point, energies) = (live.set_point().unwrap_or([f64::NAN; 2]), live.energies());
         let instant = Instant {
             time: live.time(),
@@ -78,12 +78,12 @@ impl Frame {
 
     /// The row of a recorded instant: `recorded` holds time, payload and the states. Missing values are NaN.
     pub fn show(&mut self, drive: &Drive, recorded: &[f64]) -> Option<&[f64]> {
-        let (layout, cylinders) = (drive.now.model.layout(), drive.now.model.machine().cylinders.len());
+        let (layout, cylinders) = (drive.model().layout(), drive.model().machine().cylinders.len());
         let [time, payload, state @ ..] = recorded else { return None };
         if state.len() != layout.len() {
             return None;
         }
-        let unknown = vec![f64::NAN; ledger_terms(drive.now.model.machine()).len()];
+        let unknown = vec![f64::NAN; ledger_terms(drive.model().machine()).len()];
         let instant = Instant {
             time: *time,
             payload: *payload,
@@ -97,7 +97,7 @@ impl Frame {
     }
 
     fn write(&mut self, drive: &Drive, now: Instant) -> &[f64] {
-        let model = drive.live.model();
+        let model = drive.playback.live.model();
         let n = model.layout().joints();
         let velocity = model.tip_velocity(&now.state[..n], &now.state[n..2 * n]);
         model.outputs_without_oil(now.state, now.payload, &mut self.outputs);
@@ -128,9 +128,9 @@ struct Instant<'a> {
 
 /// The tip velocity that the stick commands; zero if levers move the cylinders.
 fn wanted_velocity(drive: &Drive) -> [f64; 2] {
-    let speed = drive.now.model.machine().control.gain(drive.now.request.law(), "full-speed");
-    match (speed, drive.live.sticks_at()) {
-        (Some(speed), &[x, z]) if drive.now.request.stick_mode() == StickMode::Tip => [speed * x, speed * z],
+    let speed = drive.model().machine().control.gain(drive.request.law(), "full-speed");
+    match (speed, drive.playback.live.sticks_at()) {
+        (Some(speed), &[x, z]) if drive.request.stick_mode() == StickMode::Tip => [speed * x, speed * z],
         _ => [f64::NAN; 2],
     }
 }

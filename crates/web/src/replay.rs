@@ -10,12 +10,13 @@ use hydrocrane_sim::assembly::{assemble, Assembly, Machines};
 use hydrocrane_sim::controllers::LEVER;
 use hydrocrane_sim::CHAINS;
 use serde_json::{json, Value};
+use std::collections::VecDeque;
 
 /// A scenario with the equivalent request of each of its stages.
 pub struct Replay {
     pub scenario: Scenario,
     pub assembly: Assembly,
-    pub requests: Vec<Request>,
+    pub requests: VecDeque<Request>,
 }
 
 /// What a scenario repeats. `asked` brings the text of the machine file that it names, where it is one of somebody's own, and

@@ -1,64 +1,64 @@
 //! A drive as a scenario file.
 
-use crate::drive::{Drive, Setting, TICK};
+use crate::drive::{Drive, TICK};
 use crate::problem::Problem;
+use crate::replay::own_overrides;
 use hydrocrane_machine::scenario::{Goal, Interpolation, Joystick, Phase, Scenario};
 use hydrocrane_machine::{Machine, OverrideValue};
-use hydrocrane_sim::Sticks;
+use hydrocrane_sim::{PlayedStage, Sticks};
 
 /// The drive so far as text, for a replay.
 pub fn scenario(drive: &Drive) -> Result<String, Problem> {
-    let live = &drive.live;
-    let end = if live.follows_commands() { live.time() } else { live.sampled_until() };
-    if end <= 0.0 {
-        return Err(Problem::plain("nothing has been driven yet"));
-    }
-    let earlier = drive.earlier.iter().map(|(setting, sticks)| (setting, sticks));
-    let parts: Vec<(&Setting, &Sticks)> =
-        earlier.chain([(&drive.now, live.sticks())]).filter(|(setting, _)| setting.from < end).collect();
+    let (live, end) = (&drive.playback.live, drive.playback.recorded_until());
+    let parts: Vec<(&PlayedStage, &Sticks)> =
+        drive.playback.played().filter(|(played, _)| played.stage.from < end).collect();
     let Some(((first, sticks), later)) = parts.split_first() else {
         return Err(Problem::plain("nothing has been driven yet"));
     };
+    let overrides = |played: &PlayedStage| own_overrides(&drive.scenario, &played.stage);
     let (payload, loads) = live.loads();
     let mut phases = Vec::new();
     let mut before = *first;
-    for (setting, sticks) in later {
+    for (played, sticks) in later {
         phases.push(Phase {
             name: String::new(),
-            time: setting.from,
-            overrides: changed(setting, before),
-            controller: setting.controller.clone(),
+            time: played.stage.from,
+            overrides: changed(overrides(played), &overrides(before)),
+            controller: played.stage.controller.clone(),
             joystick: Some(joystick(sticks)),
         });
-        before = setting;
+        before = played;
     }
     let begun = &drive.scenario;
-    let request = &first.request;
+    let request = &drive.request;
     let scenario = Scenario {
         name: "drive".into(),
         title: format!("{} driven by hand", first.model.machine().name),
         // The user's machine file is expected beside the scenario.
         machine: if request.text.is_some() { format!("./{}", request.machine) } else { request.machine.clone() },
-        overrides: first.overrides.clone(),
+        overrides: overrides(first),
         payload: Some(payload),
         payload_changes: loads.iter().filter(|load| load.time < end).map(|load| (load.time, load.mass[1])).collect(),
         duration: end,
-        controller: first.controller.clone(),
-        joystick: first.controller.is_some().then(|| joystick(sticks)),
+        controller: first.stage.controller.clone(),
+        joystick: first.stage.controller.is_some().then(|| joystick(sticks)),
         goals: goals(live.sticks(), end),
         phases,
         recorded_by: Some(env!("CARGO_PKG_VERSION").into()),
         ..begun.clone()
     };
-    let machines: Vec<&Machine> = parts.iter().map(|(setting, _)| setting.model.machine()).collect();
+    let machines: Vec<&Machine> = parts.iter().map(|(played, _)| played.model.machine()).collect();
     let text = scenario.to_toml(&machines).map_err(|error| Problem::plain(error.0))?;
     debug_assert!(scenario.solver.step == Some(TICK), "a drive is repeated by the same steps");
     Ok(format!("# A drive in the cockpit, which `hydrocrane simulate` repeats.\n\n{text}"))
 }
 
-/// Changes relative to `before`.
-fn changed(setting: &Setting, before: &Setting) -> Vec<(String, OverrideValue)> {
-    setting.overrides.iter().filter(|change| !before.overrides.contains(change)).cloned().collect()
+/// Those of the overrides that are not `before`.
+fn changed(
+    overrides: Vec<(String, OverrideValue)>,
+    before: &[(String, OverrideValue)],
+) -> Vec<(String, OverrideValue)> {
+    overrides.into_iter().filter(|change| !before.contains(change)).collect()
 }
 
 /// The goals that were given before `end` (s).

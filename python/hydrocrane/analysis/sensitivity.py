@@ -76,7 +76,8 @@ class Experiment:
     Parameters
     ----------
     scenario : str, path or Scenario
-        With spool commands; sensitivities of sampled controllers are not computed.
+        With spool commands; sensitivities of sampled controllers are not computed. Loads that are picked up or released
+        make the sensitivities jump as exactly as the state; their masses do not depend on the keys.
     keys : str or sequence of str
         Keys by which to differentiate.
     signals : sequence of str, optional
@@ -102,15 +103,10 @@ class Experiment:
     ) -> None:
         plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         self.plan = plan.changed(**changes)
-        if self.plan.closed_loop:
+        if self.plan.has_controller:
             raise InputError(
                 "sensitivities need spool commands; this scenario has a controller, whose samples depend on the run. "
                 "Give its commands as a table: commands=(time, spool), from `cylinder.<c>.command` of a run"
-            )
-        if self.plan.payload_changes:
-            raise InputError(
-                "sensitivities need one payload throughout; this scenario picks loads up or drops them. Leave out "
-                "`payload_changes`, or simulate the stretches between them as separate runs"
             )
         self.keys = _checked_keys(keys)
         self.machine = self.plan.load_machine()
@@ -176,6 +172,7 @@ class Experiment:
             linear,
             None if plan.supply is None else plan.supply.entry,
             [burst.entry for burst in plan.bursts],
+            list(plan.payload_changes.items()),
             times,
             plan.solver.entry,
             bool(resolve_sensitivities),
@@ -248,11 +245,12 @@ class Sensitivities:
             states=np.ascontiguousarray(np.asarray(raw["values"])[:, : len(made.machine.state_names)]),
             commands=np.asarray(raw["commands"]),
             ledger=np.empty((0, 0)),
-            payloads=np.full(len(raw["t"]), made.payload),
+            payloads=np.asarray(raw["payloads"]),
             outcome=self.outcome,
             method=raw["method"],
             effort=raw["stats"],
             warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
+            payload_changes=raw["payload_changes"],
             stages=() if not made.plan.bursts else (made.stage(),),
         )
         data = run_dataset(made.machine, made.plan, recorded, payload=made.payload, wall=self._wall)
@@ -293,7 +291,8 @@ def sensitivities(
     Parameters
     ----------
     scenario : str, path or Scenario
-        With spool commands.
+        With spool commands, and no controller in any phase. Measured supply pressures, hoses that burst and loads that
+        are picked up or released are part of the run; ``payload.mass`` is the load until the first of its changes.
     keys : str or sequence of str
         Keys of the machine file with numeric values, such as ``friction.lift.bristle-stiffness``, ``payload.mass`` or
         ``friction.lift.coulomb[0]``.

@@ -49,6 +49,7 @@ def part_of(
     if at:
         raise InputError(f"{target} states its start; --at is for machines")
     if plan.closed_loop:
+        _check_plan(target, plan)
         if period is not None or sensors != "ideal":
             raise InputError(f"{target} states period and sensors of its controller; omit --period and --sensors")
         return Driven(plan)
@@ -61,7 +62,21 @@ def part_of(
         )
     machine = plan.load_machine()
     start = plan.initial_state(machine)
-    return Plant(machine, start, seconds, sensors=sensors, payload=plan.payload, seed=plan.seed)
+    return Plant(machine, start, seconds, sensors=sensors, payload=plan.payload, seed=plan.seed, solver=plan.solver)
+
+
+# What an operator's plan has beside its sticks: the program at the bridge is the operator from the start on.
+OPERATED = {"phases": "phases", "payload_changes": "loads that come and go", "goals": "goals of the tip"}
+
+
+def _check_plan(target: str, plan: hc.Scenario) -> None:
+    found = next(((field, what) for field, what in OPERATED.items() if getattr(plan, field)), None)
+    if found is not None:
+        field, what = found
+        raise InputError(
+            f"{target} has {what}, which end when an operator takes over, and the program at the bridge is the "
+            f"operator from the start on; leave `{field}` out of the scenario"
+        )
 
 
 def transport_of(url: str) -> Transport:

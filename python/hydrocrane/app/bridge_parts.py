@@ -92,9 +92,20 @@ class Plant:
         sensors: str,
         payload: float | None = None,
         seed: int = 0,
+        solver: hc.Solver | None = None,
     ) -> None:
+        solver = solver or hc.Solver()
         self.machine, self.period, self._start = machine, period, start
-        self._simulator = hc.Simulator(machine, period, payload=payload, sensors=sensors, seed=seed)
+        self._simulator = hc.Simulator(
+            machine,
+            period,
+            payload=payload,
+            sensors=sensors,
+            seed=seed,
+            method=solver.method,
+            rtol=solver.rtol,
+            step=solver.step,
+        )
         self.reset()
         self.inputs, self.outputs = _commands(machine), tuple(_seen(machine, self._obs))
 
@@ -114,7 +125,7 @@ class Plant:
 
 
 class Driven:
-    """A scenario's crane with its controller, under sticks."""
+    """A scenario's crane with its controller, under sticks: hoses burst and sensors fail as the scenario states."""
 
     role, by_clock, fault = "crane with controller", True, None
 

@@ -17,28 +17,28 @@ if TYPE_CHECKING:
     from hydrocrane.app.live_server import Server
     from hydrocrane.machine.machine import Machine
     from hydrocrane.machine.overrides import Override
-    from hydrocrane.scenario.scenario import Scenario
 
 # What the page is asked for, as JSON.
 Request: TypeAlias = dict[str, object]
 
 
 def drive_request(target: str, settings: Mapping[str, Override]) -> Request:
-    """What the page is asked to open: a machine or a scenario, checked here as everywhere on the command line."""
+    """What the page is asked to open: a machine, or a scenario that it plays until somebody takes over.
+
+    Both are checked here as everywhere on the command line.
+    """
     import hydrocrane as hc
     from hydrocrane.app.options import is_scenario
 
     if not is_scenario(target):
         return machine_request(hc.load_machine(target, dict(settings)))
     plan = hc.load_scenario(target).changed(overrides=dict(settings))
-    if plan.supply is not None:
-        raise InputError(
-            f"{target} has a measured supply pressure, and a live drive begins at the machine's own; leave [supply] "
-            "out, or choose scenario and log together with *Replay* in the page to repeat the run"
-        )
     plan.initial_state(plan.load_machine())
-    # The hoses of the machine are tight; the page lets them burst.
-    return {**machine_request(plan.changed(bursts=()).load_machine()), **_scenario_request(plan)}
+    # The hoses of the machine are tight; those of the scenario burst in the page.
+    own = machine_request(plan.changed(bursts=()).load_machine())
+    name = f"./{own['machine']}" if "text" in own else None
+    asked: Request = {key: own[key] for key in ("machine", "text") if key in own}
+    return {**asked, "scenario": plan.to_toml(machine=name)}
 
 
 def machine_request(machine: Machine) -> Request:
@@ -62,22 +62,6 @@ def _check_alone(path: Path, tree: Mapping[str, object]) -> None:
                 f"{path} needs `{other}`, and the cockpit takes a machine in one file: extend a bundled machine by its "
                 "name, and copy what is included into the file"
             )
-
-
-def _scenario_request(plan: Scenario) -> Request:
-    """Start, load, controller, sensors, hoses that burst; sticks and spool commands are left to whoever drives."""
-    request: Request = {"joints": dict(plan.joints), "seed": plan.seed}
-    if plan.bursts:
-        request["bursts"] = [burst.entry for burst in plan.bursts]
-    if plan.payload is not None:
-        request["payload"] = plan.payload
-    if isinstance(plan.driver, str):
-        request |= {"controller": plan.driver, "delay": plan.delay, "real-sensors": plan.sensors == "data-sheet"}
-    if plan.joystick is not None:
-        request |= {"dead-zone": plan.joystick.dead_zone, "ramp": plan.joystick.ramp}
-        if plan.joystick.full_speed is not None:
-            request["full-speed"] = plan.joystick.full_speed
-    return request
 
 
 def cockpit_server(target: str | None = None, settings: Mapping[str, Override] | None = None, port: int = 0) -> Server:

@@ -86,7 +86,7 @@ class Setup:
         models = [
             self._tied(
                 ClosedLoop(replay.plan, record, names, scales)
-                if replay.plan.closed_loop
+                if replay.plan.has_controller
                 else OpenLoop(replay.plan, record, names),
                 keys,
             )

@@ -114,12 +114,12 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
     begin = float(log.time[0])
     changes: Changes = {"duration": float(log.time[-1]) - begin}
     logged = [c for c in machine.cylinder_names if f"cylinder.{c}.command" in log]
-    if logged and plan.closed_loop:
+    if logged and plan.has_controller:
         raise InputError(
             f"{log.source} has spool commands and the scenario a controller; leave the columns out of the mapping to "
             "run the controller, or take a scenario without one to replay the commands"
         )
-    if begin > 0.0 and plan.closed_loop:
+    if begin > 0.0 and plan.has_controller:
         raise InputError(
             f"{log.source} begins at {begin:g} s; a controller has internal states, so its run begins at 0: omit window"
         )
@@ -135,6 +135,8 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
     supply = _supply(log, machine, begin, interpolation) or _later_supply(plan.supply, begin)
     if supply is not None:
         changes["supply"] = supply
+    if begin > 0.0 and plan.payload_changes:
+        changes |= _later_loads(plan, begin)
     changes["bursts"] = [dataclasses.replace(b, time=max(b.time - begin, 0.0)) for b in plan.bursts]
     still = _still(plan.changed(**changes), machine)
     starts = {j: at_start(log, f"joint.{j}.q", still) for j in machine.joint_names if f"joint.{j}.q" in log}
@@ -147,6 +149,16 @@ def replayed(plan: Scenario, machine: Machine, log: Log, interpolation: str) -> 
         }
     errors = {f"joint.{joint}.q": start.error for joint, start in starts.items() if start.error > 0.0}
     return Replay(plan.changed(**changes), errors)
+
+
+def _later_loads(plan: Scenario, begin: float) -> Changes:
+    """The loads of a run that begins later, at the time `begin` (s) of the scenario."""
+    carried = [mass for time, mass in plan.payload_changes.items() if time <= begin]
+    later = {time - begin: mass for time, mass in plan.payload_changes.items() if time > begin}
+    loads: Changes = {"payload_changes": later}
+    if carried:
+        loads["payload"] = carried[-1]
+    return loads
 
 
 def _still(plan: Scenario, machine: Machine) -> float:

@@ -67,9 +67,10 @@ def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: fl
     """The data of a run that took `wall` s."""
     attrs = _run_attributes(machine, plan, run, payload, wall)
     if any(stage.controlled for stage in run.stages):
-        driver = plan.driver
+        stage = next(stage for _, stage in plan.stages() if stage.driver is not None)
+        driver = stage.driver
         attrs["controller"] = driver if isinstance(driver, str) else getattr(driver, "__name__", type(driver).__name__)
-        attrs["sensors"] = plan.sensors
+        attrs["sensors"] = stage.sensors
         if run.samples and len(run.samples[-1]["learnt"]):
             attrs["learnt"] = json.dumps(
                 dict(zip(run.samples[-1]["valves"], run.samples[-1]["learnt"].tolist(), strict=True))

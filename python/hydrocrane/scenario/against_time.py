@@ -12,6 +12,7 @@ FIELDS = {
     "phases": "phases",
     "payload_changes": "loads that come and go",
     "bursts": "hoses that burst",
+    "sensor_faults": "sensors that fail",
 }
 
 

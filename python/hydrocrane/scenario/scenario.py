@@ -109,8 +109,8 @@ class Scenario:
         Whether implausible sensor readings close the valves until they are plausible again; default is yes for ``tip``
         and ``heinze-pid``, no for ``lever``, which reads no sensors, and for your own controller.
     phases : sequence of Phase
-        Changes during the run: controller, sticks, values of the machine. Phases after the end of the run have no
-        effect.
+        Changes during the run: controller, sticks, values of the machine. After `commands` the first phase brings the
+        controller. Phases after the end of the run have no effect.
     recorded_by : str
         Version of hydrocrane whose cockpit recorded it; empty if it is not a recorded drive.
     warnings : sequence of ResultWarning
@@ -161,8 +161,12 @@ class Scenario:
         object.__setattr__(self, "goals", in_order_of_time(self.goals, Goal, "goals", "are given"))
         self._check_loop()
         object.__setattr__(self, "phases", in_order_of_time(self.phases, Phase, "phases", "begin"))
-        if self.phases and not self.closed_loop:
-            raise InputError("phases change controller or sticks: give a controller or a joystick in place of commands")
+        first = self.phases[0] if self.phases and not self.closed_loop else None
+        if first is not None and first.controller is None and first.joystick is None:
+            raise InputError(
+                "phases change controller or sticks: give a controller or a joystick, in place of commands or in the "
+                "first phase"
+            )
         object.__setattr__(self, "seed", seed_number(self.seed))
         object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
         scenario_quantity("scenario.duration", "duration", self.duration)
@@ -215,9 +219,9 @@ class Scenario:
     def _check_loop(self) -> None:
         """Checks of the controller and its settings."""
         check_controller(self.controller)
-        if self.closed_loop and len(self.commands):
+        if (self.closed_loop or (self.goals and not self.phases)) and len(self.commands):
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
-        if self.sensor_faults and not self.closed_loop:
+        if self.sensor_faults and not self.has_controller:
             raise InputError("sensor_faults need a controller or a joystick: without one the sensors are not read")
         check_values(self)
         if self.joystick is not None and not isinstance(self.joystick, Joystick):
@@ -232,8 +236,14 @@ class Scenario:
 
     @property
     def closed_loop(self) -> bool:
-        """Whether a controller moves the spools."""
-        return self.controller is not None or self.joystick is not None or bool(self.goals)
+        """Whether a controller moves the spools from the start on."""
+        goes = bool(self.goals) and not len(self.commands)
+        return self.controller is not None or self.joystick is not None or goes
+
+    @property
+    def has_controller(self) -> bool:
+        """Whether a controller moves the spools, from the start on or in a phase."""
+        return self.closed_loop or bool(self.phases)
 
     @property
     def stick_mode(self) -> str:
@@ -274,18 +284,24 @@ class Scenario:
         own = own_controllers(self)
         return [(stage["from"], Stage.of(stage, own)) for stage in told]
 
-    def to_toml(self) -> str:
+    def to_toml(self, machine: str | None = None) -> str:
         """The scenario as the text of a file; :func:`hydrocrane.load_scenario` reads the same scenario from it.
+
+        Parameters
+        ----------
+        machine : str, optional
+            What the file names as its machine, such as ``./crane.toml`` for a file beside it; default is the path of
+            the machine, or its bundled name.
 
         Raises
         ------
         InputError
             If a file cannot hold it: your own controller, or another machine as the controller model.
         """
-        machine = self.load_machine()
-        head = (self.name, self.title, machine.source, self.recorded_by)
+        made = self.load_machine()
+        head = (self.name, self.title, machine or made.source, self.recorded_by)
         with translated():
-            return _core.scenario_text(machine.core, scenario_entry(self, machine.cylinder_names), head)
+            return _core.scenario_text(made.core, scenario_entry(self, made.cylinder_names), head)
 
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the scenario as a file, whose name ends in ``.toml``; see :meth:`to_toml`."""

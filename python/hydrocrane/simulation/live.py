@@ -1,13 +1,13 @@
-"""A scenario driven live: sticks and goals given during the run."""
+"""A scenario run live: it goes on as planned until sticks, goals or loads are given during the run."""
 
 from __future__ import annotations
 
+import dataclasses
 from os import PathLike
 from typing import Unpack
 
-import numpy as np
-
 from hydrocrane import _core
+from hydrocrane._core_types import DrivenStage
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.control.controllers import Observation, SampledController
 from hydrocrane.control.joystick import Joystick
@@ -20,6 +20,7 @@ from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
 from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.payload import PayloadChange
+from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.running import machine_for
@@ -27,18 +28,24 @@ from hydrocrane.simulation.simulator import Sample
 
 
 class LiveSimulator:
-    """A scenario with a controller, driven by sticks and goals sample by sample.
+    """A scenario run sample by sample, in which you take over with sticks, goals and loads.
 
-    It is the loop of :func:`hydrocrane.simulate` and of the page, step by step: an input takes effect
-    at the next sample of the controller. For your own controllers that return spool commands see
-    :class:`hydrocrane.Simulator`.
+    It is the loop of :func:`hydrocrane.simulate` and of the page, step by step. As long as nothing is set here, the
+    scenario runs as planned: spool commands, sticks, goals, loads, phases, all to the last bit those of ``simulate``.
+
+    :meth:`set_stick`, :meth:`go_to`, :meth:`drop_goal` and :meth:`set_payload` take over. The plan then ends: sticks,
+    goals, loads and phases of the scenario that are still to come have no effect any more. Controller, sensors and
+    machine stay those of the present phase, the load stays at the tip, and the new input takes effect at the next
+    sample. If spool commands move the crane, the controller ``lever`` takes their place at once; :attr:`axes` are then
+    the cylinders. Hoses still burst and sensors still fail at the times that the scenario states.
+
+    For your own controllers that return spool commands see :class:`hydrocrane.Simulator`.
 
     Parameters
     ----------
     scenario : str, path or Scenario
-        Start, machine, controller, sensors and delays; it needs a controller and has no phases. The sticks, goals and
-        loads of the scenario apply until one of these is set here. Its hoses burst in any case; its duration is
-        ignored.
+        Start, machine, commands or controller, sensors and delays, phases. Its duration is ignored: held commands and
+        sticks keep their last values.
     machine : Machine, str or path, optional
         Used in place of the scenario's machine; the scenario's overrides still apply.
     **changes
@@ -47,7 +54,7 @@ class LiveSimulator:
     Raises
     ------
     InputError
-        Without a controller, with phases, and for any other error of the scenario.
+        For any error of the scenario.
 
     Examples
     --------
@@ -73,10 +80,6 @@ class LiveSimulator:
     ) -> None:
         plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         plan = plan.changed(**changes)
-        if not plan.closed_loop:
-            raise InputError('there is no controller: give controller="tip", or use hc.Simulator')
-        if plan.phases:
-            raise InputError("a scenario with phases cannot be driven live: remove them with phases=()")
         self.machine = machine_for(plan, machine)
         self._plan = plan
         own = own_controllers(plan)
@@ -89,19 +92,19 @@ class LiveSimulator:
         with translated():
             entry = scenario_entry(plan, self.machine.cylinder_names)
             self._core = _core.LiveSimulator(self.machine.core, entry, make if own else None)
-        self._sample = Sample(self.machine, self._core.signals)
+        self._read_by, self._sample = 0, Sample(self.machine, self._core.signals)
         self._outcome: Outcome | None = None
         self._told: list[Event] = []
         self._warnings: tuple[ResultWarning, ...] = ()
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the sticks' axes: x and z, or the cylinders."""
+        """Names of the sticks' axes in the present phase: x and z, or the cylinders."""
         return tuple(self._core.axes)
 
     @property
     def period(self) -> float:
-        """Time between samples of the controller, s."""
+        """Time between samples of the controller of the present phase, s; under spool commands that of ``lever``."""
         return self._core.period
 
     @property
@@ -116,8 +119,21 @@ class LiveSimulator:
 
     @property
     def observation(self) -> Observation:
-        """The crane now. Its `measured` is what the controller read at its last sample; NaN before the first."""
+        """The crane now.
+
+        Its `measured` is what the controller read at its last sample; NaN before the first one of a phase, and under
+        spool commands.
+        """
+        stage = self._core.ended_stages
+        if stage != self._read_by:
+            # The sensors of another phase may have other signals.
+            self._read_by, self._sample = stage, Sample(self.machine, self._core.signals)
         return self._sample.seen(self._core.observation)
+
+    @property
+    def as_planned(self) -> bool:
+        """Whether the scenario's own plan moves the crane; false once somebody has taken over, or without a plan."""
+        return self._core.replaying
 
     @property
     def payload(self) -> float:
@@ -162,19 +178,22 @@ class LiveSimulator:
     def step(self, duration: float | None = None) -> Observation:
         """Advance by one sample of the controller, or by `duration` (s) rounded up to whole samples.
 
+        The begin of a phase counts as a sample. Under spool commands the solver's steps end where they would in
+        :func:`hydrocrane.simulate`, so that :attr:`time` can pass a sample by less than one step.
+
         Raises
         ------
         SimulationError
             If it fails; ``state`` keeps the last good one.
         """
-        samples = 1 if duration is None else self._samples(duration)
+        seconds = None if duration is None else self._seconds(duration)
         if self._outcome is not None:
             raise SimulationError(f"{self._end()}; begin a new one")
-        kind, message, seen = self._core.step(samples)
+        kind, message = self._core.step(seconds)
         if kind != "completed":
             self._outcome = Outcome(kind, self.time, message)
             raise SimulationError(self._end())
-        return self._sample.seen(seen)
+        return self.observation
 
     def set_stick(self, **deflections: float) -> None:
         """Set and hold the sticks from the next sample on: ``set_stick(x=0.5, z=-0.2)``, or cylinders by name.
@@ -225,38 +244,50 @@ class LiveSimulator:
     def scenario(self, **changes: Unpack[RunChanges]) -> Scenario:
         """The drive so far as a scenario, which :func:`hydrocrane.simulate` repeats to the last bit.
 
-        Its duration ends at the last sample. ``live.scenario().save("drive.toml")`` writes it to a file.
+        If somebody took over from spool commands, the bits are the same with steps of one size (``Solver(step=...)``),
+        and within the tolerance otherwise. Its duration ends at the last sample. ``live.scenario().save("drive.toml")``
+        writes it to a file.
         """
         told = self._core.record()
         if told["end"] <= 0:
             raise InputError("nothing has been driven yet: step first")
-        stick = self._plan.joystick
-        axes = dict(zip(self.axes, told["axes"].T, strict=True))
-        linear = "linear" if told["linear"] else "hold"
-        if stick is not None:
-            stick = Joystick(
-                told["time"], axes, stick.mode, linear, stick.dead_zone, stick.full_speed, stick.ramp, told["precision"]
-            )
-        elif told["time"].size:
-            stick = Joystick(told["time"], axes, self._plan.stick_mode, linear, precision=told["precision"])
+        first, *later = told["stages"]
         driven: RunChanges = {
             "duration": told["end"],
-            "joystick": stick,
+            "joystick": _moved(first) if self._plan.closed_loop else None,
             "goals": [Goal(time, *place, speed, until) for time, place, speed, until in told["goals"]],
             "payload": told["payload"],
             "payload_changes": {load.time: load.after for load in self.payload_changes if load.time < told["end"]},
+            "phases": [self._phase(number, stage) for number, stage in enumerate(later)],
         }
         return self._plan.changed(**driven).changed(**changes)
 
-    def _samples(self, duration: float) -> int:
+    def _phase(self, number: int, told: DrivenStage) -> Phase:
+        """A stage after the first as it was driven: a phase of the scenario, or the levers after spool commands."""
+        planned = self._plan.phases[number : number + 1]
+        if planned and planned[0].time == told["from"]:
+            return dataclasses.replace(planned[0], joystick=_moved(told))
+        return Phase(told["from"], controller="lever", joystick=_moved(told))
+
+    def _seconds(self, duration: float) -> float:
         seconds = _number("the duration", duration)
         if seconds <= 0:
             raise InputError(f"the duration must be greater than zero, in seconds; got {duration!r}")
-        return max(1, int(np.ceil(seconds / self.period - 1e-6)))
+        return seconds
 
     def _end(self) -> str:
         assert self._outcome is not None
         return f"the simulation ended with `{self._outcome.kind}` at {self.time:.4g} s: {self._outcome.message}"
+
+
+def _moved(told: DrivenStage) -> Joystick | None:
+    """The joystick of a stage as it was moved."""
+    if told["stated"] is None and not told["time"].size:
+        return None
+    dead_zone, full_speed, ramp = told["stated"] or (0.0, None, 0.0)
+    axes = dict(zip(told["names"], told["axes"].T, strict=True))
+    linear = "linear" if told["linear"] else "hold"
+    return Joystick(told["time"], axes, told["mode"], linear, dead_zone, full_speed, ramp, told["precision"])
 
 
 def _number(what: str, value: float) -> float:

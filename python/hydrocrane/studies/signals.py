@@ -21,7 +21,7 @@ def known_signals(plan: Scenario, machine: Machine) -> dict[str, tuple[str, str]
     known = {name: (unit, text) for name, unit, text in (*states, *machine.core.output_info)}
     known |= {f"cylinder.{c}.command": ("m", f"{c} spool command") for c in machine.cylinder_names}
     known["payload"] = ("kg", "payload at the tip")
-    if plan.closed_loop:
+    if plan.has_controller:
         known["tip.deviation"] = ("m", "distance of the crane tip from the path of its set-point")
         known |= {f"controller.{c}": ("m", f"{c} spool command as given") for c in machine.cylinder_names}
         known |= {f"set_point.{axis}": ("m", f"set-point of the crane tip, {axis}") for axis in ("x", "z")}

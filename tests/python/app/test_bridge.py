@@ -231,6 +231,51 @@ def test_a_scenario_without_controller_is_its_loaded_crane_at_rest_and_nothing_a
         part_of(str(torn), {})
 
 
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"phases": [hc.Phase(0.5, {"supply.pressure": "100 bar"})]}, "plan.toml has phases.*leave `phases` out"),
+        ({"payload_changes": {0.5: 30.0}}, "loads that come and go.*leave `payload_changes` out"),
+        ({"goals": [hc.Goal(0.5, 2.6, 0.35)]}, "goals of the tip.*leave `goals` out"),
+    ],
+)
+def test_a_plan_that_an_operator_ends_is_refused(more, words, tmp_path):
+    plan = hc.Scenario(joints={"boom": 1.7, "jib": 1.7, "extension": 0.2}, controller="tip", **more)
+    with pytest.raises(hc.InputError, match=words):
+        part_of(str(plan.save(tmp_path / "plan.toml")), {})
+
+
+def test_a_scenario_with_controller_has_its_faults_bursts_and_supply(tmp_path):
+    plan = hc.Scenario(
+        joints={"boom": 1.7, "jib": 1.7, "extension": 0.2},
+        joystick=hc.Joystick([0.0], {"x": [1.0]}, full_speed=0.2, dead_zone=0.1),
+        sensor_faults=[hc.SensorFault("cylinder.lift.p1", "freeze", 0.1)],
+        bursts=[hc.Burst("lift", "piston-side", 0.2, 5e-6)],
+        supply=hc.SupplyPressure([0.0, 0.3], [140e5, 100e5]),
+    )
+    part, alone = part_of(str(plan.save(tmp_path / "plan.toml")), {}), hc.LiveSimulator(plan)
+    for _ in range(50):
+        part.step(part.time, [0.0, 0.5])
+        alone.set_stick(z=0.5)
+        alone.step()
+    told = dict(zip([signal.name for signal in part.outputs], part.now(), strict=True))
+    seen = alone.observation
+    assert told["measured.cylinder.lift.p1"] == seen.measured["cylinder.lift.p1"] != told["cylinder.lift.p1"]
+    assert (told["tip.x"], told["tip.z"]) == tuple(seen.tip)
+    assert alone.scenario().bursts == plan.bursts
+
+
+def test_a_crane_under_spool_commands_has_the_solver_of_its_scenario(tmp_path):
+    plan = hc.Scenario(joints={"boom": 1.7, "jib": 1.7, "extension": 0.2}, solver=hc.Solver("tsit5", rtol=1e-6))
+    crane = part_of(str(plan.save(tmp_path / "still.toml")), {})
+    other = hc.Simulator(plan.load_machine(), 1e-3, method="tsit5", rtol=1e-6)
+    other.reset(state=plan.initial_state(plan.load_machine()))
+    for _ in range(50):
+        crane.step(crane.time, [0.01, 0.0, 0.0])
+        seen = other.step([0.01, 0.0, 0.0])
+    assert crane.now()[:3] == seen.q.tolist()
+
+
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 def test_a_program_in_c(tmp_path):
     program = tmp_path / "client"

@@ -177,11 +177,44 @@ def test_a_machine_in_several_files_is_one_clear_error(tmp_path):
         drive_request(str(path), {})
 
 
-def test_a_scenario_gives_start_controller_and_sensors():
-    request = drive_request("tip-vertical-line", {})
-    assert request["machine"] == "rottne-f9-lab" and request["controller"] == "tip" and request["real-sensors"]
-    assert (request["delay"], request["full-speed"], request["seed"]) == (0.002, 0.1, 1)
-    assert request["joints"]["boom"] == pytest.approx(np.radians(100))
+# Everything that a scenario states beside the solver: the page has its own steps.
+EVERYTHING = hc.Scenario(
+    joints={"boom": 1.745, "jib": 1.745, "extension": 0.2},
+    pressures={"lift": (60e5, 5e5), "jib": (20e5, 20e5), "extension": (15e5, 20e5)},
+    payload=20.0,
+    payload_changes={0.3: 40.0},
+    joystick=hc.Joystick([0.1], {"z": [0.5]}, full_speed=0.2, dead_zone=0.05, ramp=0.1),
+    goals=[hc.Goal(1.5, 2.6, 0.35)],
+    delay=0.004,
+    sensors="data-sheet",
+    sensor_faults=[hc.SensorFault("cylinder.lift.p1", "freeze", 0.2)],
+    bursts=[hc.Burst("jib", "rod-side", 0.6, 2e-6)],
+    controller_model={"supply.pressure": 120e5},
+    monitor=False,
+    phases=[hc.Phase(1.0, {"control.tip.full-speed": 0.1})],
+    supply=hc.SupplyPressure([0.0, 1.0], [140e5, 120e5]),
+    seed=3,
+    duration=2.0,
+    solver=hc.Solver("hc-rosenbrock-3", step=1e-3),
+)
+
+
+def test_a_scenario_goes_to_the_page_with_all_that_it_states(tmp_path):
+    request = drive_request(str(EVERYTHING.save(tmp_path / "all.toml")), {"friction.lift.coulomb": 400.0})
+    assert sorted(request) == ["machine", "scenario"] and request["machine"] == "rottne-f9-lab"
+    asked = tmp_path / "asked.toml"
+    asked.write_text(request["scenario"], encoding="utf-8")
+    wanted = EVERYTHING.changed(overrides={"friction.lift.coulomb": 400.0})
+    assert hc.load_scenario(asked).to_toml() == wanted.changed(controller="tip").to_toml()
+
+
+def test_a_scenario_on_a_machine_of_ones_own_takes_its_file_along(tmp_path):
+    machine = tmp_path / "mine.toml"
+    machine.write_text('extends = "rottne-f9-lab"\n', encoding="utf-8")
+    plan = hc.Scenario(machine=str(machine), joints=EVERYTHING.joints, commands={"lift": 0.002})
+    request = drive_request(str(plan.save(tmp_path / "lift.toml")), {})
+    assert (request["machine"], request["text"]) == ("mine.toml", machine.read_text())
+    assert 'machine = "./mine.toml"' in request["scenario"]
 
 
 def test_what_is_wrong_is_said_before_a_server_starts(tmp_path):
@@ -282,9 +315,21 @@ def test_a_drive_with_changes_on_the_way_is_repeated_by_the_native_core(drive, t
         assert np.ptp(native) > 0.1 and np.abs(driven_tip - native).max() < 1e-9, name
 
 
+def test_a_scenario_that_is_served_is_played_as_it_runs(drive, tmp_path):
+    """Nobody takes over, and loads, faults, goals, phases, bursts and pressures are those of the run."""
+    request = drive_request(str(EVERYTHING.save(tmp_path / "all.toml")), {})
+    played = drive(request, [{"ticks": 2000}], core="chains")
+    run = hc.simulate(tmp_path / "all.toml")
+    assert run.outcome.completed and len(run.payload_changes) == 1
+    names = [signal["name"] for signal in played["description"]["signals"]]
+    signals = ["tip.x", "tip.z", "payload", "cylinder.lift.p1", "cylinder.jib.lost2", "mains.p"]
+    end = [played["rows"][-1][names.index(name)] for name in signals]
+    np.testing.assert_allclose(end, [run.data[name].values[-1] for name in signals], rtol=1e-9, atol=1e-9)
+
+
 def test_the_first_core_is_light(drive):
     (file,) = (PAGE / "assets").glob("core-*.wasm")
-    assert file.stat().st_size < 1.55e6, "names of functions left in it, or laws for other chains?"
+    assert file.stat().st_size < 1.57e6, "names of functions left in it, or laws for other chains?"
 
 
 def test_a_chain_that_the_first_core_has_no_laws_for_is_driven_by_the_second(drive, tmp_path):

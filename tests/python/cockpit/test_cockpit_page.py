@@ -304,6 +304,21 @@ def test_a_saved_drive_is_replayed_until_a_stick_is_moved(cockpit, tmp_path):
     cockpit.comes_to_rest()
 
 
+def test_a_scenario_that_is_served_is_played_until_a_stick_is_moved(browser, tmp_path):
+    path = tmp_path / "drive.toml"
+    path.write_text(DRIVE + '[payload]\ntime = ["0.6 s", "20 s"]\nmass = ["40 kg", "0 kg"]\n', encoding="utf-8")
+    with served(str(path)) as address, Page(browser, address) as page:
+        page.until(lambda: "replay until 30.0 s" in page.tab.locator("#pace").inner_text())
+        start = page.tip
+        page.until(lambda: page.shown("time")[0] > 1.5)
+        assert page.tip[1] > start[1] + 0.02 and "40 kg in place of 0 kg" in page.notices()
+        page.tab.keyboard.down("ArrowDown")
+        page.until(lambda: "replay" not in page.tab.locator("#pace").inner_text())
+        page.tab.keyboard.up("ArrowDown")
+        page.comes_to_rest()
+        assert not page.complaints
+
+
 def test_a_replay_of_straight_sticks_taken_over_is_saved_and_repeated(cockpit, tmp_path):
     path = tmp_path / "drive.toml"
     straight = DRIVE.replace('time = ["0.1 s"]\nz = [1]', 'interpolation = "linear"\ntime = ["0 s", "4 s"]\nz = [0, 1]')

@@ -83,6 +83,9 @@ def test_what_a_scenario_states_against_time_is_no_part_of_an_fmu(tmp_path):
     plan = hc.load_scenario("vertical-lift-open-loop").changed(payload_changes={1.0: 50.0})
     with pytest.raises(InputError, match="payload_changes"):
         hc.export_fmu(plan, tmp_path / "one.fmu")
+    failing = hc.SensorFault("joint.boom.q", "freeze", 0.5)
+    with pytest.raises(InputError, match="sensors that fail against time.*leave `sensor_faults` out"):
+        hc.export_fmu(hc.load_scenario("tip-vertical-line").changed(sensor_faults=[failing]), tmp_path / "failing.fmu")
 
 
 def test_a_start_that_the_machine_cannot_take_is_told_at_once(tmp_path):

@@ -214,8 +214,11 @@ def test_what_is_driven_live_is_repeated_to_the_last_bit(tmp_path):
 
 
 def test_the_page_is_asked_to_let_them_burst(tmp_path):
-    request = drive_request(str(written(tmp_path)), {"payload.mass": 20.0})
-    assert request["bursts"] == [("lift", "piston-side", 0.5, 20e-6)] and request["overrides"] == {"payload.mass": 20.0}
+    asked = tmp_path / "asked.toml"
+    asked.write_text(str(drive_request(str(written(tmp_path)), {"payload.mass": 20.0})["scenario"]), encoding="utf-8")
+    read = hc.load_scenario(asked)
+    assert [burst.entry for burst in read.bursts] == [("lift", "piston-side", 0.5, 20e-6)]
+    assert read.overrides == {"payload.mass": "20.0 kg"}
 
 
 def test_an_fmu_states_no_burst(tmp_path):

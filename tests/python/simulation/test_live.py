@@ -183,14 +183,14 @@ def test_bad_input_is_one_error_and_changes_nothing(act, why) -> None:
 @pytest.mark.parametrize(
     ("plan", "why"),
     [
-        (PLAN.changed(controller=None), "there is no controller"),
-        (PLAN.changed(controller=None, commands={"lift": 0.01}), "there is no controller"),
-        (PLAN.changed(phases=[hc.Phase(1.0, controller="lever")]), "phases"),
         (PLAN.changed(joints={"boom": 1.7}), "no start value for joint"),
+        (PLAN.changed(controller=None, commands={"lift": 0.5}), "demands 500 mm of spool"),
+        (PLAN.changed(goals=[hc.Goal(9.0, 9.0, 0.3)]), "out of reach of the tip"),
+        (PLAN.changed(phases=[hc.Phase(9.0, {"supply.presure": 1e7})]), "presure"),
     ],
 )
 def test_a_scenario_that_cannot_be_driven_is_refused(plan, why) -> None:
-    with pytest.raises(hc.InputError, match=why):
+    with pytest.raises(hc.HydrocraneError, match=why):
         hc.LiveSimulator(plan)
 
 

@@ -132,7 +132,8 @@ pub fn controller(
 ) -> Result<Option<ControllerChoice>> {
     let fitting = fitting(stick);
     let Some(table) = root.table("controller")? else {
-        return Ok((stick.is_some() || root.has("goal")).then(|| ControllerChoice::named(fitting)));
+        let goes = root.has("goal") && !root.has("command");
+        return Ok((stick.is_some() || goes).then(|| ControllerChoice::named(fitting)));
     };
     if root.has("command") {
         let message = "excludes `command`, which is given too";

@@ -20,7 +20,8 @@ pub struct Goal {
 /// The goals in order of time.
 pub fn read(root: &Reader) -> Result<Vec<Goal>> {
     let Some(table) = root.table("goal")? else { return Ok(Vec::new()) };
-    if root.has("command") {
+    // A phase can bring the controller that has goals.
+    if root.has("command") && !root.has("phase") {
         let message = "excludes `command`, which is given too";
         return Err(root
             .key_error(ErrorKind::ConflictingKeys, "goal", message)

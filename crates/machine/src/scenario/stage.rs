@@ -23,18 +23,27 @@ pub struct Stage {
 impl Scenario {
     /// All stages, the first from zero on.
     pub fn stages(&self) -> Vec<Stage> {
-        let first = Stage {
-            from: 0.0,
-            overrides: self.overrides.clone(),
-            controller: self.controller.clone(),
-            joystick: self.joystick.clone(),
-        };
-        let mut stages = vec![self.with_supply(first)];
+        let mut stages = vec![self.with_supply(self.start())];
         for phase in &self.phases {
             let next = stages[stages.len() - 1].then(phase);
             stages.push(next);
         }
         stages.into_iter().map(|stage| self.with_hoses(stage)).collect()
+    }
+
+    /// The controller of the first stage that has one.
+    pub fn first_controller(&self) -> Option<ControllerChoice> {
+        self.start().first_controller(&self.phases)
+    }
+
+    /// The settings at the start, without what measured pressures and hoses change.
+    fn start(&self) -> Stage {
+        Stage {
+            from: 0.0,
+            overrides: self.overrides.clone(),
+            controller: self.controller.clone(),
+            joystick: self.joystick.clone(),
+        }
     }
 
     /// The stage on a machine with the measured supply pressure, if there is one.
@@ -70,6 +79,12 @@ impl Stage {
         let stick = phase.joystick.clone().or(earlier);
         let joystick = stick.filter(|stick| controller.as_ref().is_none_or(|choice| stick.fits(choice)));
         Stage { from: phase.time, overrides, controller, joystick }
+    }
+
+    /// The controller of this stage, or of the first of `phases` after it that has one.
+    pub fn first_controller(self, phases: &[Phase]) -> Option<ControllerChoice> {
+        let next = |stage: Stage, phase| if stage.controller.is_some() { stage } else { stage.then(phase) };
+        phases.iter().fold(self, next).controller
     }
 
     /// The controller of the phase; else the previous one, or the one that a stick of the other mode selects.

@@ -215,7 +215,7 @@ impl Writer<'_> {
     }
 
     fn faults(&mut self, scenario: &Scenario) {
-        let Some(choice) = &scenario.controller else { return };
+        let Some(choice) = &scenario.first_controller() else { return };
         for (i, fault) in scenario.sensor_faults.iter().enumerate() {
             let _ = write!(self.text, "\n[sensor-fault.{}]\nsignal = {}\n", i + 1, quoted(&fault.signal));
             let (kind, size) = match fault.kind {

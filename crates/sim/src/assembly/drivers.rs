@@ -4,7 +4,7 @@ use super::{commands, AssembledStage, AssemblyError, OwnedDriver, Surroundings};
 use crate::controllers::LEVER;
 use crate::model::Model;
 use crate::sampled::SampledPlan;
-use crate::sensing::{SensorMode, Sensors};
+use crate::sensing::{SensorFault, SensorMode, Sensors};
 use crate::stick::{StickKind, Sticks};
 use crate::warning::Warning;
 use crate::warnings::without_sensors;
@@ -167,9 +167,12 @@ pub(super) fn goal_fault(scenario: &Scenario, stages: &[AssembledStage]) -> Opti
     .next()
 }
 
-/// Levers, all centred, for use while spool commands are repeated.
-pub(super) fn levers(model: &dyn Model) -> Result<(Box<dyn Controller>, SampledPlan), String> {
-    let sensors = Sensors::new(model, SensorMode::Ideal, 0, &[])?;
+/// Levers, all centred, for use while spool commands are repeated and after them.
+pub(crate) fn levers(
+    model: &dyn Model,
+    sensor_faults: &[SensorFault],
+) -> Result<(Box<dyn Controller>, SampledPlan), String> {
+    let sensors = Sensors::new(model, SensorMode::Ideal, 0, sensor_faults)?;
     let sticks = Sticks::centred(StickKind::Lever, model.machine().cylinders.len());
     Ok((model.controller(LEVER)?, SampledPlan { sticks, sensors, delay: 0.0 }))
 }

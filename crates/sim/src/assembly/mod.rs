@@ -10,6 +10,8 @@ pub use commands::commands;
 pub use machines::Machines;
 pub use start::start;
 
+pub(crate) use drivers::levers;
+
 use crate::live::Live;
 use crate::method_choice::{method_for, step_control, Task};
 use crate::model::Model;
@@ -18,6 +20,7 @@ use crate::options::{Commands, RunOptions};
 use crate::payload::PayloadChange;
 use crate::phases::{simulate_phases, Driver, Phase, PhasedRun};
 use crate::sampled::SampledPlan;
+use crate::sensing::SensorFault;
 use crate::warning::Warning;
 use crate::CHAINS;
 use hydrocrane_control::controller::Controller;
@@ -80,6 +83,7 @@ pub struct Assembly {
     pub options: RunOptions,
     /// The stages that begin before the end, in order of time.
     pub stages: Vec<AssembledStage>,
+    pub sensor_faults: Vec<SensorFault>,
 }
 
 /// An assembled stage.
@@ -139,7 +143,8 @@ pub fn at_start(
     let options = options(&scenario.solver, first.model.machine(), Task::States, payload, settings);
     let supply = scenario.supply.clone().map(Arc::new);
     let options = RunOptions { payload_changes: changes, supply, ..options };
-    Ok(Assembly { x0, doubts, end: scenario.duration, options, stages })
+    let sensor_faults = scenario.sensor_faults.clone();
+    Ok(Assembly { x0, doubts, end: scenario.duration, options, stages, sensor_faults })
 }
 
 /// The stages of `scenario` that begin before its end, assembled for any state of the crane.
@@ -198,7 +203,7 @@ impl AssembledStage {
         let (controller, plan, commands) = match self.driver {
             OwnedDriver::Controller(controller, plan) => (controller, *plan, None),
             OwnedDriver::Commands(commands) => {
-                let (controller, plan) = drivers::levers(self.model.as_ref())?;
+                let (controller, plan) = levers(self.model.as_ref(), &[])?;
                 (controller, plan, Some(commands))
             }
         };

@@ -14,6 +14,7 @@ use crate::model::Model;
 use crate::model_change::{ModelChange, ModelChanges, OwnedChanges};
 use crate::options::{Commands, RunOptions};
 use crate::outcome::{Outcome, OutcomeKind};
+use crate::payload::{PayloadChange, PayloadEvent};
 use crate::schedule::Schedule;
 use crate::supply::place;
 use crate::warning::Warning;
@@ -52,6 +53,8 @@ pub struct Experiment {
     pub supply: Option<Arc<SupplyPressure>>,
     /// Hoses that burst; keys of the leaks that stand for them count from then on.
     pub bursts: Vec<Burst>,
+    /// Loads picked up and released, in order of time; their masses do not depend on the parameters.
+    pub payload_changes: Vec<PayloadChange>,
     /// Ascending times to record at, s.
     pub record: Vec<f64>,
     pub solver: Solver,
@@ -74,6 +77,9 @@ pub struct Sensitivities {
     pub sensitivities: Vec<f64>,
     /// Spool commands, one row per time.
     pub commands: Vec<f64>,
+    /// kg at the tip, one per time.
+    pub payloads: Vec<f64>,
+    pub payload_events: Vec<PayloadEvent>,
     /// Warnings in order of time.
     pub warnings: Vec<Warning>,
     pub outcome: Outcome,
@@ -146,7 +152,8 @@ fn sized<const N: usize>(
     let states = model.layout().len();
     let settings = RunSettings { ledger: false, max_steps: experiment.max_steps };
     let options = options(&experiment.solver, machine, Task::Sensitivities, machine.payload.mass, settings);
-    let options = RunOptions { supply: experiment.supply.clone(), ..options };
+    let (supply, payload_changes) = (experiment.supply.clone(), experiment.payload_changes.clone());
+    let options = RunOptions { supply, payload_changes, ..options };
     record.done.method.clone_from(&options.method);
     if let Some(message) = start_fault(model, &start[..states.min(start.len())], &options) {
         record.done.outcome = Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
@@ -235,6 +242,8 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
             values: Vec::new(),
             sensitivities: Vec::new(),
             commands: Vec::new(),
+            payloads: Vec::new(),
+            payload_events: Vec::new(),
             warnings: Vec::new(),
             outcome: Outcome { kind: OutcomeKind::Completed, time: 0.0, message: String::new() },
             method: String::new(),
@@ -251,9 +260,10 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
         let first = self.done.sensitivities.len();
         self.done.times.push(t);
         self.done.commands.extend_from_slice(&driven.command(t)[..N]);
+        self.done.payloads.push(driven.payload);
         self.done.sensitivities.resize(first + signals * parameters, 0.0);
         for group in &self.groups[driven.changes.done()] {
-            let row = self.signals(group, driven.model);
+            let row = self.signals(group, driven);
             if group.first == 0 {
                 self.done.values.extend(row.iter().map(|signal| signal.value));
             }
@@ -264,15 +274,14 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
     }
 
     /// States and outputs of the present row, with their derivatives by the parameters of one group.
-    fn signals(&self, group: &Group<N>, model: &dyn Model) -> Vec<Differentiated> {
-        let (n, info) = (self.layout.len(), model.output_info());
+    fn signals(&self, group: &Group<N>, driven: &Driven) -> Vec<Differentiated> {
+        let (n, info) = (self.layout.len(), driven.model.output_info());
         let mut state = vec![Differentiated::constant(0.0); n];
         group.read(&self.row, n, &mut state);
         let mut all = vec![Differentiated::constant(0.0); info.len()];
-        let Inputs { plant, payload, .. } = &group.inputs;
-        let at = group.evaluator.evaluated(self.layout, &state, *payload);
+        let at = group.evaluator.evaluated(self.layout, &state, group.payload(driven));
         // Tables of the oil's parameters are not differentiated.
-        outputs::write(plant, None::<fn(Differentiated) -> Differentiated>, &at, &mut all);
+        outputs::write(&group.inputs.plant, None::<fn(Differentiated) -> Differentiated>, &at, &mut all);
         state.extend(all.iter().zip(info).filter(|(_, output)| output.name != OIL_ENERGY).map(|(value, _)| *value));
         state
     }
@@ -285,6 +294,7 @@ impl<'a, const N: usize> SensitivityRecord<'a, N> {
             self.push(stepper.t, driven);
         }
         self.done.outcome = outcome;
+        self.done.payload_events.clone_from(&driven.loads.events);
         (self.done.accepted, self.done.rejected) = (stepper.accepted, stepper.rejected);
         self.done.effort = stepper.effort();
         self.done

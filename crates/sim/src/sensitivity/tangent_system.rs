@@ -3,10 +3,11 @@
 use super::inputs::{Differentiated, Inputs, WIDTH};
 use crate::driven::Driven;
 use crate::event_loop::Stepped;
+use crate::payload::{picks_up, PayloadEvent};
 use hydrocrane_num::{Field, Real};
 use hydrocrane_ode::BlockArrow;
-use hydrocrane_ode::Linearisation;
 use hydrocrane_ode::System;
+use hydrocrane_ode::{Linearisation, Stepper};
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::rhs::Evaluator;
@@ -39,6 +40,35 @@ impl<const N: usize> Group<N> {
                 dual.derivative[k] = x[(1 + self.first + k) * n + i];
             }
         }
+    }
+
+    /// Payload, kg. After its first change it is the mass that the scenario states, whatever the machine carried before.
+    pub fn payload(&self, driven: &Driven) -> Differentiated {
+        if driven.loads.done() == 0 {
+            self.inputs.payload
+        } else {
+            Differentiated::c(driven.payload)
+        }
+    }
+
+    /// The effect of a change of the payload on a state; `before` is the payload until then, kg. Returns that from then on.
+    fn change_payload(
+        &self,
+        layout: &Layout,
+        state: &mut [Differentiated],
+        before: Differentiated,
+        change: &PayloadEvent,
+    ) -> Differentiated {
+        let after = Differentiated::c(change.mass[1]);
+        if picks_up(change.mass) {
+            let [q, qd] = [layout.q(0), layout.qd(0)];
+            let pose: [Differentiated; N] = hydrocrane_num::array::from_fn(|i| state[q + i]);
+            let rates: [Differentiated; N] = hydrocrane_num::array::from_fn(|i| state[qd + i]);
+            let mechanics = &self.inputs.plant.mechanics;
+            let attached = mechanics.attach(&mechanics.pose(&pose), &rates, before, after - before);
+            state[qd..qd + N].copy_from_slice(&attached.rates);
+        }
+        after
     }
 
     /// The reverse of [`Group::read`].
@@ -108,6 +138,24 @@ impl<'a, const N: usize> Stepped<'a> for TangentSystem<'a, N> {
     fn driven_mut(&mut self) -> &mut Driven<'a> {
         &mut self.driven
     }
+
+    /// The tangents jump by the derivative of the law by which the state jumps.
+    fn change_payload(&mut self, stepper: &mut Stepper) {
+        let before = stepper.x.clone();
+        let payloads: Vec<Differentiated> = self.groups().iter().map(|group| group.payload(&self.driven)).collect();
+        let count = self.driven.change_payload(stepper);
+        let events = &self.driven.loads.events[self.driven.loads.events.len() - count..];
+        if events.is_empty() {
+            return;
+        }
+        let layout = self.driven.model.layout();
+        let Scratch { x: state, .. } = &mut *self.scratch.borrow_mut();
+        for (group, payload) in self.groups().iter().zip(payloads) {
+            group.read(&before, layout.len(), state);
+            events.iter().fold(payload, |payload, change| group.change_payload(layout, state, payload, change));
+            group.write(state, &mut stepper.x);
+        }
+    }
 }
 
 impl<const N: usize> System for TangentSystem<'_, N> {
@@ -123,7 +171,7 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         let Scratch { x: state, rate, .. } = &mut *self.scratch.borrow_mut();
         for group in self.groups() {
             group.read(x, layout.len(), state);
-            group.evaluator.derivative(layout, state, &u, group.inputs.payload, rate);
+            group.evaluator.derivative(layout, state, &u, group.payload(&self.driven), rate);
             group.write(rate, dx);
         }
         self.driven.supply.write(dx);
@@ -135,9 +183,9 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         let (rates, blocks) = at.block_arrow(layout.blocks(), self.tangents());
         jacobian.secants = blocks[0].secants;
         for group in self.groups() {
-            let Group { inputs, evaluator, first, count } = group;
+            let Group { evaluator, first, count, .. } = group;
             group.read(x, layout.len(), state);
-            evaluator.linearise(layout, state, &u, inputs.payload, rate, jacobian);
+            evaluator.linearise(layout, state, &u, group.payload(&self.driven), rate, jacobian);
             group.write(rate, rates);
             spread(jacobian, *first, *count, blocks);
         }

@@ -30,6 +30,7 @@ mod parity;
 mod payload;
 mod phases;
 mod plausibility;
+mod playback;
 mod port_valves;
 mod prime_mover;
 mod priority;
