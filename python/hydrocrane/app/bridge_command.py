@@ -60,6 +60,12 @@ def part_of(
             f"{target} has {what}, and a crane under another program's spool commands keeps its machine and load; "
             f"leave `{field}` out of the scenario, or give it a controller"
         )
+    if plan.solver.atol is not None or plan.solver.max_step < seconds:
+        key = "max-step" if plan.solver.atol is None else "atol"
+        raise InputError(
+            f"{target} states `solver.{key}`, and a crane under another program's spool commands is stepped by method, rtol and "
+            f"step alone; leave `{key}` out of the scenario, and state a smaller rtol or a step"
+        )
     machine = plan.load_machine()
     start = plan.initial_state(machine)
     return Plant(machine, start, seconds, sensors=sensors, payload=plan.payload, seed=plan.seed, solver=plan.solver)

@@ -339,3 +339,10 @@ def test_the_node_for_ros_2_publishes_joints_and_steers(monkeypatch):
     assert published[-1].name == ["boom", "jib", "extension"]
     assert abs(published[-1].position[0] - published[0].position[0]) > 1e-3
     assert published[-1].header.stamp.nanosec > 0
+
+
+@pytest.mark.parametrize("solver", [hc.Solver(atol=1e-9), hc.Solver(max_step=1e-4)], ids=["atol", "max_step"])
+def test_settings_of_a_solver_that_the_bridge_has_not_are_refused(solver, tmp_path):
+    plan = hc.Scenario(joints={"boom": 1.7, "jib": 1.7, "extension": 0.2}, solver=solver)
+    with pytest.raises(hc.InputError, match="states `solver.(atol|max-step)`"):
+        part_of(str(plan.save(tmp_path / "still.toml")), {})
