@@ -63,8 +63,8 @@ def part_of(
     if plan.solver.atol is not None or plan.solver.max_step < seconds:
         key = "max-step" if plan.solver.atol is None else "atol"
         raise InputError(
-            f"{target} states `solver.{key}`, and a crane under another program's spool commands is stepped by method, rtol and "
-            f"step alone; leave `{key}` out of the scenario, and state a smaller rtol or a step"
+            f"{target} states `solver.{key}`, and a crane under another program's spool commands is stepped by method, "
+            f"rtol and step alone; leave `{key}` out of the scenario, and state a smaller rtol or a step"
         )
     machine = plan.load_machine()
     start = plan.initial_state(machine)
