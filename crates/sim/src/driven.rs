@@ -54,13 +54,11 @@ impl<'a> Driven<'a> {
         }
     }
 
-    /// Picks up and releases the loads that are due at the time of `stepper`; returns how many.
-    pub fn change_payload(&mut self, stepper: &mut Stepper) -> usize {
-        let before = self.loads.done();
+    /// Picks up and releases the loads that are due at the time of `stepper`.
+    pub fn change_payload(&mut self, stepper: &mut Stepper) {
         if self.loads.come_and_go(self.model, stepper.t, &mut stepper.x, &mut self.payload) {
             stepper.restart();
         }
-        self.loads.done() - before
     }
 }
 

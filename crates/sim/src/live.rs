@@ -23,7 +23,7 @@ use hydrocrane_plant::layout::MAX_JOINTS;
 use std::sync::Arc;
 
 /// Rounding tolerance between the requested time and the end of a step, s.
-const ROUNDING: f64 = 1e-9;
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 pub struct Live {
     model: Arc<dyn Model>,

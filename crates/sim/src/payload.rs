@@ -73,11 +73,17 @@ impl Loads {
         self.changes.get(self.next).map(|change| change.time)
     }
 
+    /// Whether a change is due at `now`.
+    pub fn are_due(&self, now: f64) -> bool {
+        self.next_time().is_some_and(|time| time <= now + ROUNDING)
+    }
+
     /// Executes the changes that are due at `now` on state `x` and the present `payload`; returns whether there were
     /// any.
     pub fn come_and_go(&mut self, model: &dyn Model, now: f64, x: &mut [f64], payload: &mut f64) -> bool {
         let first = self.next;
-        while let Some(change) = self.changes.get(self.next).filter(|change| change.time <= now + ROUNDING) {
+        while self.are_due(now) {
+            let change = self.changes[self.next];
             let event = change_payload(model, now, x, [*payload, change.mass]);
             *payload = change.mass;
             self.account[0] += event.brought;

@@ -6,7 +6,7 @@
 
 use crate::assembly::{levers, AssembledStage, Assembly, OwnedDriver};
 use crate::controllers::LEVER;
-use crate::live::Live;
+use crate::live::{Live, ROUNDING};
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::sensing::SensorFault;
@@ -16,8 +16,6 @@ use hydrocrane_machine::scenario::{ControllerChoice, Stage};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Rounding tolerance between the time of a drive and the end of its commands, s.
-const ROUNDING: f64 = 1e-9;
 /// Share of a period by which a time counts as that of the sample before it.
 const SHARE: f64 = 1e-6;
 

@@ -12,7 +12,7 @@ from hydrocrane.app.bridge_transport import Transport, Udp, address_of, is_local
 from hydrocrane.app.console import say, warn
 from hydrocrane.app.options import is_scenario, pose
 from hydrocrane.errors import InputError
-from hydrocrane.scenario.against_time import against_time
+from hydrocrane.scenario.against_time import OPERATED, against_time
 from hydrocrane.units import converted
 
 if TYPE_CHECKING:
@@ -71,12 +71,8 @@ def part_of(
     return Plant(machine, start, seconds, sensors=sensors, payload=plan.payload, seed=plan.seed, solver=plan.solver)
 
 
-# What an operator's plan has beside its sticks: the program at the bridge is the operator from the start on.
-OPERATED = {"phases": "phases", "payload_changes": "loads that come and go", "goals": "goals of the tip"}
-
-
 def _check_plan(target: str, plan: hc.Scenario) -> None:
-    found = next(((field, what) for field, what in OPERATED.items() if getattr(plan, field)), None)
+    found = against_time(plan, OPERATED)
     if found is not None:
         field, what = found
         raise InputError(

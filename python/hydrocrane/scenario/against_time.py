@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -14,8 +15,10 @@ FIELDS = {
     "bursts": "hoses that burst",
     "sensor_faults": "sensors that fail",
 }
+# What ends when an operator takes over, beside sticks and spool commands.
+OPERATED = {field: FIELDS[field] for field in ("phases", "payload_changes")} | {"goals": "goals of the tip"}
 
 
-def against_time(plan: Scenario) -> tuple[str, str] | None:
-    """The first such field, and what it states; ``None`` if machine and load stay as they are."""
-    return next(((field, what) for field, what in FIELDS.items() if getattr(plan, field)), None)
+def against_time(plan: Scenario, fields: Mapping[str, str] = FIELDS) -> tuple[str, str] | None:
+    """The first of `fields` that the scenario has, and what it states; ``None`` if it has none of them."""
+    return next(((field, what) for field, what in fields.items() if getattr(plan, field)), None)

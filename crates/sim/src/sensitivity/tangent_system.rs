@@ -141,13 +141,14 @@ impl<'a, const N: usize> Stepped<'a> for TangentSystem<'a, N> {
 
     /// The tangents jump by the derivative of the law by which the state jumps.
     fn change_payload(&mut self, stepper: &mut Stepper) {
-        let before = stepper.x.clone();
-        let payloads: Vec<Differentiated> = self.groups().iter().map(|group| group.payload(&self.driven)).collect();
-        let count = self.driven.change_payload(stepper);
-        let events = &self.driven.loads.events[self.driven.loads.events.len() - count..];
-        if events.is_empty() {
+        if !self.driven.loads.are_due(stepper.t) {
             return;
         }
+        let before = stepper.x.clone();
+        let payloads: Vec<Differentiated> = self.groups().iter().map(|group| group.payload(&self.driven)).collect();
+        let first = self.driven.loads.events.len();
+        self.driven.change_payload(stepper);
+        let events = &self.driven.loads.events[first..];
         let layout = self.driven.model.layout();
         let Scratch { x: state, .. } = &mut *self.scratch.borrow_mut();
         for (group, payload) in self.groups().iter().zip(payloads) {
