@@ -1,10 +1,10 @@
 //! One cylinder's part of tip control: from the piston's reference to a spool command.
 //!                                                               theory: docs/theory/control/drive.md
 //!
-//! v_c = v_ref + k_p (x_ref - x^) - d^ + F'_ref/k_oil + v_d
+//! v_c = v_ref + k_p (x_ref - x^) - d^ + v_w + v_d
 //!
-//! and the command that brings the spool to where it gives the speed v_c at the measured pressures. F' winds the oil spring for the load that comes; v_d
-//! damps the modes of the crane on its oil ([`crate::damping`]).
+//! and the command that brings the spool to where it gives the speed v_c at the measured pressures. v_w winds the oil for the force that comes
+//! ([`crate::winding`]); v_d damps the modes of the crane on its oil ([`crate::damping`]).
 //!
 //! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) as far as that is beyond a band, and what holds it
 //! against creep ([`crate::rest`]). Zero speed needs an opening that makes up for leakage. The correction begins at the speed that was
@@ -22,6 +22,7 @@ use crate::holding::Hold;
 use crate::observer::{self, Observer};
 use crate::rest::{Rest, Resting};
 use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
+use crate::winding::{Bounds, Winding};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
@@ -62,6 +63,9 @@ pub struct Demand {
     /// Cylinder force without friction at constant joint rates, and what accelerates the crane, N.
     pub load: f64,
     pub inertia: f64,
+    /// What the weighed mass at the tip adds to that load beyond the stated one, N, and by how much the last weighing changed it, N.
+    pub weighed: f64,
+    pub newly_weighed: f64,
     /// Speed that damps the modes on the oil, m/s.
     pub damping: f64,
     /// Stand still: correct gently.
@@ -111,8 +115,8 @@ pub struct Drive {
     force: f64,
     /// F - F_ref behind a low-pass, N.
     excess: f64,
-    /// F_ref of the last sample, N, and the same without friction.
-    planned: f64,
+    winding: Winding,
+    /// Planned load of the last sample, N.
     load: f64,
     /// Friction without its viscous part, N: planned, and of the piston as observed.
     dry_friction: f64,
@@ -145,6 +149,9 @@ const RANGE_RATE: f64 = 5.0;
 const RETURN_RATE: f64 = 2.0;
 /// Largest speed that winds the oil, as a share of the full one without load.
 pub const MOST_WINDING: f64 = 0.1;
+/// How far beyond the forces that the supply pressure gives the oil is wound at most, as a share of their span: a valve that still asks for more
+/// stays open until the chamber has all that there is.
+const BEYOND_SUPPLY: f64 = 0.04;
 /// Corner of the low-pass on the speeds at the measured pressures, rad/s.
 const MOMENTARY_RATE: f64 = 20.0;
 /// Share of the forces between full pressure on the one side and on the other that the reference leaves for corrections.
@@ -218,7 +225,7 @@ impl Drive {
             capacity: cylinder.capacity(&fluid, &supply_pressures, &moment),
             force,
             excess: force - load,
-            planned: load,
+            winding: Winding::default(),
             load,
             dry_friction: 0.0,
             expected: 0.0,
@@ -413,8 +420,11 @@ impl Drive {
         let planned = self.planned(d);
         // A reference that jumps, at a limit or a singular pose, is not worth a slammed spool.
         let most = MOST_WINDING * self.steady.speed_unloaded();
-        let winding = ((planned - self.planned) / (self.period * self.capacity.stiffness)).clamp(-most, most);
-        (self.planned, self.load, self.dry_friction) = (planned, d.load, self.dry_friction(d));
+        let ([low, high], beyond) = (self.steady.forces(), BEYOND_SUPPLY * self.steady.span());
+        let forces = [low - beyond, high + beyond];
+        let within = Bounds { forces, speed: most, force_per_speed: self.period * self.capacity.stiffness };
+        let winding = self.winding.speed(planned + d.weighed, d.newly_weighed, &within);
+        (self.load, self.dry_friction) = (d.load, self.dry_friction(d));
         self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);
         if self.estimate.is_none() {
@@ -505,6 +515,11 @@ impl Drive {
     /// Whether the piston has sunk at rest and the supply pressure cannot bring it back.
     pub fn sinks(&self) -> bool {
         self.rest.and_then(|rest| rest.sunk()).is_some_and(|sense| !self.able(sense))
+    }
+
+    /// The reference begins anew from where the crane is: the oil carries the force that it needs already.
+    pub fn follow_anew(&mut self) {
+        self.winding = Winding::default();
     }
 
     /// Holds the piston where it is now, if it rests.

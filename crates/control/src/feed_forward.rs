@@ -72,6 +72,11 @@ impl Steady {
         self.supply_pressures[1] - self.supply_pressures[0]
     }
 
+    /// Forces of the supply pressure towards either sense, lowest and highest, N.
+    pub fn forces(&self) -> [f64; 2] {
+        self.supply_pressures
+    }
+
     /// dv/dF at the speed `v` (m/s) under `force` (N), m/(s N); zero where a compensator keeps the speed.
     pub fn per_force(&self, v: f64, force: f64) -> f64 {
         let sense = v.signum();

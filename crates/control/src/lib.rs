@@ -44,4 +44,5 @@ pub mod tip;
 pub mod valve_learning;
 mod wanted;
 mod weighing;
+mod winding;
 pub mod working_area;

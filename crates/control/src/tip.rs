@@ -230,8 +230,14 @@ impl<const N: usize> State<N> {
         self.led_back = if led_back { self.led_back + s.period } else { 0.0 };
         if self.led_back >= LED_BACK {
             self.led_back = 0.0;
-            self.reference = Reference::at(model, s.period, now.seen);
+            self.follow_anew(model, s, now);
         }
+    }
+
+    /// Starts the set-point anew from where the tip is.
+    fn follow_anew(&mut self, model: &ControllerModel<N>, s: &Settings<N>, now: &Means<N>) {
+        self.reference = Reference::at(model, s.period, now.seen);
+        self.drives.iter_mut().for_each(Drive::follow_anew);
     }
 
     /// Finds out why the tip stands though it is told to move. `waiting`: share of the wish that is left.
@@ -257,7 +263,7 @@ impl<const N: usize> State<N> {
         let cause = if !overloaded.is_empty() {
             if waiting < BLOCKED {
                 // Where the tip cannot be lifted back to is no place to wait for: the other ways must stay open.
-                self.reference = Reference::at(model, s.period, now.seen);
+                self.follow_anew(model, s, now);
             }
             Cause::Load(overloaded)
         } else if self.reference.leave.share < BLOCKED {
@@ -408,6 +414,7 @@ impl<const N: usize> State<N> {
         self.blur = HALF_A_COUNT * (0..N).map(|i| measured.tip_per_joint(i) * counts[i]).sum::<f64>();
         let stiffness = self.of_each(Drive::stiffness);
         let force = self.of_each(Drive::carrying);
+        let weighed_before = self.payload;
         self.forces_known = !gaps.iter().any(|gap| matches!(gap, Signal::Pressure(..)));
         if s.drive.pressures != Pressures::Measured {
             self.payload = self.weighing.payload(model, &mut self.drives, q, &piston_counts, self.payload);
@@ -472,6 +479,7 @@ impl<const N: usize> State<N> {
         let rates = self.reference.rates;
         let inertia = modes.torque(&modes.of_motion(&self.reference.acceleration));
         let load = model.cylinder_force(&self.reference.q, &rates, model.payload);
+        let with_a_kilogram = model.cylinder_force(&self.reference.q, &rates, model.payload + 1.0);
         let mut demands: [Demand; N] = hydrocrane_num::array::from_fn(|c| {
             let retreat = holding[c].retreat();
             let speed = self.reference.posture.lever_arm[c] * rates[c] + measured.lever_arm[c] * retreat;
@@ -479,8 +487,12 @@ impl<const N: usize> State<N> {
             // Near a dead centre a torque is no cylinder force, and a pose can have no modes.
             let inertia =
                 Some(inertia[c] / self.reference.posture.lever_arm[c]).filter(|f| f.is_finite()).unwrap_or(0.0);
+            let per_kilogram = with_a_kilogram[c] - load[c];
+            let weighed = per_kilogram * (self.payload - model.payload);
+            let newly_weighed = per_kilogram * (self.payload - weighed_before);
             let (load, hold, tip_per_stroke) = (load[c], holding[c], measured.tip_per_stroke(c));
-            Demand { stroke: target[c], speed, load, inertia, damping: 0.0, rest, tip_per_stroke, hold }
+            let (stroke, damping) = (target[c], 0.0);
+            Demand { stroke, speed, load, inertia, weighed, newly_weighed, damping, rest, tip_per_stroke, hold }
         });
         self.damp(s, &modes, &measured, &mut demands);
         hydrocrane_num::array::from_fn(|c| self.drives[c].command(&demands[c]))
