@@ -263,6 +263,7 @@ impl<const N: usize> Reference<N> {
         let velocity = self.towards(shape, &slowed);
         let speed = Vec2::<f64>::c(velocity).norm();
         let prefer = self.preference(model, shape, &posture, &now.piston, speed);
+        let prefer = Preference { rates: self.going_on(velocity, &prefer.rates, bandwidth), ..prefer };
         let Motion { rates, scale } = self.motion(shape, &slowed, correction, &prefer);
         let next = model.at(&hydrocrane_num::array::from_fn(|i| self.q[i] + rates[i] * self.period));
         let most = self.caution.rate * self.period;
@@ -332,6 +333,15 @@ impl<const N: usize> Reference<N> {
             }),
             bounds: joint_rates(model, posture, &self.q, piston, shape.limit_rate.min(self.caution.rate)),
         }
+    }
+
+    /// Rates that go on as they are, slower where the tip is, and approach those `preferred` behind a lag: where a limit lets a joint
+    /// go, as in every fast stop, the way in which the joints share the motion would else jump, and excite the oil.
+    fn going_on(&self, velocity: [f64; 2], preferred: &[f64; N], bandwidth: f64) -> [f64; N] {
+        let (now, before) = (Vec2::<f64>::c(velocity), Vec2::c(self.of_tip(self.rates)));
+        let kept = (now.dot(before) / before.dot(before).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let share = portable::exp(-bandwidth * self.period);
+        hydrocrane_num::array::from_fn(|i| preferred[i] + share * (kept * self.rates[i] - preferred[i]))
     }
 
     /// A wish slowed down before regions to keep out of.
