@@ -277,7 +277,7 @@ impl<const N: usize> Reference<N> {
         let held = model.braking_share(&at, &rates, bandwidth, now, slow && now.near_region).max(kept);
         // But it stops at once where it would end near a dead centre, which a joint that has passed does not come back from.
         let held = held.min(model.held_share(&rates, bandwidth, now));
-        let left = if slow { scale.max(self.least_left(shape, &wish)) * held } else { held };
+        let left = scale.max(self.least_left(shape, &wish)) * held;
         if left < 1.0 {
             // Lags that were wound up meanwhile would not let the set-point stop in time, and it would jump once its way is free.
             self.lags = self.lags.scaled(left);
