@@ -85,7 +85,7 @@ fn fixed_steps_divide_every_interval_between_commands() {
 
 #[test]
 fn a_stiff_closed_loop_takes_two_steps_per_sample() {
-    assert_near(&tip_control("rodas5p", 0.05), [394, 65]);
+    assert_near(&tip_control("rodas5p", 0.05), [396, 57]);
 }
 
 #[test]
