@@ -16,7 +16,7 @@ EFFORT = {
     ("vertical-lift-open-loop", "tsit5"): (1656, 134),
     ("hiab-lift", "rodas5p"): (170, 29),
     ("single-cylinder-step", "rodas5p"): (385, 15),
-    ("tip-vertical-line", "rodas5p"): (2422, 214),
+    ("tip-vertical-line", "rodas5p"): (2409, 184),
 }
 FIXED = {"method": "hc-rosenbrock-3", "step": 5e-3}
 
