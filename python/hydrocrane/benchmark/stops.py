@@ -14,13 +14,15 @@ from hydrocrane.arrays import seed_number
 from hydrocrane.benchmark.fitted_tasks import INNER
 from hydrocrane.benchmark.metrics import AT_REST
 from hydrocrane.control.joystick import Joystick
-from hydrocrane.errors import HydrocraneError
+from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
 # Speed, m/s, and the times of the release of the stick, the begin of rest, and the end of the run, s.
 SPEED, MOVED, REST, END = 0.3, 1.0, 6.0, 16.0
+# Shortest rest that is judged, s.
+SHORTEST = 0.1
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,12 @@ def random_stop(
 ) -> Stop | None:
     """A stop of `machine` with `payload` (kg) under ``tip``, recorded until `end` (s).
 
-    ``None`` if it cannot hold or lift the load there.
+    ``None`` if it cannot hold or lift the load there. Raises `InputError` unless `end` is after ``REST``.
     """
+    if not (np.isfinite(end) and end > REST + SHORTEST):
+        raise InputError(
+            f"end must be more than {REST + SHORTEST:g} s, so that the rest after the stop can be judged; got {end!r}"
+        )
     rng = np.random.default_rng(seed_number(seed))
     low, high = machine.joint_limits.T
     q = low + (high - low) * rng.uniform(*INNER, len(low))

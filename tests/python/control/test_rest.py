@@ -23,6 +23,12 @@ def campaign(name: str, sensors: str, payload: float, seeds: int) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.parametrize("end", [6.0, float("nan"), float("inf")])
+def test_a_stop_needs_a_rest_to_judge(end):
+    with pytest.raises(hc.InputError, match="end must be more than"):
+        random_stop(hc.load_machine(LAB), 0, end=end)
+
+
 @pytest.mark.parametrize(("payload", "sensors"), [(0.0, "ideal"), (200.0, "data-sheet")])
 def test_a_few_stops_settle_and_are_quiet(payload, sensors):
     settle, quiet, drift = campaign(LAB, sensors, payload, 4).T
