@@ -110,10 +110,10 @@ s:
 | `hiab-xs031` | ideal | `control.tip.damping-ratio` 0.25 | 200 | 20 | 1.37 | 1.88 | 3.30 |
 | `hiab-xs031` | ideal | `control.tip.damping-ratio` 0.6 | 200 | 20 | 1.16 | 2.12 | 3.74 |
 
-* `rottne-f9-lab`: the set-point itself falls below 5 mm/s 0.38 s after the stick is centred, or sooner where the joints do
-  not reach 0.3 m/s. Stops of 1.6 s, in which an oscillation of 22 to 30 Hz remained, are gone since the lags of the
-  stick [keep no speed that the joints do not have](../theory/control/redundancy.md): a period of 10 ms hardly damps such
-  fast modes, because the delay is what [bounds the damping](../theory/control/damping.md#law).
+* `rottne-f9-lab`: the set-point itself falls below 5 mm/s 0.38 s after the stick is centred, or sooner where the joints
+  do not reach 0.3 m/s. Stops of 1.6 s, in which an oscillation of 22 to 30 Hz remained, are gone since the lags of the
+  stick [keep no speed that the joints do not have](../theory/control/redundancy.md): a period of 10 ms hardly damps
+  such fast modes, because the delay is what [bounds the damping](../theory/control/damping.md#law).
 * With data-sheet sensors the counts of the encoders alone once made stops last 1.2 s
   ([observer](../theory/control/observer.md#validity)). At 10 ms some without a load still do.
 * `hiab-xs031`: shorter periods change nothing, and the bristles
