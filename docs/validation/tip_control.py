@@ -142,13 +142,13 @@ damp it in one direction only.
 
 ### Counts, margins and loads near the supply pressure
 
-Stops of the seeds 400 to 459 (laboratory crane; 0, 80 and 200 kg) and 400 to 499 (`hiab-xs031`; 0, 80, 200 and 300 kg),
-on which nothing was chosen, before and after four changes: what a reading leaves unknown
-([observer](../theory/control/observer.md)), a gain of the [damping](../theory/control/damping.md#law) from the margin
-of a late command, valves that [fill](../theory/control/drive.md#loads-that-the-supply-pressure-cannot-move) a chamber
-near the supply pressure, and a speed at rest that [goes on](../theory/control/rest.md) from that before. *Within*: 0.6
-s on the laboratory crane, 2 s on the other; *changed*: shorter and longer by more than 5 %. The other columns give both
-figures, before first.
+Measured before the lags of the stick and the [winding](../theory/control/winding.md) were changed. Stops of the seeds
+400 to 459 (laboratory crane; 0, 80 and 200 kg) and 400 to 499 (`hiab-xs031`; 0, 80, 200 and 300 kg), on which nothing
+was chosen, before and after four changes: what a reading leaves unknown ([observer](../theory/control/observer.md)), a
+gain of the [damping](../theory/control/damping.md#law) from the margin of a late command, valves that
+[fill](../theory/control/drive.md#loads-that-the-supply-pressure-cannot-move) a chamber near the supply pressure, and a
+speed at rest that [goes on](../theory/control/rest.md) from that before. *Within*: 0.6 s on the laboratory crane, 2 s
+on the other; *changed*: shorter and longer by more than 5 %. The other columns give both figures, before first.
 
 | machine | period | sensors | stops | mean [s] | longest | within | changed | at rest [mm/s] | drift [mm] |
 |---|---|---|---|---|---|---|---|---|---|

@@ -49,7 +49,8 @@ def random_stop(
 ) -> Stop | None:
     """A stop of `machine` with `payload` (kg) under ``tip``, recorded until `end` (s).
 
-    ``None`` if it cannot hold or lift the load there. Raises `InputError` unless `end` is after ``REST``.
+    ``None`` if it cannot hold or lift the load there. Raises `InputError` unless `end` is
+    more than ``SHORTEST`` after ``REST``.
     """
     if not (np.isfinite(end) and end > REST + SHORTEST):
         raise InputError(

@@ -16,6 +16,13 @@ def test_counts_of_encoders_lengthen_no_stop(seed: int) -> None:
     assert stop is not None and stop.settling < 0.6
 
 
+@pytest.mark.parametrize("seed", [4, 10])
+def test_a_stick_let_go_at_the_bounds_of_the_joints_rings_nothing(seed: int) -> None:
+    """1.6 and 0.8 s where the lags kept speed that the joints did not have, and the telescope reversed at once."""
+    stop = random_stop(hc.load_machine("rottne-f9-lab"), seed, end=8.0)
+    assert stop is not None and stop.settling < 0.6
+
+
 @pytest.mark.parametrize(("payload", "seed", "most"), [(300.0, 208, 3.0), (300.0, 216, 3.0), (80.0, 201, 4.0)])
 def test_loads_near_the_supply_pressure_are_damped(payload: float, seed: int, most: float) -> None:
     """7.4, 6.3 and 5.1 s with a valve that stayed closed towards the load, and damped the other way as any other."""
