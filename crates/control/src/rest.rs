@@ -5,7 +5,8 @@
 //! y is the measured position, x_h the place to hold. The low-pass lets so little of the modes on the oil pass that their own
 //! damping outweighs it, however small.
 //!
-//! Fast creep that was observed before rest is made up for from the first sample on.
+//! Fast creep that was observed before rest is made up for from the first sample on, and what is left of it, from then on when the
+//! place is held.
 //!
 //! A count that is coarse at the tip tells nothing of creep within it. There x_h is the boundary of the count that is nearest to the
 //! observed position: a reading that changes there tells the place as finely as the piston moves.
@@ -22,7 +23,7 @@ const GAIN: f64 = 0.25;
 const MOST: [f64; 2] = [3e-4, 1e-4];
 /// Speed of the tip from which on observed creep counts as creep, m/s: less can be the rest of a swing.
 const SWING: f64 = 1e-3;
-/// Time after which a piston is held where it is, and over which that place is averaged, s.
+/// Time after which a piston is held where it is, and over which that place and its creep are averaged, s.
 const COMING: f64 = 2.0;
 const AVERAGED: f64 = 0.5;
 /// Way of the tip in a count from which on the boundary of the count is held, m.
@@ -30,8 +31,8 @@ const COARSE: f64 = 1e-3;
 /// Time in which a piston goes half a count, s, and after which it no longer looks for the boundary so fast, s.
 const APPROACH: f64 = 2.5;
 const PATIENCE: f64 = 5.0;
-/// Way of the tip by which a piston that is not held has sunk, m.
-const SUNK: f64 = 1e-3;
+/// Way of the tip by which a piston that is not held has sunk, m: half of what is promised for one that is.
+const SUNK: f64 = 5e-4;
 
 /// A piston at rest at one sample.
 #[derive(Debug, Clone, Copy)]
@@ -51,8 +52,8 @@ pub struct Resting {
 /// What a piston at rest is held at.
 #[derive(Debug, Clone, Copy)]
 enum Place {
-    /// Where it is (m) once this time (s) is over.
-    Own { place: f64, left: f64 },
+    /// Where it is (m), creeping (m/s), once this time (s) is over.
+    Own { place: f64, creep: f64, left: f64 },
     /// The boundary of a count (m), the sense in which the piston goes there, and for how long it still looks for it, s; zero
     /// where it has been there.
     Boundary { place: f64, sense: f64, left: f64 },
@@ -81,7 +82,7 @@ impl Rest {
         let swing = SWING / now.tip_per_stroke;
         // At a dead centre `swing` can be no number.
         let known = creep.max(-swing).min(swing) - creep;
-        Rest { place: Place::Own { place: now.measured, left: COMING }, speed: 0.0, known, now }
+        Rest { place: Place::Own { place: now.measured, creep: 0.0, left: COMING }, speed: 0.0, known, now }
     }
 
     /// Place that the piston is held at, m.
@@ -106,16 +107,22 @@ impl Rest {
 
     /// Holds the piston where it is now.
     pub fn stay(&mut self) {
-        self.place = Place::Own { place: self.now.measured, left: 0.0 };
+        self.place = Place::Own { place: self.now.measured, creep: 0.0, left: 0.0 };
     }
 
     /// Takes in a sample; speed of the piston over the coming `period` (s), m/s.
     pub fn step(&mut self, now: Resting, period: f64) -> f64 {
         self.now = now;
         let (off, most) = match &mut self.place {
-            Place::Own { place, left } if *left > 0.0 => {
-                *place += (period / AVERAGED).min(1.0) * (now.measured - *place);
+            Place::Own { place, creep, left } if *left > 0.0 => {
+                let (share, behind) = ((period / AVERAGED).min(1.0), now.measured - *place);
+                *creep += share * (behind / AVERAGED - *creep);
+                *place += share * behind;
                 *left -= period;
+                if *left <= 0.0 {
+                    let most = MOST[0] / now.tip_per_stroke;
+                    self.known -= creep.max(-most).min(most);
+                }
                 return self.known;
             }
             Place::Own { place, .. } => (*place - now.measured, MOST[0]),
@@ -153,12 +160,14 @@ mod tests {
         let mut rest = Rest::at(resting(y), 0.0);
         for k in 0..6000 {
             let speed = rest.step(resting(y), PERIOD);
-            assert!(rest.coming() == (k < 199) && (speed == 0.0 || k >= 200), "{k}");
+            assert!(rest.coming() == (k < 199) && (speed == 0.0 || k >= 199), "{k}");
             y += PERIOD * (creep + speed);
         }
-        // What is left is the creep over the gain, behind the way of 2 s.
-        let left = y - rest.place();
-        assert!((left - creep / (GAIN * FASTEST)).abs() < 1e-8 && (rest.place() - 1e-4 - COMING * creep).abs() < 3e-6);
+        // What two averages have not seen of the creep in 2 s, over the gain, behind the way of these 2 s.
+        let (left, times) = (y - rest.place(), COMING / AVERAGED);
+        let unseen = (1.0 + times) * (-times).exp();
+        assert!((left - unseen * creep / (GAIN * FASTEST)).abs() < 5e-8, "{left}");
+        assert!((rest.place() - 1e-4 - COMING * creep).abs() < 3e-6);
         assert_eq!(rest.sunk(), None);
     }
 
@@ -215,11 +224,11 @@ mod tests {
         for _ in 0..300 {
             rest.step(resting(0.0), PERIOD);
         }
-        rest.step(resting(-9e-5), PERIOD);
+        rest.step(resting(-4.5e-5), PERIOD);
         assert_eq!(rest.sunk(), None);
-        rest.step(resting(-1.1e-4), PERIOD);
+        rest.step(resting(-5.5e-5), PERIOD);
         assert_eq!(rest.sunk(), Some(1.0));
         rest.stay();
-        assert!(rest.sunk().is_none() && rest.place() == -1.1e-4);
+        assert!(rest.sunk().is_none() && rest.place() == -5.5e-5);
     }
 }
