@@ -446,10 +446,9 @@ impl<const N: usize> State<N> {
             self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() - held[c]);
             let observed = measured.joints_at(q, &self.of_each(Drive::position));
             // An observer that is slow for a slow swing loses a tip that moves, which the sensors see but for half a count.
-            let seen: [f64; N] = hydrocrane_num::array::from_fn(|i| {
-                let blur = HALF_A_COUNT * counts[i];
-                q[i] + (observed[i] - q[i]).clamp(-blur, blur)
-            });
+            let unknown = counts.map(|count| HALF_A_COUNT * count);
+            let seen: [f64; N] =
+                hydrocrane_num::array::from_fn(|i| q[i] + (observed[i] - q[i]).clamp(-unknown[i], unknown[i]));
             let tip = measured.tip_at(q, &seen);
             let lag = Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
@@ -459,6 +458,7 @@ impl<const N: usize> State<N> {
             let now = Means {
                 observed,
                 seen,
+                unknown,
                 tip,
                 piston,
                 pressures: self.of_each(Drive::pressures),
