@@ -116,8 +116,9 @@ pub struct Drive {
     /// F - F_ref behind a low-pass, N.
     excess: f64,
     winding: Winding,
-    /// Planned load of the last sample, N.
+    /// Planned load of the last sample, N, and behind a low-pass how fast it grows, N/s.
     load: f64,
+    growth: f64,
     /// Friction without its viscous part, N: planned, and of the piston as observed.
     dry_friction: f64,
     seal: f64,
@@ -127,6 +128,7 @@ pub struct Drive {
     asked: f64,
     range: [f64; 2],
     range_share: f64,
+    growth_share: f64,
     return_share: f64,
     /// Speeds at full stroke and the pressures of the last samples, m/s: one wrong pressure is no shortage.
     momentary: [f64; 2],
@@ -145,6 +147,9 @@ const LOAD_BANDWIDTH: f64 = 5.0;
 const OBSERVER_PER_MODE: f64 = 0.2;
 /// Rate at which the speed to plan with falls, rad/s.
 const RANGE_RATE: f64 = 5.0;
+/// Corner of the low-pass on the growth of a load, rad/s, and time for which it goes on while that speed falls, s.
+const GROWTH_RATE: f64 = 10.0;
+const GROWN: f64 = 1.0 / RANGE_RATE + 1.0 / GROWTH_RATE;
 /// Rate at which it comes back, rad/s.
 const RETURN_RATE: f64 = 2.0;
 /// Largest speed that winds the oil, as a share of the full one without load.
@@ -198,6 +203,7 @@ impl Drive {
             asked: 0.0,
             range: [0.0; 2],
             range_share: share(RANGE_RATE),
+            growth_share: share(GROWTH_RATE),
             return_share: share(RETURN_RATE),
             momentary: [0.0; 2],
             momentary_share: share(MOMENTARY_RATE),
@@ -227,6 +233,7 @@ impl Drive {
             excess: force - load,
             winding: Winding::default(),
             load,
+            growth: 0.0,
             dry_friction: 0.0,
             expected: 0.0,
             bearable: 1.0,
@@ -381,7 +388,9 @@ impl Drive {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
             let momentary = s * self.momentary[usize::from(s > 0.0)];
-            let lasting = momentary.min(s * self.speed_under(s * self.spare, s)) * self.widest(s);
+            // A load that grows will have grown until a piston stops that can go no further.
+            let more = s * (self.spare + GROWN * (s * self.growth).max(0.0));
+            let lasting = momentary.min(s * self.speed_under(more, s)) * self.widest(s);
             let possible = self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0);
             // A range that vanished from one sample to the next would stop a moving piston at once.
             s * possible.max((1.0 - self.range_share) * s * self.asked).max(0.0)
@@ -424,6 +433,7 @@ impl Drive {
         let forces = [low - beyond, high + beyond];
         let within = Bounds { forces, speed: most, force_per_speed: self.period * self.capacity.stiffness };
         let winding = self.winding.speed(planned + d.weighed, d.newly_weighed, &within);
+        self.growth += self.growth_share * ((d.load - self.load) / self.period - self.growth);
         (self.load, self.dry_friction) = (d.load, self.dry_friction(d));
         self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);
