@@ -11,6 +11,7 @@ pub mod controller_model;
 pub mod damping;
 pub mod drive;
 pub mod feed_forward;
+mod full_speed;
 pub mod heinze_pid;
 pub mod holding;
 pub mod inverse_kinematics;

@@ -7,7 +7,6 @@ use hydrocrane_control::controller::Controller;
 use hydrocrane_control::controller_model::ControllerModel;
 use hydrocrane_control::damping::DampingGains;
 use hydrocrane_control::drive::DriveGains;
-use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::heinze_pid::{self, Extension, HeinzePid};
 use hydrocrane_control::inverse_kinematics::Printed;
 use hydrocrane_control::keep_out::{KeepOut, Region};
@@ -18,7 +17,6 @@ use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
 use hydrocrane_control::working_area::WorkingArea;
 use hydrocrane_machine::Machine;
-use hydrocrane_num::portable;
 use hydrocrane_plant::{Crane, StateSpace};
 
 /// Names of the controllers, the default first.
@@ -114,9 +112,12 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
     let border_rate = gain("limit-rate").min(1.0 / period);
     tip::Settings {
         period,
-        full_speed: machine.control.gain("tip", "full-speed").unwrap_or_else(|| fastest_joint(controller_model)),
+        full_speed: machine
+            .control
+            .gain("tip", "full-speed")
+            .unwrap_or_else(|| controller_model.full_speed(gain("stick-bandwidth"), gain("lag-limit"))),
         lever_speeds: hydrocrane_num::array::from_fn(|i| {
-            [-1.0, 1.0].map(|sense| unloaded_speed(controller_model, i, sense))
+            [-1.0, 1.0].map(|sense| controller_model.unloaded_speed(i, sense))
         }),
         shape: Shape {
             stick_bandwidth: gain("stick-bandwidth"),
@@ -158,22 +159,6 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
 fn keep_out(machine: &Machine, margin: f64, rate: f64) -> KeepOut {
     let regions = machine.keep_out.iter().map(|(_, corners)| Region::new(corners.clone())).collect();
     KeepOut { regions, margin, rate }
-}
-
-/// Tip speed of the fastest single joint in the middle of all ranges, unloaded, m/s.
-fn fastest_joint<const N: usize>(n: &ControllerModel<N>) -> f64 {
-    let posture = n.posture(&n.joint_limits.map(|[low, high]| 0.5 * (low + high)));
-    let speed = |i: usize| {
-        let piston = unloaded_speed(n, i, 1.0);
-        portable::hypot(posture.jacobian[0][i], posture.jacobian[1][i]) * (piston / posture.lever_arm[i]).abs()
-    };
-    (0..N).map(speed).fold(0.0, f64::max)
-}
-
-/// Steady speed of a piston at full stroke of its spool without load, in either direction, m/s.
-fn unloaded_speed<const N: usize>(n: &ControllerModel<N>, cylinder: usize, sense: f64) -> f64 {
-    let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
-    sense * steady_speed(&n.cylinders[cylinder], &supply_pressures, 0.0, sense)
 }
 
 /// Number of candidates of the penalty search on each side of the telescope's position.

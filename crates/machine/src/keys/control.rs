@@ -38,7 +38,7 @@ const fn gain(name: &'static str, kind: &'static [Kind]) -> Key {
 
 const TIP: &[Key] = &[
     gain("full-speed", &[VELOCITY])
-        .otherwise("speed with the fastest joint alone, in the middle of all ranges")
+        .otherwise("speed with the fastest joint alone, in the middle of all ranges, or less where the oil would not follow")
         .usual(FULL_SPEED)
         .means("Speed of the tip at full stick."),
     gain("stick-bandwidth", &[ANGULAR_FREQUENCY])

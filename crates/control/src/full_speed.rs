@@ -1,0 +1,42 @@
+//! Speed of the tip at full stick, where nobody states one.   theory: docs/theory/control/set_point.md
+//!
+//! v = min(v_1, e l w_1^2/w),     w = min(w_0, w_1)
+//!
+//! | symbol | meaning                                                                        | unit  |
+//! | v_1    | speed with the fastest joint alone, unloaded                                   | m/s   |
+//! | l      | distance of the tip from the set-point at which the set-point waits            | m     |
+//! | w_0    | bandwidth of each of the stick's two lags                                      | rad/s |
+//! | w_1    | lowest natural frequency of the crane on its oil                               | rad/s |
+//!
+//! All in the middle of the joints' ranges. Behind two lags a motion starts and stops with v w/e, under which the oil gives way by that
+//! over w_1^2.
+
+use crate::controller_model::ControllerModel;
+use crate::feed_forward::{steady_speed, Moment, SupplyPressures};
+use core::f64::consts::E;
+
+impl<const N: usize> ControllerModel<N> {
+    /// Speed of the tip at full stick (m/s) with lags of this `bandwidth` (rad/s), where the set-point waits at the distance `lag_limit`, m.
+    pub fn full_speed(&self, bandwidth: f64, lag_limit: f64) -> f64 {
+        let q = self.joint_limits.map(|[low, high]| 0.5 * (low + high));
+        let (posture, at) = self.posture_at(&q);
+        let fastest =
+            (0..N).map(|i| posture.tip_per_joint(i) * (self.unloaded_speed(i, 1.0) / posture.lever_arm[i]).abs());
+        let supply_pressures = SupplyPressures { supply: self.supply, tank: self.tank };
+        let stiffness = hydrocrane_num::array::from_fn(|c| {
+            let moment = Moment { stroke: posture.stroke[c], p: [0.5 * (self.supply + self.tank); 2] };
+            self.cylinders[c].capacity(&self.fluid, &supply_pressures, &moment).stiffness
+        });
+        let mass = self.mechanics.mass_matrix(&at.pose, self.payload);
+        let slowest = self.oil_modes(&mass, &posture.lever_arm, &stiffness).slowest();
+        let followed = E * lag_limit * slowest * slowest / bandwidth.min(slowest);
+        // At a dead centre the crane can have no modes.
+        fastest.fold(0.0, f64::max).min(if followed > 0.0 { followed } else { f64::INFINITY })
+    }
+
+    /// Steady speed of a piston at full stroke of its spool without load, in either direction, m/s.
+    pub fn unloaded_speed(&self, cylinder: usize, sense: f64) -> f64 {
+        let supply_pressures = SupplyPressures { supply: self.supply, tank: self.tank };
+        sense * steady_speed(&self.cylinders[cylinder], &supply_pressures, 0.0, sense)
+    }
+}
