@@ -23,11 +23,18 @@ def test_a_stick_let_go_at_the_bounds_of_the_joints_rings_nothing(seed: int) -> 
     assert stop is not None and stop.settling < 0.6
 
 
-@pytest.mark.parametrize(("payload", "seed", "most"), [(300.0, 208, 3.0), (300.0, 216, 3.0), (80.0, 201, 4.0)])
-def test_loads_near_the_supply_pressure_are_damped(payload: float, seed: int, most: float) -> None:
-    """7.4, 6.3 and 5.1 s with a valve that stayed closed towards the load, and damped the other way as any other."""
-    stop = random_stop(hc.load_machine("hiab-xs031"), seed, payload=payload)
-    assert stop is not None and stop.settling < most
+@pytest.mark.parametrize("seed", [7, 31, 42])
+def test_a_reading_of_the_telescope_that_changes_kicks_no_other_joint(seed: int) -> None:
+    """1.2, 3.5 and 1.3 s where boom and jib took up each change within a sample."""
+    stop = random_stop(hc.load_machine("rottne-f9-lab"), seed, sensors="data-sheet", end=8.0)
+    assert stop is not None and stop.settling < 0.6
+
+
+@pytest.mark.parametrize("seed", [208, 216])
+def test_loads_near_the_supply_pressure_are_damped(seed: int) -> None:
+    """7.4 and 6.3 s with a valve that stayed closed towards the load, and damped the other way as any other."""
+    stop = random_stop(hc.load_machine("hiab-xs031"), seed, payload=300.0)
+    assert stop is not None and stop.settling < 3.0
 
 
 @pytest.mark.parametrize(("seed", "most", "drift"), [(486, 4.0, 3e-3), (330, 6.5, 8e-3)])
