@@ -149,7 +149,7 @@ const OBSERVER_PER_MODE: f64 = 0.2;
 const RANGE_RATE: f64 = 5.0;
 /// Corner of the low-pass on the growth of a load, rad/s, and time for which it goes on while that speed falls, s.
 const GROWTH_RATE: f64 = 10.0;
-const GROWN: f64 = 1.0 / RANGE_RATE + 1.0 / GROWTH_RATE;
+const GROWN: f64 = 2.0 / RANGE_RATE;
 /// Rate at which it comes back, rad/s.
 const RETURN_RATE: f64 = 2.0;
 /// Largest speed that winds the oil, as a share of the full one without load.
