@@ -1,12 +1,11 @@
 //! Holds a piston at rest against creep.                                theory: docs/theory/control/rest.md
 //!
-//! T_f v' = k (x_h - y) - v,     k = 1/(4 T_f)
+//! T_f v' = k (x_h - y) - v,     b' = -v/(9 T_f),     k = 1/(3 T_f)
 //!
-//! y is the measured position, x_h the place to hold. The low-pass lets so little of the modes on the oil pass that their own
-//! damping outweighs it, however small.
+//! y is the measured position, x_h the place to hold, b the creep; the piston is given v - b. The low-pass lets so little of the modes
+//! on the oil pass that their own damping outweighs it, however small.
 //!
-//! Fast creep that was observed before rest is made up for from the first sample on, and what is left of it, from then on when the
-//! place is held.
+//! Fast creep that was observed before rest is made up for from the first sample on. b begins with half of what is left of it.
 //!
 //! A count that is coarse at the tip tells nothing of creep within it. There x_h is the boundary of the count that is nearest to the
 //! observed position: a reading that changes there tells the place as finely as the piston moves.
@@ -16,8 +15,11 @@ use hydrocrane_num::portable;
 /// Corner 1/T_f of the low-pass in lowest natural frequencies of the crane on its oil, and the highest, rad/s.
 const CORNER_PER_MODE: f64 = 0.15;
 const FASTEST: f64 = 1.0;
-/// Share of the corner that the gain k is: two equal poles.
-const GAIN: f64 = 0.25;
+/// Shares of the corner that the gain k and the rate of b are: three equal poles.
+const GAIN: f64 = 1.0 / 3.0;
+const LEARNING: f64 = 1.0 / 9.0;
+/// Share of the creep found at first that is taken to last: what is left of a swing dies out.
+const LASTING: f64 = 0.5;
 /// Speeds of the tip up to which creep is held, by the position and at the boundary of a count, which says no more than on which
 /// side of it the piston is, m/s.
 const MOST: [f64; 2] = [3e-4, 1e-4];
@@ -107,7 +109,8 @@ impl Rest {
 
     /// Holds the piston where it is now.
     pub fn stay(&mut self) {
-        self.place = Place::Own { place: self.now.measured, creep: 0.0, left: 0.0 };
+        let creep = if let Place::Own { creep, .. } = self.place { creep } else { 0.0 };
+        self.place = Place::Own { place: self.now.measured, creep, left: 0.0 };
     }
 
     /// Takes in a sample; speed of the piston over the coming `period` (s), m/s.
@@ -120,8 +123,7 @@ impl Rest {
                 *place += share * behind;
                 *left -= period;
                 if *left <= 0.0 {
-                    let most = MOST[0] / now.tip_per_stroke;
-                    self.known -= creep.max(-most).min(most);
+                    *creep *= LASTING;
                 }
                 return self.known;
             }
@@ -140,7 +142,9 @@ impl Rest {
         // At a dead centre `most` can be no number.
         let wanted = (GAIN * corner * off).max(-most).min(most);
         self.speed += (1.0 - portable::exp(-corner * period)) * (wanted - self.speed);
-        self.known + self.speed
+        let Place::Own { creep, .. } = &mut self.place else { return self.speed };
+        *creep = (*creep - LEARNING * corner * period * self.speed).max(-most).min(most);
+        self.known + self.speed - *creep
     }
 }
 
@@ -158,16 +162,20 @@ mod tests {
     fn creep_is_held_where_the_piston_has_come_to() {
         let (creep, mut y) = (4e-6, 1e-4);
         let mut rest = Rest::at(resting(y), 0.0);
+        let mut farthest = 0.0f64;
         for k in 0..6000 {
             let speed = rest.step(resting(y), PERIOD);
             assert!(rest.coming() == (k < 199) && (speed == 0.0 || k >= 199), "{k}");
             y += PERIOD * (creep + speed);
+            farthest = if k < 200 { 0.0 } else { farthest.max(y - rest.place()) };
         }
-        // What two averages have not seen of the creep in 2 s, over the gain, behind the way of these 2 s.
-        let (left, times) = (y - rest.place(), COMING / AVERAGED);
-        let unseen = (1.0 + times) * (-times).exp();
-        assert!((left - unseen * creep / (GAIN * FASTEST)).abs() < 5e-8, "{left}");
-        assert!((rest.place() - 1e-4 - COMING * creep).abs() < 3e-6);
+        // Of the creep, two averages have seen a part in 2 s. Three poles p: e = b (t + p t^2) exp(-p t), the most at p t = (1 + 5^0.5)/2; at
+        // first the average of the place is behind by the way of half a second.
+        let (times, most) = (COMING / AVERAGED, 0.5 * (1.0 + 5f64.sqrt()));
+        let left = 1.0 - LASTING * (1.0 - (1.0 + times) * (-times).exp());
+        let foreseen = left * creep * most * (1.0 + most) * (-most).exp() / (FASTEST / 3.0) + AVERAGED * creep;
+        assert!((0.7..1.0).contains(&(farthest / foreseen)), "{farthest} {foreseen}");
+        assert!((y - rest.place()).abs() < 1e-9 && (rest.place() - 1e-4 - COMING * creep).abs() < 3e-6, "{y}");
         assert_eq!(rest.sunk(), None);
     }
 
