@@ -123,7 +123,8 @@ impl Rest {
                 *place += share * behind;
                 *left -= period;
                 if *left <= 0.0 {
-                    *creep *= LASTING;
+                    let most = MOST[0] / now.tip_per_stroke;
+                    *creep = (LASTING * *creep).max(-most).min(most);
                 }
                 return self.known;
             }
@@ -143,6 +144,7 @@ impl Rest {
         let wanted = (GAIN * corner * off).max(-most).min(most);
         self.speed += (1.0 - portable::exp(-corner * period)) * (wanted - self.speed);
         let Place::Own { creep, .. } = &mut self.place else { return self.speed };
+        let most = SWING / now.tip_per_stroke;
         *creep = (*creep - LEARNING * corner * period * self.speed).max(-most).min(most);
         self.known + self.speed - *creep
     }
