@@ -126,6 +126,7 @@ docs: $(VENV)/.tested
 	$(BIN)/hydrocrane control benchmark --output docs/validation/tip-control
 	$(BIN)/python docs/validation/tip_motion.py
 	$(BIN)/python docs/validation/tip_rest.py
+	$(BIN)/python docs/validation/tip_further.py
 	$(BIN)/python docs/validation/tip_control.py
 	$(BIN)/python docs/validation/loading_cycle.py measure
 	$(BIN)/python docs/validation/sensor_faults.py

@@ -1,7 +1,7 @@
 """Write ``docs/validation/tip-control.md`` from the benchmark's table: ``python docs/validation/tip_control.py``.
 
 The tables themselves come from ``hydrocrane control benchmark -o docs/validation/tip-control`` and
-``python docs/validation/tip_motion.py`` and ``python docs/validation/tip_rest.py``.
+``python docs/validation/tip_motion.py``, ``tip_rest.py`` and ``tip_further.py``.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+from tip_further import FURTHER as FURTHER_SEEDS
 from tip_motion import PERIODS
 
 from hydrocrane.benchmark import Condition
@@ -19,6 +20,7 @@ TABLE = HERE / "tip-control" / "control-benchmark.csv"
 LINES, STOPS, DRIVEN, PRESSURES = (
     HERE / "tip-control" / f"{name}.csv" for name in ("random-lines", "random-stops", "after-driving", "pressures")
 )
+FURTHER = {key: HERE / "tip-control" / f"further-{key}.csv" for key in ("lines", "stops", "drives")}
 RESTS, SOAKS, KEPT_OUT = (HERE / "tip-control" / f"{name}.csv" for name in ("rest", "soak", "keep-out"))
 LAB, LOADER = "rottne-f9-lab", "hiab-xs031"
 PAGE = HERE / "tip-control.md"
@@ -82,104 +84,41 @@ given. *Period* is that of the controller, 10 ms unless the file states another;
 [needs 5 ms](../theory/control/damping.md#period).
 
 """
-
-LONGEST = """
-### What makes the longest stops long
-
-This section and the next are written by hand: each table was measured once, by the call that it names, and is not made
-anew with the page.
-
-The same 24 stops with one setting changed, watched for 10 s after the start
-(`random_stop(hc.load_machine("rottne-f9-lab", {"control.period": "5 ms"}), seed, payload=80, end=10)`); settled, in
-s:
-
-| machine | sensors | changed | payload [kg] | stops | median | 90 % | longest |
-|---|---|---|---|---|---|---|---|
-| `rottne-f9-lab` | ideal | nothing | 0 | 21 | 0.36 | 0.39 | 0.40 |
-| `rottne-f9-lab` | ideal | `control.period` 5 ms | 0 | 21 | 0.37 | 0.39 | 0.39 |
-| `rottne-f9-lab` | ideal | `control.period` 5 ms | 80 | 21 | 0.38 | 0.40 | 0.41 |
-| `rottne-f9-lab` | ideal | `control.period` 5 ms | 200 | 21 | 0.39 | 0.42 | 0.42 |
-| `rottne-f9-lab` | data-sheet | `control.period` 5 ms | 0 | 21 | 0.37 | 0.41 | 0.44 |
-| `rottne-f9-lab` | data-sheet | `control.period` 5 ms | 80 | 21 | 0.38 | 0.40 | 0.42 |
-| `rottne-f9-lab` | data-sheet | `control.period` 5 ms | 200 | 21 | 0.38 | 0.41 | 0.42 |
-| `hiab-xs031` | ideal | nothing | 80 | 22 | 1.24 | 2.01 | 3.58 |
-| `hiab-xs031` | ideal | `control.period` 5 ms | 80 | 23 | 1.26 | 2.07 | 3.59 |
-| `hiab-xs031` | ideal | `control.tip.damping-ratio` 0.25 | 80 | 21 | 1.43 | 2.19 | 4.29 |
-| `hiab-xs031` | ideal | `control.tip.damping-ratio` 0.6 | 80 | 23 | 1.19 | 2.33 | 3.04 |
-| `hiab-xs031` | ideal | nothing | 200 | 20 | 1.15 | 1.78 | 3.37 |
-| `hiab-xs031` | ideal | `control.tip.damping-ratio` 0.25 | 200 | 20 | 1.37 | 1.88 | 3.30 |
-| `hiab-xs031` | ideal | `control.tip.damping-ratio` 0.6 | 200 | 20 | 1.16 | 2.12 | 3.74 |
-
-* `rottne-f9-lab`: the set-point itself falls below 5 mm/s 0.38 s after the stick is centred, or sooner where the joints
-  do not reach 0.3 m/s. Stops of 1.6 s, in which an oscillation of 22 to 30 Hz remained, are gone since the lags of the
-  stick [keep no speed that the joints do not have](../theory/control/redundancy.md): a period of 10 ms hardly damps
-  such fast modes, because the delay is what [bounds the damping](../theory/control/damping.md#law).
-* With data-sheet sensors the counts of the encoders alone once made stops last 1.2 s
-  ([observer](../theory/control/observer.md#validity)). At 10 ms some without a load still do.
-* `hiab-xs031`: shorter periods change nothing, and the bristles
-  [limit the damping](../theory/control/damping.md#validity) whatever its ratio. The longest stop begins with the tilt
-  cylinder at 188 bar of 190: its valve damps it both ways, but with a tenth of its flow towards the load.
-
+FURTHER_STOPS = """
 ### Stops of other seeds
 
-The stops above are those of the seeds 0 to 23. Stops of the seeds 100 to 123
-(`random_stop(hc.load_machine("hiab-xs031"), seed, payload=80)`):
+{tried} stops tried for each row, of seeds on which nothing was chosen (600 to 699; `python
+docs/validation/tip_further.py stops`). *Within*: settled within 0.6 s on the laboratory crane, within 2 s on the other.
+The columns *quiet* and *still* count stops that rest below 1 mm/s and drift by less than 1 mm in 10 s. *Changed* is one
+setting that differs from the file.
 
-| machine | sensors | payload [kg] | stops | settled, median [s] | 90 % | longest | at rest [mm/s] | drift [mm] |
-|---|---|---|---|---|---|---|---|---|
-| `rottne-f9-lab` | ideal | 0 | 22 | 0.35 | 0.39 | 0.41 | 0.33 | 0.02 |
-| `rottne-f9-lab` | ideal | 80 | 22 | 0.36 | 0.38 | 0.39 | 0.48 | 0.04 |
-| `rottne-f9-lab` | ideal | 200 | 22 | 0.37 | 0.40 | 0.44 | 0.55 | 0.06 |
-| `rottne-f9-lab` | data-sheet | 0 | 22 | 0.37 | 0.48 | 1.18 | 0.45 | 0.09 |
-| `rottne-f9-lab` | data-sheet | 80 | 22 | 0.37 | 0.40 | 0.41 | 0.50 | 0.05 |
-| `rottne-f9-lab` | data-sheet | 200 | 22 | 0.36 | 0.40 | 0.42 | 0.40 | 0.06 |
-| `hiab-xs031` | ideal | 0 | 22 | 1.44 | 2.34 | 3.30 | 0.56 | 0.92 |
-| `hiab-xs031` | ideal | 80 | 21 | 1.21 | 2.39 | 4.29 | 1.34 | 1.48 |
-| `hiab-xs031` | ideal | 200 | 17 | 1.33 | 2.41 | 5.29 | 1.93 | 2.04 |
+"""
+LONGEST = """
+* `rottne-f9-lab`: the set-point itself falls below 5 mm/s 0.38 s after the stick is centred, or sooner where the joints
+  do not reach 0.3 m/s. A period of 10 ms hardly damps the modes of 22 to 50 Hz, because the delay is what
+  [bounds the damping](../theory/control/damping.md#law): what excites them lengthens a stop to about a second. With
+  data-sheet sensors a wrong speed that the [observer](../theory/control/observer.md) has learnt can do the same.
+* `hiab-xs031`: in most stops the [lags](../theory/control/set_point.md) of the set-point take the time. Shorter periods
+  change nothing, and the bristles [limit the damping](../theory/control/damping.md#validity) whatever its ratio. The
+  longest stops begin near a dead centre, where 0.2 mm of a piston are 20 mm at the tip, or with a load above the supply
+  pressure, which a valve can damp in one direction only.
+"""
+FURTHER_LINES = """
+### Lines of other seeds
 
-In the longest stop, 200 kg and seed 110, the lift cylinder has 270 bar at a supply pressure of 190 bar: its valve can
-damp it in one direction only.
+{lines} lines for each row, of seeds on which nothing was chosen (600 to 629; `python docs/validation/tip_further.py
+lines`), drawn as above. The payload is unknown to the controller.
 
-### Counts, margins and loads near the supply pressure
+"""
+FURTHER_DRIVES = """
+### Drives of other seeds
 
-Measured before the lags of the stick and the [winding](../theory/control/winding.md) were changed. Stops of the seeds
-400 to 459 (laboratory crane; 0, 80 and 200 kg) and 400 to 499 (`hiab-xs031`; 0, 80, 200 and 300 kg), on which nothing
-was chosen, before and after four changes: what a reading leaves unknown ([observer](../theory/control/observer.md)), a
-gain of the [damping](../theory/control/damping.md#law) from the margin of a late command, valves that
-[fill](../theory/control/drive.md#loads-that-the-supply-pressure-cannot-move) a chamber near the supply pressure, and a
-speed at rest that [goes on](../theory/control/rest.md) from that before. *Within*: 0.6 s on the laboratory crane, 2 s
-on the other; *changed*: shorter and longer by more than 5 %. The other columns give both figures, before first.
+{drives} drives of 6 minutes for each row, of seeds on which nothing was chosen (600 to 699; `python
+docs/validation/tip_further.py drives`): the largest distance of the tip from its set-point in each drive, and how many
+drives come farther off than 200 mm, take a joint beyond its limits, and come more than 5 mm into the margin of a
+region. With 150 kg the supply pressure cannot hold the load in parts of the working area. There it sinks, and an event
+says so.
 
-| machine | period | sensors | stops | mean [s] | longest | within | changed | at rest [mm/s] | drift [mm] |
-|---|---|---|---|---|---|---|---|---|---|
-| `rottne-f9-lab` | 10 ms | ideal | 132 | 0.49, 0.43 | 2.21, 2.19 | 117, 126 | 81, 4 | 0.60, 0.59 | 0.05, 0.06 |
-| `rottne-f9-lab` | 10 ms | data-sheet | 132 | 0.89, 0.46 | 2.44, 1.96 | 47, 120 | 109, 7 | 0.83, 0.52 | 0.14, 0.72 |
-| `rottne-f9-lab` | 5 ms | ideal | 132 | 0.39, 0.39 | 0.45, 0.44 | 132, 132 | 3, 1 | 0.59, 0.59 | 0.06, 0.06 |
-| `rottne-f9-lab` | 5 ms | data-sheet | 132 | 0.62, 0.40 | 1.38, 1.19 | 86, 129 | 48, 7 | 0.61, 0.80 | 0.28, 0.44 |
-| `hiab-xs031` | 10 ms | ideal | 283 | 1.40, 1.36 | 8.27, 6.19 | 252, 252 | 14, 16 | 3.55, 5.20 | 8.42, 17.80 |
-
-Of the 283 stops of `hiab-xs031`, 272 and 277 are below 1 mm/s at rest, and 256 and 268 drift by less than 1 mm; 22 more
-stops end without an event, 2 end with one. Against it: poses near the dead centre of the lift, where it falls slowly
-with a heavy load (300 kg, seed 486: 5.57 to 6.19 s, drift 8.4 to 17.8 mm; seed 330: 7.35 to 9.98 s, 38 to 57 mm).
-
-### What braking and damping change
-
-Measured with the control before the changes of the section above. Stops of the seeds 100 to 123 and 200 to 299 of
-`hiab-xs031` with 0, 80 and 200 kg: how many are within the requirements, with and without
-[braking](../theory/control/braking.md), with and without its rules for slow cranes, and with two damping ratios. Stops
-with an event in one of the rows without these rules, or in one of the rows with them, are left out there.
-
-| braking | slow cranes | damping ratio | stops | settled within 2 s | at rest below 1 mm/s | drift below 1 mm |
-|---|---|---|---|---|---|---|
-| no | no | 0.25 | 273 | 179 | 253 | 239 |
-| no | no | 0.4 | 273 | 231 | 258 | 249 |
-| yes | no | 0.25 | 273 | 186 | 257 | 244 |
-| yes | no | 0.4 | 273 | 235 | 266 | 253 |
-| yes | yes | 0.25 | 277 | 192 | 261 | 249 |
-| yes | yes | 0.4 (default) | 277 | 237 | 269 | 257 |
-
-The laboratory crane settles as before: of 744 stops tried with 0, 80 and 200 kg, braking changes 16, and the rules for
-slow cranes change 19.
 """
 TAUGHT = """
 ## After 10 s of driving
@@ -217,11 +156,6 @@ SOAKED = """
 {minutes:g} minutes of random sticks for each row in drives of 6 minutes (`hydrocrane.benchmark.soak`), three in five at
 the ends of both axes. *Beyond limits* is a joint's largest excursion beyond its range, as a share of it; *alarms* are
 warnings and events other than those that say why the tip stands. Cylinders are rated for 1.5 times the supply pressure.
-At its own full speed, sticks at their ends demand more of `hiab-xs031` than its oil can follow: pressures exceed the
-rating, and the tip comes far from its set-point. [Braking](../theory/control/braking.md) reduced this: without it the
-pressure reached 3.87 times the supply pressure, and joints 46 % of their range beyond their limits. The rows of
-`hiab-xs031` are of six seeds each; of 110, [three and eleven](../theory/control/braking.md#validity) come more than
-5 mm into the margin of a region, and one of all takes a joint beyond its limits.
 
 """
 PUSHED = """
@@ -312,6 +246,44 @@ def stop_rows() -> list[str]:
 def period_of(row: dict[str, str]) -> str:
     """The period of a row of stops in words."""
     return row["period"] or "10 ms"
+
+
+def changed_in(row: dict[str, str]) -> str:
+    """The setting in which a row differs from the machine's file, in words."""
+    return f"`{row['changed']}` {row['value']}" if row["changed"] else "nothing"
+
+
+def further_line_rows() -> list[str]:
+    """Lines of other seeds, a row per load."""
+    lines = headed("| machine | payload [kg] | median [mm] | 90 % | 99 % | worst | beyond 10 mm |")
+    for row in table_of(FURTHER["lines"]):
+        figures = " | ".join(millimetres(row[key]) for key in ("median", "p90", "p99", "worst"))
+        lines.append(f"| `{row['machine']}` | {float(row['payload']):g} | {figures} | {row['beyond_10_mm']} |")
+    return lines
+
+
+def further_stop_rows() -> list[str]:
+    """Stops of other seeds, a row per machine, setting, sensors and load."""
+    figures = "settled, mean [s] | longest | within | at rest [mm/s] | quiet | drift [mm] | still"
+    lines = headed(f"| machine | changed | sensors | payload [kg] | stops | {figures} |")
+    for row in table_of(FURTHER["stops"]):
+        head = f"`{row['machine']}` | {changed_in(row)} | {row['sensors']} | {float(row['payload']):g} | {row['stops']}"
+        time = f"{float(row['mean']):.2f} | {float(row['longest']):.2f} | {row['within']}"
+        rest = f"{millimetres(row['quiet'])} | {row['quiet_enough']} | {millimetres(row['drift'])} | {row['still_enough']}"
+        lines.append(f"| {head} | {time} | {rest} |")
+    return lines
+
+
+def further_drive_rows() -> list[str]:
+    """Drives of other seeds, a row per speed and load."""
+    counts = "beyond 200 mm | beyond limits | into margins | deepest [mm] | highest pressure / supply"
+    lines = headed(f"| machine | changed | payload [kg] | median [mm] | 90 % | worst | {counts} |")
+    for row in table_of(FURTHER["drives"]):
+        head = f"`{row['machine']}` | {changed_in(row)} | {float(row['payload']):g}"
+        figures = " | ".join(scaled(row[key], 1e3) for key in ("median", "p90", "worst"))
+        many = " | ".join(row[key] for key in ("beyond_200_mm", "beyond_limits", "in_margin"))
+        lines.append(f"| {head} | {figures} | {many} | {millimetres(row['depth'])} | {float(row['pressure']):.2f} |")
+    return lines
 
 
 def driven_rows() -> list[str]:
@@ -485,17 +457,21 @@ def own_rho_rows() -> list[str]:
 def page() -> str:
     found, tried = table_of(LINES), table_of(STOPS)
     rested, soaked, pushed = (table_of(path)[0] for path in (RESTS, SOAKS, KEPT_OUT))
+    further = {key: table_of(path) for key, path in FURTHER.items()}
     minutes = [float(row["seconds"]) / 60.0 for row in (soaked, pushed)]
     parts = [
         ASKED + "\n".join(asked_rows()),
         RANDOM.format(lines=found[0]["lines"]) + "\n".join(line_rows()),
+        FURTHER_LINES.format(lines=further["lines"][0]["lines"]) + "\n".join(further_line_rows()),
         STOPPED.format(tried=tried[0]["tried"]) + "\n".join(stop_rows()),
-        LONGEST,
+        FURTHER_STOPS.format(tried=len(FURTHER_SEEDS)) + "\n".join(further_stop_rows()),
+        LONGEST.rstrip("\n"),
         TAUGHT.format(drives=table_of(DRIVEN)[0]["drives"]) + "\n".join(driven_rows()),
         UNMEASURED.format(**{key: table_of(PRESSURES)[0][key] for key in ("lines", "tried", "drives")})
         + "\n".join(pressure_rows()),
         RESTED.format(seconds=float(rested["seconds"]), tried=rested["tried"]) + "\n".join(rest_rows()),
         SOAKED.format(minutes=minutes[0]) + "\n".join(soak_rows()),
+        FURTHER_DRIVES.format(drives=further["drives"][0]["drives"]) + "\n".join(further_drive_rows()),
         PUSHED.format(minutes=minutes[1], margin=1e3 * float(pushed["margin"])) + "\n".join(kept_out_rows()),
         FIXED.format(version=VERSION) + "\n".join(rows()),
         RHO,

@@ -411,7 +411,8 @@ impl<const N: usize> State<N> {
             let moment = Moment { stroke: measured.stroke[c], p: p[c] };
             self.drives[c].measure(&moment, piston_counts[c], !missing, self.slowest, observing);
         }
-        self.blur = HALF_A_COUNT * (0..N).map(|i| measured.tip_per_joint(i) * counts[i]).sum::<f64>();
+        // Half a count of each joint, and the half that a piston at rest goes to the boundary of its count.
+        self.blur = (0..N).map(|i| measured.tip_per_joint(i) * counts[i]).sum::<f64>();
         let stiffness = self.of_each(Drive::stiffness);
         let force = self.of_each(Drive::carrying);
         let weighed_before = self.payload;
