@@ -1,26 +1,44 @@
-"""What the linear model says of the period of tip control, and whether stops agree."""
+"""What the linear model says of the period of tip control, and whether oscillations agree."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.benchmark.stops import random_stop
+from hydrocrane.benchmark.fitted_tasks import INNER
 from hydrocrane.linear import period_advice
 
 LAB = "rottne-f9-lab"
 
 
+def put_down(machine: hc.Machine, seed: int) -> float:
+    """Time until the tip stays below 5 mm/s after 20 kg are put down in a random pose, s."""
+    low, high = machine.joint_limits.T
+    start = low + (high - low) * np.random.default_rng(seed).uniform(*INNER, low.size)
+    plan = hc.Scenario(
+        machine=machine,
+        joints=dict(zip(machine.joint_names, start.tolist(), strict=True)),
+        payload=20.0,
+        payload_changes={1.0: 0.0},
+        duration=4.0,
+        record_interval=2e-3,
+        joystick=hc.Joystick([0.0], {"x": [0.0], "z": [0.0]}),
+    )
+    data = hc.simulate(plan, ledger=False).data
+    time = data["time"].values
+    speed = np.hypot(*(np.gradient(data[f"tip.{axis}"].values, time) for axis in "xz"))
+    return float(time[np.flatnonzero(speed > 5e-3)[-1]] - 1.0)
+
+
 def test_the_laboratory_crane_needs_half_of_the_default_and_rings_at_it() -> None:
-    """Seed 36 with data-sheet sensors and 300 kg takes 1.2 s at 10 ms."""
+    """Medians of 16 poses: 0.45 s at 10 ms, 0.16 s at 5 ms."""
     advice = period_advice(LAB)
     assert advice.too_long and 'control.period = "5 ms"' in str(advice)
     shorter = hc.load_machine(LAB, {"control.period": "5 ms"})
     assert not period_advice(shorter).too_long
-    machines = (hc.load_machine(LAB), shorter)
-    slow, fast = (random_stop(machine, 36, payload=300.0, sensors="data-sheet", end=8.0) for machine in machines)
-    assert slow is not None and fast is not None
-    assert slow.settling > 0.8 and fast.settling < 0.6
+    slow, fast = (np.median([put_down(m, seed) for seed in range(16)]) for m in (hc.load_machine(LAB), shorter))
+    assert slow > 0.35 and fast < 0.2, (slow, fast)
 
 
 @pytest.mark.parametrize("machine", ["hiab-xs031", "rig-rottne"])
