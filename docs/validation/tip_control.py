@@ -388,6 +388,30 @@ def lasting() -> list[tuple[str, float, float, str, float]]:
     return asked
 
 
+def of_other_seeds() -> list[tuple[str, float, float, str, float]]:
+    """The same for the seeds on which nothing was chosen."""
+    stops, asked = [row for row in table_of(FURTHER["stops"]) if not row["changed"]], []
+    for name, limit in ((LAB, 0.6), (LOADER, 2.0)):
+        mine = [row for row in stops if row["machine"] == name]
+        light = [row for row in mine if float(row["payload"]) <= 200.0]
+        within, tried = (sum(int(row[key]) for row in light) for key in ("within", "stops"))
+        longest, drift = max(float(row["longest"]) for row in light), max(float(row["drift"]) for row in mine)
+        asked += [
+            (f"`{name}`, other seeds, 0 to 200 kg: longest stop ({within} of {tried} within)", longest, limit, "s", 1.0),
+            (f"`{name}`, other seeds: drift in 10 s", drift, 1e-3, "mm", 1e3),
+        ]
+    for row in table_of(FURTHER["lines"]):
+        within = int(row["lines"]) - int(row["beyond_10_mm"])
+        what = f"`{LOADER}`, other seeds, {float(row['payload']):g} kg: worst line ({within} of {row['lines']} within)"
+        asked.append((what, float(row["worst"]), 1e-2, "mm", 1e3))
+    for row in table_of(FURTHER["drives"]):
+        speed = f", at most {row['value']}" if row["value"] else ""
+        within = int(row["drives"]) - int(row["in_margin"])
+        what = f"`{LOADER}`, other seeds, {float(row['payload']):g} kg{speed}, random sticks: into the margin of regions"
+        asked.append((f"{what} ({within} of {row['drives']} within)", float(row["depth"]), 5e-3, "mm", 1e3))
+    return asked
+
+
 def drive_in_words(row: dict[str, str]) -> str:
     speed = f", at most {float(row['full_speed']):g} m/s" if row["full_speed"] else ""
     return f"`{row['machine']}`, {row['sensors']} sensors, {float(row['payload']):g} kg{speed}"
@@ -432,7 +456,7 @@ def asked_rows() -> list[str]:
     for unstated in ("overlap 5 %", "offset 2 %", "supply - 30 %", "leakage x 10"):
         worst = most(of(driven, unstated=unstated), "worst")
         asked.append((f"lab crane, {unstated}, after 10 s of driving: worst deviation", worst, 1e-3, "mm", 1e3))
-    asked += lasting()
+    asked += lasting() + of_other_seeds()
     rows = []
     for what, found, limit, unit, factor in sorted(asked, key=lambda line: line[1] <= line[2]):
         met = "yes" if found <= limit else "no"
