@@ -269,8 +269,8 @@ def further_stop_rows() -> list[str]:
     for row in table_of(FURTHER["stops"]):
         head = f"`{row['machine']}` | {changed_in(row)} | {row['sensors']} | {float(row['payload']):g} | {row['stops']}"
         time = f"{float(row['mean']):.2f} | {float(row['longest']):.2f} | {row['within']}"
-        rest = f"{millimetres(row['quiet'])} | {row['quiet_enough']} | {millimetres(row['drift'])} | {row['still_enough']}"
-        lines.append(f"| {head} | {time} | {rest} |")
+        quiet = f"{millimetres(row['quiet'])} | {row['quiet_enough']}"
+        lines.append(f"| {head} | {time} | {quiet} | {millimetres(row['drift'])} | {row['still_enough']} |")
     return lines
 
 
@@ -396,9 +396,10 @@ def of_other_seeds() -> list[tuple[str, float, float, str, float]]:
         light = [row for row in mine if float(row["payload"]) <= 200.0]
         within, tried = (sum(int(row[key]) for row in light) for key in ("within", "stops"))
         longest, drift = max(float(row["longest"]) for row in light), max(float(row["drift"]) for row in mine)
+        found = f"`{name}`, other seeds"
         asked += [
-            (f"`{name}`, other seeds, 0 to 200 kg: longest stop ({within} of {tried} within)", longest, limit, "s", 1.0),
-            (f"`{name}`, other seeds: drift in 10 s", drift, 1e-3, "mm", 1e3),
+            (f"{found}, 0 to 200 kg: longest stop ({within} of {tried} within)", longest, limit, "s", 1.0),
+            (f"{found}: drift in 10 s", drift, 1e-3, "mm", 1e3),
         ]
     for row in table_of(FURTHER["lines"]):
         within = int(row["lines"]) - int(row["beyond_10_mm"])
@@ -407,8 +408,9 @@ def of_other_seeds() -> list[tuple[str, float, float, str, float]]:
     for row in table_of(FURTHER["drives"]):
         speed = f", at most {row['value']}" if row["value"] else ""
         within = int(row["drives"]) - int(row["in_margin"])
-        what = f"`{LOADER}`, other seeds, {float(row['payload']):g} kg{speed}, random sticks: into the margin of regions"
-        asked.append((f"{what} ({within} of {row['drives']} within)", float(row["depth"]), 5e-3, "mm", 1e3))
+        what = f"`{LOADER}`, other seeds, {float(row['payload']):g} kg{speed}, random sticks"
+        count = f"({within} of {row['drives']} within)"
+        asked.append((f"{what}: into the margin of regions {count}", float(row["depth"]), 5e-3, "mm", 1e3))
     return asked
 
 
