@@ -433,7 +433,9 @@ impl Drive {
         let forces = [low - beyond, high + beyond];
         let within = Bounds { forces, speed: most, force_per_speed: self.period * self.capacity.stiffness };
         let winding = self.winding.speed(planned + d.weighed, d.newly_weighed, &within);
-        self.growth += self.growth_share * ((d.load - self.load) / self.period - self.growth);
+        // At a dead centre a load can be no number.
+        let growth = Some((d.load - self.load) / self.period).filter(|growth| growth.is_finite()).unwrap_or(0.0);
+        self.growth += self.growth_share * (growth - self.growth);
         (self.load, self.dry_friction) = (d.load, self.dry_friction(d));
         self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);

@@ -6,7 +6,7 @@
 //! | v_1    | speed with the fastest joint alone, unloaded                                   | m/s   |
 //! | l      | distance of the tip from the set-point at which the set-point waits            | m     |
 //! | w_0    | bandwidth of each of the stick's two lags                                      | rad/s |
-//! | w_1    | lowest natural frequency of the crane on its oil                               | rad/s |
+//! | w_1    | lowest natural frequency of the crane on its oil, with the stated load         | rad/s |
 //!
 //! All in the middle of the joints' ranges. Behind two lags a motion starts and stops with v w/e, under which the oil gives way by that
 //! over w_1^2.
