@@ -10,7 +10,7 @@
 //! from A_1 p_1' - A_2 p_2' = F' with (94), (95): both metering edges act, each with the stiffness of its chamber. After
 //! opening a valve the two pressures take some tenths of a second to reach their steady level; this law holds meanwhile.
 
-use crate::controller_model::CylinderModel;
+use crate::controller_model::{ControllerModel, CylinderModel};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::edge_flows::{EdgeFlows, PortPressures};
@@ -24,6 +24,12 @@ const LEAST_LEFT: f64 = 0.02;
 pub struct SupplyPressures {
     pub supply: f64,
     pub tank: f64,
+}
+
+impl<const N: usize> ControllerModel<N> {
+    pub fn supply_pressures(&self) -> SupplyPressures {
+        SupplyPressures { supply: self.supply, tank: self.tank }
+    }
 }
 
 /// Signed piston speed at full stroke towards `sense` (+1 or -1) in steady motion under `force` (N, positive where

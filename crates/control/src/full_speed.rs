@@ -12,7 +12,7 @@
 //! over w_1^2.
 
 use crate::controller_model::ControllerModel;
-use crate::feed_forward::{steady_speed, Moment, SupplyPressures};
+use crate::feed_forward::{steady_speed, Moment};
 use core::f64::consts::E;
 
 impl<const N: usize> ControllerModel<N> {
@@ -22,7 +22,7 @@ impl<const N: usize> ControllerModel<N> {
         let (posture, at) = self.posture_at(&q);
         let fastest =
             (0..N).map(|i| posture.tip_per_joint(i) * (self.unloaded_speed(i, 1.0) / posture.lever_arm[i]).abs());
-        let supply_pressures = SupplyPressures { supply: self.supply, tank: self.tank };
+        let supply_pressures = self.supply_pressures();
         let stiffness = hydrocrane_num::array::from_fn(|c| {
             let moment = Moment { stroke: posture.stroke[c], p: [0.5 * (self.supply + self.tank); 2] };
             self.cylinders[c].capacity(&self.fluid, &supply_pressures, &moment).stiffness
@@ -36,7 +36,6 @@ impl<const N: usize> ControllerModel<N> {
 
     /// Steady speed of a piston at full stroke of its spool without load, in either direction, m/s.
     pub fn unloaded_speed(&self, cylinder: usize, sense: f64) -> f64 {
-        let supply_pressures = SupplyPressures { supply: self.supply, tank: self.tank };
-        sense * steady_speed(&self.cylinders[cylinder], &supply_pressures, 0.0, sense)
+        sense * steady_speed(&self.cylinders[cylinder], &self.supply_pressures(), 0.0, sense)
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::controller::Measurement;
 use crate::controller_model::{ControllerModel, CylinderModel};
-use crate::feed_forward::{Moment, SupplyPressures};
+use crate::feed_forward::Moment;
 use crate::oil_displacement::{oil_displacements, Interval, OilDisplacement, Trust};
 use crate::signal::{OfSignals, Signal, MOST, PER_CYLINDER};
 use crate::spool_history::SpoolHistory;
@@ -304,7 +304,7 @@ impl<const N: usize> Monitor<N> {
         if t - before.t < INTERVAL * (1.0 - 1e-6) {
             return None;
         }
-        let supply_pressures = SupplyPressures { supply: model.supply, tank: model.tank };
+        let supply_pressures = model.supply_pressures();
         let spool = self.spools(c, before.t);
         let moments = [&before.moment, &moment];
         let estimates = oil_displacements(

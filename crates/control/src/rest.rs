@@ -51,6 +51,15 @@ pub struct Resting {
     pub slowest: f64,
 }
 
+impl Resting {
+    /// A piston's `speed`, m/s, but no more than moves the tip at `most`, m/s.
+    fn bounded(&self, speed: f64, most: f64) -> f64 {
+        let most = most / self.tip_per_stroke;
+        // At a dead centre `most` can be no number.
+        speed.max(-most).min(most)
+    }
+}
+
 /// What a piston at rest is held at.
 #[derive(Debug, Clone, Copy)]
 enum Place {
@@ -81,9 +90,7 @@ impl Rest {
             let place = Place::Boundary { place: now.measured + 0.5 * sense * now.count, sense, left: PATIENCE };
             return Rest { place, speed: 0.0, known: 0.0, now };
         }
-        let swing = SWING / now.tip_per_stroke;
-        // At a dead centre `swing` can be no number.
-        let known = creep.max(-swing).min(swing) - creep;
+        let known = now.bounded(creep, SWING) - creep;
         Rest { place: Place::Own { place: now.measured, creep: 0.0, left: COMING }, speed: 0.0, known, now }
     }
 
@@ -123,8 +130,7 @@ impl Rest {
                 *place += share * behind;
                 *left -= period;
                 if *left <= 0.0 {
-                    let most = MOST[0] / now.tip_per_stroke;
-                    *creep = (LASTING * *creep).max(-most).min(most);
+                    *creep = now.bounded(LASTING * *creep, MOST[0]);
                 }
                 return self.known;
             }
@@ -139,13 +145,10 @@ impl Rest {
             }
         };
         let corner = (CORNER_PER_MODE * now.slowest).min(FASTEST);
-        let most = most / now.tip_per_stroke;
-        // At a dead centre `most` can be no number.
-        let wanted = (GAIN * corner * off).max(-most).min(most);
+        let wanted = now.bounded(GAIN * corner * off, most);
         self.speed += (1.0 - portable::exp(-corner * period)) * (wanted - self.speed);
         let Place::Own { creep, .. } = &mut self.place else { return self.speed };
-        let most = SWING / now.tip_per_stroke;
-        *creep = (*creep - LEARNING * corner * period * self.speed).max(-most).min(most);
+        *creep = now.bounded(*creep - LEARNING * corner * period * self.speed, SWING);
         self.known + self.speed - *creep
     }
 }

@@ -250,9 +250,9 @@ impl<const N: usize> Reference<N> {
         let bandwidth = shape.bandwidth(now.slowest_mode, self.used(model, shape, &wish, now));
         self.bandwidth = bandwidth;
         let shaped = self.shape_stick(shape, wish, bandwidth);
-        let follow = 1.0 - portable::exp(-FOLLOWING_PER_STICK * bandwidth * self.period);
+        let follow = 1.0 - portable::exp(-bandwidth * self.period);
         for i in (0..N).filter(|&i| self.joint_lags.is_none() && !self.leaders[i]) {
-            // What a count leaves unknown is no jump of the joint: followed at once, it would kick the oil through the others.
+            // What a count leaves unknown is no jump of the joint: followed without a lag, it would kick the oil through the others.
             let (behind, unknown) = (now.observed[i] - self.q[i], now.unknown[i]);
             self.q[i] += behind - (1.0 - follow) * behind.clamp(-unknown, unknown);
         }
@@ -482,8 +482,6 @@ const PLANNED_WINDING: f64 = 0.7;
 const FAST_MODE: f64 = 1.5;
 /// Corner of the low-pass on the acceleration, in bandwidths of the stick.
 const ACCELERATION_PER_STICK: f64 = 5.0;
-/// Rate at which a joint that follows its measured position follows what a count leaves unknown of it, in bandwidths of the stick.
-const FOLLOWING_PER_STICK: f64 = 1.0;
 /// Share of a lost path that is found again in a period, at most: more than all of it would overshoot.
 const MOST_CORRECTED: f64 = 0.5;
 /// Guards of levers near a dead centre, m/rad, and where the joint that holds the height lifts nothing, m/rad or m/m: there the

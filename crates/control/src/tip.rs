@@ -8,7 +8,7 @@ use crate::controller::{copied_by_clone, Controller, Fault, Goal, Measurement, S
 use crate::controller_model::{ControllerModel, Posture};
 use crate::damping::{Damping, DampingGains};
 use crate::drive::{Demand, Drive, DriveGains};
-use crate::feed_forward::{Moment, SupplyPressures};
+use crate::feed_forward::Moment;
 use crate::holding::Hold;
 use crate::notice::{Aim, Cause, Indices, News, Notice};
 use crate::observer;
@@ -180,7 +180,7 @@ impl<const N: usize> State<N> {
     fn at(n: &ControllerModel<N>, s: &Settings<N>, q: [f64; N], p: &[[f64; 2]; N]) -> Self {
         let (reference, at) = (Reference::at(n, s.period, q), n.at(&q));
         let load = n.cylinder_force(&q, &[0.0; N], n.payload);
-        let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
+        let supply_pressures = n.supply_pressures();
         let drives: [Drive; N] = hydrocrane_num::array::from_fn(|c| {
             let moment = Moment { stroke: reference.posture.stroke[c], p: p[c] };
             Drive::at(n.cylinders[c], n.fluid, supply_pressures, s.drive, s.period, moment, load[c])

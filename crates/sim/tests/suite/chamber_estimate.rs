@@ -2,7 +2,7 @@
 
 use hydrocrane_control::chamber_estimate::{ChamberEstimate, Sent, Surroundings};
 use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
-use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
+use hydrocrane_control::feed_forward::steady_speed;
 use hydrocrane_control::observer::Gains;
 use hydrocrane_machine::load;
 use hydrocrane_sim::{controller_model, Crane};
@@ -16,7 +16,7 @@ const BAND: f64 = 2e-4;
 fn boom() -> (CylinderModel, Surroundings) {
     let machine = load("rottne-f9-lab", &[]).expect("a valid machine");
     let model: ControllerModel<3> = controller_model(&Crane::new(&machine).expect("a machine that can be built"));
-    let supply_pressures = SupplyPressures { supply: model.supply, tank: model.tank };
+    let supply_pressures = model.supply_pressures();
     (model.cylinders[0], Surroundings { fluid: model.fluid, supply_pressures, period: PERIOD })
 }
 

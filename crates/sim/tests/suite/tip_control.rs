@@ -2,7 +2,7 @@
 
 use hydrocrane_control::controller::{Controller, Fault, Measurement, Reading, Stick};
 use hydrocrane_control::controller_model::ControllerModel;
-use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
+use hydrocrane_control::feed_forward::steady_speed;
 use hydrocrane_control::heinze_pid::{self, HeinzePid};
 use hydrocrane_control::redundancy::{resolve, Preference, Task};
 use hydrocrane_control::tip::Tip;
@@ -126,7 +126,7 @@ impl Loop {
 /// The speed along a line at which the steady spool demand reaches full stroke somewhere, m/s.
 fn full_stroke_speed(n: &ControllerModel<3>, direction: [f64; 2]) -> f64 {
     const STEP: f64 = 1e-3;
-    let supply_pressures = SupplyPressures { supply: n.supply, tank: n.tank };
+    let supply_pressures = n.supply_pressures();
     let mut q = START;
     let mut fastest = f64::INFINITY;
     for _ in 0..(LENGTH / STEP) as usize {
