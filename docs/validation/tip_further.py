@@ -5,25 +5,22 @@ Figures in SI. The page is written by ``tip_control.py``.
 
 from __future__ import annotations
 
-import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 from tip_motion import FOLDER, MACHINES, write
-from tip_rest import LASTS
+from tip_rest import LASTS, in_processes
 
 import hydrocrane as hc
 from hydrocrane.benchmark import Condition, random_lines, run_case
 from hydrocrane.benchmark.soak import soak
 from hydrocrane.benchmark.stops import Stop, random_stop
 
-LINES, STOPS, DRIVES = (FOLDER / f"further-{name}.csv" for name in ("lines", "stops", "drives"))
-FURTHER, LINE_SEEDS, LINES_PER_SEED = range(600, 700), range(600, 630), 30
+PATHS = {name: FOLDER / f"further-{name}.csv" for name in ("lines", "stops", "drives")}
+SEEDS, LINE_SEEDS, LINES_PER_SEED = range(600, 700), range(600, 630), 30
 LAB, LOADER = MACHINES
 # Time within which a stop shall settle, s.
 WITHIN = {LAB: 0.6, LOADER: 2.0}
@@ -54,14 +51,6 @@ STOPPED = [
 DRIVEN = [Row(LOADER, SPEED, "0.3 m/s", payload=load) for load in (0.0, 150.0)] + [Row(LOADER)]
 
 
-T = TypeVar("T")
-
-
-def in_processes(work: Callable[[int], T], seeds: Iterable[int]) -> list[T]:
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(work, seeds, chunksize=4))
-
-
 def lines_of(payload: float, seed: int) -> list[float]:
     """Largest deviations of the lines of a seed, m; the controller is not told of the load."""
     machine, condition = hc.load_machine(LOADER), Condition(payload=payload)
@@ -88,7 +77,7 @@ def stop_of(row: Row, seed: int) -> Stop | None:
 def stops() -> Iterator[dict[str, object]]:
     """A row for each of ``STOPPED``."""
     for row in STOPPED:
-        found = [stop for stop in in_processes(partial(stop_of, row), FURTHER) if stop is not None]
+        found = [stop for stop in in_processes(partial(stop_of, row), SEEDS) if stop is not None]
         settling, quiet, drift = np.array([(stop.settling, stop.quiet, stop.drift) for stop in found]).T
         yield {
             **asdict(row), "stops": len(found), "mean": settling.mean(), "longest": settling.max(),
@@ -108,7 +97,7 @@ def drive_of(row: Row, seed: int) -> tuple[float, float, float, float]:
 def drives() -> Iterator[dict[str, object]]:
     """A row for each of ``DRIVEN``."""
     for row in DRIVEN:
-        lag, beyond, depth, pressure = np.array(in_processes(partial(drive_of, row), FURTHER)).T
+        lag, beyond, depth, pressure = np.array(in_processes(partial(drive_of, row), SEEDS)).T
         yield {
             **asdict(row), "drives": len(lag),
             "median": np.median(lag), "p90": np.percentile(lag, 90), "worst": lag.max(),
@@ -118,7 +107,6 @@ def drives() -> Iterator[dict[str, object]]:
 
 
 if __name__ == "__main__":
-    tables = {"lines": (LINES, lines), "stops": (STOPS, stops), "drives": (DRIVES, drives)}
+    tables = {"lines": lines, "stops": stops, "drives": drives}
     for name in sys.argv[1:] or tables:
-        path, rows = tables[name]
-        write(path, rows())
+        write(PATHS[name], tables[name]())

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from functools import partial
+from typing import TypeVar
 
 from tip_motion import FOLDER, MACHINES, stopped, write
 
@@ -19,6 +20,7 @@ import hydrocrane as hc
 from hydrocrane.benchmark.soak import Soak, soak, worst_of
 from hydrocrane.benchmark.stops import REST, random_stop
 
+T = TypeVar("T")
 RESTS, SOAKS, KEPT_OUT = FOLDER / "rest.csv", FOLDER / "soak.csv", FOLDER / "keep-out.csv"
 STOPS, AT_REST = 6, 600.0
 # Seeds of the drives of a row, and how long each goes on, s.
@@ -67,13 +69,17 @@ def drive(case: tuple[str, str, float, float | None], pushed: bool, seed: int) -
     )
 
 
+def in_processes(work: Callable[[int], T], seeds: Iterable[int]) -> list[T]:
+    """What `work` finds for each seed, by as many processes as the variable ``WORKERS`` or the computer states."""
+    with ProcessPoolExecutor(int(os.environ.get("WORKERS", os.cpu_count() or 1))) as pool:
+        return list(pool.map(work, seeds))
+
+
 def drives(pushed: bool, seeds: range) -> Iterator[dict[str, object]]:
     """A row per case of ``DRIVEN``: the worst of its drives."""
-    with ProcessPoolExecutor(int(os.environ.get("WORKERS", os.cpu_count() or 1))) as pool:
-        asked = [pool.map(partial(drive, case, pushed), seeds) for case in DRIVEN]
-        done = [list(found) for found in asked]
-    for (name, sensors, payload, speed), all_found in zip(DRIVEN, done, strict=True):
-        found = worst_of(all_found)
+    for case in DRIVEN:
+        name, sensors, payload, speed = case
+        found = worst_of(in_processes(partial(drive, case, pushed), seeds))
         margin = hc.load_machine(name).tip_gains["keep-out-margin"]
         head = {"machine": name, "sensors": sensors, "payload": payload, "full_speed": speed}
         told = {"warnings": len(found.warnings), "alarms": len(found.alarms)}
