@@ -19,7 +19,7 @@ SPEED, AT_REST = 0.3, 5e-3
 # Angle by which a mode may turn in a period, rad: the damping gain then is a tenth per period.
 ANGLE = 0.9
 # A stop behind two lags of the bandwidth w leaves a speed v with the share (w/omega)^2 in a mode omega. Commands are
-# held for a period and excite more: some stops of the laboratory crane with data-sheet sensors still ring.
+# held for a period and excite more, and loads that come and go excite it at once.
 BEYOND = 1.5
 
 
