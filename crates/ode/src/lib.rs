@@ -19,6 +19,7 @@ pub mod rosenbrock3;
 pub mod rows;
 mod schur;
 mod shared;
+pub mod step_size;
 mod stepper;
 mod system;
 pub mod tableau;

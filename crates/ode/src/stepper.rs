@@ -2,6 +2,7 @@
 
 use crate::method::{flush, Effort, Method, Restart, Target};
 use crate::quadratures::Quadratures;
+use crate::step_size::{equal_part, longest_part, EVEN};
 use crate::system::System;
 use hydrocrane_num::{portable, Archive};
 
@@ -44,8 +45,6 @@ const GROW: f64 = 6.0;
 const SAFETY: f64 = 0.9;
 /// Growth beyond which errors do not oscillate about the tolerance but are far below it.
 const DOUBLE: f64 = 2.0;
-/// Share of a step by which an interval may be longer than whole steps: rounding must not add one.
-const EVEN: f64 = 1e-6;
 /// Error of a fixed step above which it is divided.
 const GROSS: f64 = 0.1;
 /// The same bound per square of a step (1/s^2) where laws are smooth, because the errors of more steps add up.
@@ -59,8 +58,8 @@ const LEAST_GROSS: f64 = 1e-7;
 const NOT_JUDGED: (f64, f64) = (f64::NEG_INFINITY, GROSS);
 /// Largest number of parts of a fixed step.
 const MOST_PARTS: u32 = 256;
-/// Number of attempts that must advance by a least time (s); a slower run would need hours for a second.
-pub const CRAWL_ATTEMPTS: u64 = 1_000_000;
+/// Number of attempts that must advance by a least time (s); a slower run would need minutes for a second.
+pub const CRAWL_ATTEMPTS: u64 = 100_000;
 const CRAWL_ADVANCE: f64 = 1e-2;
 /// Error of the smallest part, relative to the bound, above which the run ends.
 const HOPELESS: f64 = 100.0;
@@ -221,18 +220,14 @@ impl Stepper {
     /// the error of the whole step is too large. The number of parts and the work of a step are bounded.
     fn even_step(&mut self, system: &dyn System, limit: f64) -> Result<(), StepFailure> {
         // Without a limit the step is the largest one.
-        let parts_of = |span: f64, most: f64| match span.is_finite() {
-            true => span / (span / most - EVEN).ceil().max(1.0),
-            false => most,
-        };
-        let whole = parts_of(limit - self.t, self.tolerances.max_step);
+        let whole = equal_part(limit - self.t, self.tolerances.max_step);
         // The remainder of a divided step has the bound of the whole step.
         if self.judged.0 != limit {
             self.judged = (limit, self.gross(whole));
         }
         let gross = self.judged.1;
         let least = self.least_part();
-        let mut h = if self.h > 0.0 { parts_of(whole, self.h) } else { whole };
+        let mut h = if self.h > 0.0 { equal_part(whole, self.h) } else { whole };
         loop {
             let mut failure = StepFailure::NotFinite;
             let norm = match self.reach(system, h) {
@@ -242,7 +237,7 @@ impl Stepper {
                     f64::INFINITY
                 }
             };
-            let last = h <= least * (1.0 + EVEN);
+            let last = h <= longest_part(least);
             if norm <= 1.0 || (last && norm <= HOPELESS) {
                 if norm > 1.0 {
                     self.unresolved.get_or_insert(self.t);
@@ -257,7 +252,7 @@ impl Stepper {
             }
             self.rejected += 1;
             let factor = SAFETY * portable::pow(norm, -1.0 / self.estimate_order());
-            h = parts_of(whole, (h * if factor.is_finite() { factor.clamp(SHRINK, 0.5) } else { SHRINK }).max(least));
+            h = equal_part(whole, (h * if factor.is_finite() { factor.clamp(SHRINK, 0.5) } else { SHRINK }).max(least));
         }
     }
 
@@ -434,7 +429,7 @@ impl Stepper {
         self.tolerances.max_step / f64::from(MOST_PARTS)
     }
 
-    /// Advance (s) of a large number of attempts, if it is below the bound. Call once per accepted step.
+    /// Advance (s) of a large number of attempts, if it is below the bound. Call once per step.
     pub fn crawls(&mut self) -> Option<f64> {
         let attempts = self.accepted + self.rejected;
         if attempts < self.mark.0 + CRAWL_ATTEMPTS {

@@ -6,7 +6,7 @@ use crate::driven::Driven;
 use crate::model::Model;
 use crate::options::RunOptions;
 use crate::outcome::{Outcome, OutcomeKind};
-use crate::stepping::{given_up, step_of};
+use crate::stepping::{crawling, given_up, step_of};
 use crate::warning::Warning;
 use crate::warnings::Watch;
 use hydrocrane_num::Archive;
@@ -87,8 +87,9 @@ impl EventLoop {
         Outcome { kind: OutcomeKind::Completed, time: self.stepper.t, message: "reached the end".to_string() }
     }
 
-    /// One step towards `end`, after all events at its start.
+    /// One step towards `end`, after all events at its start. An error is the outcome: nothing steps for ever.
     pub fn step<'a>(&mut self, crane: &mut impl Stepped<'a>, events: &mut dyn Events, end: f64) -> Result<(), Outcome> {
+        crawling(&mut self.stepper)?;
         while self.stepper.t >= self.limit {
             events.happen(self.limit, crane.driven_mut(), &mut self.stepper)?;
             crane.change_payload(&mut self.stepper);

@@ -7,6 +7,16 @@ use crate::outcome::{Outcome, OutcomeKind};
 use crate::warnings::Watch;
 use hydrocrane_ode::{Stepper, System, CRAWL_ATTEMPTS};
 
+/// The outcome of a run that no longer advances in reasonable time. Call once before each step.
+pub(crate) fn crawling(stepper: &mut Stepper) -> Result<(), Outcome> {
+    let Some(advance) = stepper.crawls() else { return Ok(()) };
+    let message = format!(
+        "{CRAWL_ATTEMPTS} steps advanced by only {advance:.1e} s; a law jumps here (friction or orifice law as printed?): \
+         take fixed steps (`step`), smooth the friction by `smoothing-velocity`, or loosen the tolerance"
+    );
+    Err(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message })
+}
+
 /// One step of `system`, at most to `limit`, and the checks of the new state. The states of `system` begin with those
 /// of the crane `driven`.
 pub(crate) fn step_of(
@@ -29,13 +39,6 @@ pub(crate) fn given_up(
 ) -> Option<Outcome> {
     if stepper.accepted >= options.max_steps {
         let message = format!("gave up after {} steps; loosen the tolerance or shorten the run", stepper.accepted);
-        return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });
-    }
-    if let Some(advance) = stepper.crawls() {
-        let message = format!(
-            "{CRAWL_ATTEMPTS} steps advanced by only {advance:.1e} s; a law jumps here (friction or orifice law as printed?): \
-             take fixed steps (`step`), smooth the friction by `smoothing-velocity`, or loosen the tolerance"
-        );
         return Some(Outcome { kind: OutcomeKind::SolverFailed, time: stepper.t, message });
     }
     if stepper.accepted.is_multiple_of(256) && !keep_going(stepper.t) {

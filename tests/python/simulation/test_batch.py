@@ -177,3 +177,19 @@ def test_many_environments_are_one_environment_many_times():
 def test_errors_name_what_is_no_machine():
     with pytest.raises(InputError, match="a bundled name or a path"):
         hc.BatchSimulator(7, 2)  # type: ignore[arg-type]
+
+
+def test_a_sample_of_finest_steps_ends():
+    """A step that is longer than the finest by rounding alone is accepted as finest."""
+    state = [
+        1.5134828501817597, 0.40337581753452606, 0.01566548002590673, 0.18410280828977837, -0.2979505740403005,
+        -0.045805957377636965, 6456457.2988793375, 6555295.562788008, 0.0372966466296931, -2.72337745646386e-05,
+        0.00037642026885938086, 9079900.867472902, 1054920.4526767326, 0.05000000000071489, -4.249285847110019e-09,
+        0.0008428427513581401, 7575002.374976352, 12088093.769112196, -0.048063572630840164, 8.135707150083618e-05,
+        -0.0016928398441667743,
+    ]  # fmt: skip
+    batch = hc.BatchSimulator("rottne-f9-lab", 1, 0.05)
+    batch.reset(state=[state])
+    for spools in ([-0.015088538825511933, -0.05, 0.0033193740993738177], [-0.05, 0.03296621441841126, -0.05]):
+        batch.step([spools])
+    assert batch.alive.all()

@@ -7,10 +7,9 @@ use super::command_path::{BatchCommandPath, Plan};
 use super::Status;
 use crate::outcome::OutcomeKind;
 use hydrocrane_lanes::{Group, StepKernel, StepResult, Trial, WIDTH};
+use hydrocrane_ode::step_size::{equal_part, longest_part};
 use hydrocrane_plant::layout::MAX_JOINTS;
 
-/// Tolerance, as a share of a step, by which the remainder may exceed whole steps, so that rounding adds no step.
-const EVEN: f64 = 1e-6;
 /// The finest and the shortest step, in units of the longest.
 const FINEST: f64 = 1e-2;
 const LEAST: f64 = 1e-3;
@@ -24,8 +23,7 @@ const SLOW: f64 = 0.3;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
     pub longest: f64,
-    /// Accepted with any error, if the new state is admissible.
-    pub finest: f64,
+    finest: f64,
     /// Shorter steps are not tried.
     least: f64,
 }
@@ -35,18 +33,32 @@ impl Steps {
         Steps { longest, finest: FINEST * longest, least: LEAST * longest }
     }
 
-    /// The equal step for the remainder `left`, at most `wanted`.
-    fn portion(&self, left: f64, wanted: f64) -> f64 {
-        left / (left / wanted.min(self.longest) - EVEN).ceil().max(1.0)
+    /// Steps up to this size are accepted with any error, if the new state is admissible, s.
+    pub fn accepted(&self) -> f64 {
+        longest_part(self.finest)
     }
 
     /// Size of the next trial after a rejected step of size `h`; `None` if there is none.
     fn again(&self, h: f64, growth: f64) -> Option<f64> {
-        if h > self.finest {
+        if h > self.accepted() {
             Some((h * growth.min(AGAIN)).max(self.finest))
         } else {
             (h > self.least).then_some(CLOSER * h)
         }
+    }
+
+    /// Size wanted after an accepted step of size `h`. A step that was cut short gives no reason to reduce the `wanted`
+    /// size, and one that was accepted with any error gives none to go below the finest.
+    fn next(&self, h: f64, growth: f64, wanted: f64) -> f64 {
+        let proven = if h < wanted { wanted } else { self.finest };
+        (h * growth).max(proven).min(self.longest)
+    }
+
+    /// Number of trials after which a crane is lost: the finest steps all over the `span` (s), each after all failures on
+    /// the way from the longest to the least.
+    fn budget(&self, span: f64) -> u32 {
+        let failures = (self.longest / self.finest).log2() + (self.finest / self.least).log(1.0 / CLOSER);
+        ((span / self.finest + 1.0) * (failures + 2.0)).min(f64::from(u32::MAX)) as u32
     }
 }
 
@@ -71,6 +83,8 @@ struct Lane {
     left: f64,
     /// s
     wanted: f64,
+    /// Number of trials that are left within the sample.
+    trials: u32,
 }
 
 /// The lanes of a group with their work space.
@@ -129,7 +143,9 @@ impl<'a> LaneScheduler<'a> {
             x[i] = from[place];
         }
         self.trial.payload[i] = block.payload[group][place];
-        let lane = Lane { crane, stretch: 0, left: 0.0, wanted: block.wanted[group][place] };
+        let sample: f64 = self.plan.iter().map(|plan| plan.length).sum();
+        let trials = self.steps.budget(sample);
+        let lane = Lane { crane, stretch: 0, left: 0.0, wanted: block.wanted[group][place], trials };
         self.lanes[i] = Some(self.start_stretch(block, i, lane));
     }
 
@@ -145,7 +161,7 @@ impl<'a> LaneScheduler<'a> {
     /// Sets the size of the next step; whether there is one.
     fn set_step(&mut self, i: usize) -> bool {
         if let Some(lane) = self.lanes[i] {
-            self.trial.h[i] = self.steps.portion(lane.left, lane.wanted);
+            self.trial.h[i] = equal_part(lane.left, lane.wanted.min(self.steps.longest));
         }
         self.lanes[i].is_some()
     }
@@ -153,21 +169,20 @@ impl<'a> LaneScheduler<'a> {
     /// The lane after a trial; `None` if its crane has finished or is lost.
     fn after_step(&mut self, block: &mut Block, i: usize, lane: Lane, result: &StepResult) -> Option<Lane> {
         let (h, growth) = (self.trial.h[i], result.growth[i]);
-        let status = &mut block.statuses[lane.crane / WIDTH][lane.crane % WIDTH];
+        let lane = Lane { trials: lane.trials.saturating_sub(1), ..lane };
         if !result.taken[i] {
-            if let Some(wanted) = self.steps.again(h, growth) {
-                return Some(Lane { wanted, ..lane });
-            }
-            status.kind = if result.inside[i] { OutcomeKind::SolverFailed } else { OutcomeKind::StrokeLimit };
-            self.store(block, i, lane);
-            return None;
+            let again = self.steps.again(h, growth).filter(|_| lane.trials > 0);
+            return match again {
+                Some(wanted) => Some(Lane { wanted, ..lane }),
+                None if result.inside[i] => self.lose(block, i, lane, OutcomeKind::SolverFailed),
+                None => self.lose(block, i, lane, OutcomeKind::StrokeLimit),
+            };
         }
-        status.time += h;
-        // A step that was cut short gives no reason to reduce the wanted size.
-        let proven = if h < lane.wanted { lane.wanted } else { 0.0 };
-        let wanted = (h * growth).max(proven).min(self.steps.longest);
-        let lane = Lane { wanted, left: lane.left - h, ..lane };
-        if lane.left > 0.0 {
+        block.statuses[lane.crane / WIDTH][lane.crane % WIDTH].time += h;
+        let lane = Lane { wanted: self.steps.next(h, growth, lane.wanted), left: lane.left - h, ..lane };
+        if lane.left > 0.0 && lane.trials == 0 {
+            self.lose(block, i, lane, OutcomeKind::SolverFailed)
+        } else if lane.left > 0.0 {
             Some(lane)
         } else if lane.stretch + 1 < self.plan.len() {
             Some(self.start_stretch(block, i, Lane { stretch: lane.stretch + 1, ..lane }))
@@ -175,6 +190,13 @@ impl<'a> LaneScheduler<'a> {
             self.store(block, i, lane);
             None
         }
+    }
+
+    /// Ends the crane of lane `i` in its last state.
+    fn lose(&self, block: &mut Block, i: usize, lane: Lane, kind: OutcomeKind) -> Option<Lane> {
+        block.statuses[lane.crane / WIDTH][lane.crane % WIDTH].kind = kind;
+        self.store(block, i, lane);
+        None
     }
 
     /// Stores the state of lane `i` back into its crane.

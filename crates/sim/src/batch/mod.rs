@@ -80,7 +80,7 @@ impl Batch {
             statuses: vec![[lost; WIDTH]; groups],
             path: BatchCommandPath::new(model.machine(), groups, options.sample_time),
             wanted: vec![[0.0; WIDTH]; groups],
-            demand: Demand { precision, finest: steps.finest },
+            demand: Demand { precision, finest: steps.accepted() },
             steps,
             model,
         })
