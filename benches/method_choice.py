@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 import hydrocrane as hc
 from benches.compete import Effort, paired
 from benches.problem import Problem, Solution, clocked
@@ -17,6 +19,8 @@ MEASURED, OTHERS = "rodas5p", ("hc-exponential-4", "tsit5")
 TOLERANCE = 1e-4
 DURATION = 20.0
 EFFORT = Effort(per_decade=4, pairs=11, long_pairs=3)
+# Machines on pumps of their own, under full and half spools that change at once every half second.
+ON_PUMPS = {"rottne-f9-pump": 200.0, "rottne-f9-ls": 200.0, "rottne-f9-mobile": 400.0}
 GROUND = {"ground.height": "-1.21 m", "payload.hang": "0.32 m", "payload.hang-growth": "0.044 m/kg^0.5"}
 
 
@@ -25,6 +29,21 @@ def static(scenario: str) -> hc.Scenario:
     plan = hc.load_scenario(scenario)
     cylinders = plan.load_machine().cylinder_names
     return plan.changed(overrides={f"friction.{cylinder}.model": "static" for cylinder in cylinders})
+
+
+def steps(name: str, payload: float, seed: int = 0) -> hc.Scenario:
+    """A random drive by steps of the spools, from the machine's own pose with a load (kg)."""
+    machine, draw = hc.load_machine(name), np.random.default_rng(seed)
+    times = np.arange(0.0, 6.0, 0.5)
+    shares = draw.choice([-1.0, -0.5, 0.0, 0.0, 0.5, 1.0], size=(times.size, len(machine.cylinder_names)))
+    spools = dict(zip(machine.cylinder_names, (shares * machine.spool_strokes).T, strict=True))
+    return hc.Scenario(
+        machine=machine,
+        joints=dict(zip(machine.joint_names, machine.home, strict=True)),
+        payload=payload,
+        commands={cylinder: hc.Command(times, spool, "hold") for cylinder, spool in spools.items()},
+        duration=6.0,
+    )
 
 
 def cases() -> Iterator[tuple[str, hc.Scenario]]:
@@ -39,6 +58,8 @@ def cases() -> Iterator[tuple[str, hc.Scenario]]:
     for name in bristles:
         plan = hc.load_scenario(name)
         yield name, plan.changed(duration=min(plan.duration, DURATION))
+    for name, payload in ON_PUMPS.items():
+        yield f"{name}, {payload:g} kg, random steps", steps(name, payload)
     lowered = {"lift": ([0.0, 7.0, 10.0], [-0.015, 0.0, 0.015])}
     yield (
         "300 kg set down on the ground",

@@ -66,6 +66,7 @@ impl<T: Real + Cell<Factor = T>> CraneStep<T> {
         precision.mean_square(
             fluid,
             layout,
+            x,
             reached,
             #[inline(always)]
             |i| error(&k, i),

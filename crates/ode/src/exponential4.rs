@@ -7,7 +7,11 @@
 //! This integrates the terms s^2 and s^3 of a remainder N(s) exactly, and with c = 3/5 most of s^4. The linear part is of order
 //! fifteen. The next step begins with the linearisation at x + v, shifted by d, which is far smaller.
 //!
-//! A step costs one right-hand side, a linearisation, a factorisation and three solves for four complex numbers side by side.
+//! Its error is estimated by d and by a third value of the remainder, at c/2 on the way: what the terms s^2 and s^3 leave of it there,
+//!     r = N(w) - (c/2)^2 A - (c/2)^3 B,   A + c B = N(u)/c^2,   A + B = N(v),
+//! acts as phi_1(hJ) r if it lasts over the step. Kinks that lie between the other two values are seen by it.
+//!
+//! A step costs two right-hand sides, a linearisation, a factorisation and four solves for four complex numbers side by side.
 //! Products with J are not formed: for y = (theta/h I - J)^-1 f, J y = theta/h y - f.
 
 use crate::linear::Linearisation;
@@ -20,6 +24,8 @@ use hydrocrane_num::Archive;
 
 /// c: position of the second right-hand side as a share of the step.
 const NODE: f64 = 0.6;
+/// Position of the third value of the remainder, which the estimate takes.
+const HALFWAY: f64 = 0.5 * NODE;
 /// Weight of d in the estimate.
 const BENDS: f64 = 0.2;
 /// Weight of (hJ)^7 h F_1 in the estimate.
@@ -34,12 +40,14 @@ pub fn method(n: usize) -> Box<dyn Method> {
     }
 }
 
-/// Weight of h F_1 in u: c phi_1(c hJ) to the sixth power of hJ; fast components have reached their end.
-fn on_the_way() -> Weights {
-    let [mut terms, _] = inside(NODE);
+/// theta^k phi_k(theta hJ) to the sixth power of hJ; fast components have reached their end.
+fn on_the_way(theta: f64, k: u32) -> Weights {
+    let mut terms = flow(theta, k);
+    // -z times the function where z is large: the first term of phi_(k-1).
+    let end = terms[0] * f64::from(k) / theta;
     terms[TERMS - 1] = 0.0;
     let slow = series(terms);
-    plus(slow, scaled(last_power(), (1.0 - at_infinity(slow)) / at_infinity(last_power())))
+    plus(slow, scaled(last_power(), (end - at_infinity(slow)) / at_infinity(last_power())))
 }
 
 /// Weight of N(u) in v.
@@ -91,6 +99,8 @@ struct Exponential4<R> {
     rates: Increments<R>,
     bends: Increments<R>,
     rests: Increments<R>,
+    /// Increments by r/h.
+    misses: Increments<R>,
     start: Vec<f64>,
     /// x + u; at the end of an attempt x + v, where `ahead` was made
     argument: Vec<f64>,
@@ -98,6 +108,8 @@ struct Exponential4<R> {
     product: Vec<f64>,
     /// N(u)/h, then (N(v) - N(u)/c^2)/h.
     bend: Vec<f64>,
+    /// r/h
+    miss: Vec<f64>,
     /// d
     correction: Vec<f64>,
     effort: Effort,
@@ -112,6 +124,8 @@ struct SumAndProduct<R> {
 /// Weights of the increments in a step.
 struct StepWeights<R> {
     on_the_way: SumAndProduct<R>,
+    /// At c/2, by F_1 and by N(u).
+    halfway: [SumAndProduct<R>; 2],
     of_rate: SumAndProduct<R>,
     of_bend: SumAndProduct<R>,
     of_rest: Spread<R>,
@@ -134,7 +148,11 @@ impl<R: Register> Exponential4<R> {
             time_derivative: room(),
             driven: false,
             weights: StepWeights {
-                on_the_way: SumAndProduct::new(on_the_way()),
+                on_the_way: SumAndProduct::new(on_the_way(NODE, 1)),
+                halfway: [
+                    SumAndProduct::new(on_the_way(HALFWAY, 1)),
+                    SumAndProduct::new(scaled(on_the_way(HALFWAY, 3), 2.0 / (NODE * NODE))),
+                ],
                 of_rate: SumAndProduct::new(phi(1)),
                 of_bend: SumAndProduct::new(of_bend()),
                 of_rest: Spread::new(&of_rest()),
@@ -143,11 +161,13 @@ impl<R: Register> Exponential4<R> {
             rates: poles.increments(),
             bends: poles.increments(),
             rests: poles.increments(),
+            misses: poles.increments(),
             poles,
             start: room(),
             argument: room(),
             product: room(),
             bend: room(),
+            miss: room(),
             correction: room(),
             effort: Effort::default(),
         }
@@ -167,7 +187,7 @@ impl<R: Register> Method for Exponential4<R> {
         4
     }
 
-    /// d is of fourth order, the rest of the estimate of eighth.
+    /// d and r are of fourth order, the rest of the estimate of eighth.
     fn estimate_order(&self) -> u32 {
         5
     }
@@ -191,7 +211,20 @@ impl<R: Register> Method for Exponential4<R> {
             return false;
         }
         let Exponential4 {
-            here, ahead, weights, poles, rates, bends, rests, argument, product, bend, correction, ..
+            here,
+            ahead,
+            weights,
+            poles,
+            rates,
+            bends,
+            rests,
+            misses,
+            argument,
+            product,
+            bend,
+            miss,
+            correction,
+            ..
         } = self;
         self.start.copy_from_slice(x);
         poles.solve(here, &here.rate, self.driven.then_some((h, &self.time_derivative)), rates);
@@ -201,6 +234,11 @@ impl<R: Register> Method for Exponential4<R> {
         system.derivative(t + NODE * h, argument, bend);
         bend.iter_mut().zip(&*product).for_each(|(bend, product)| *bend -= product / h);
         poles.solve(here, bend, None, bends);
+        let [rate, bent] = &weights.halfway;
+        poles.sums([rates, bends], [[&rate.sum, &bent.sum], [&rate.product, &bent.product]], [argument, product]);
+        argument.iter_mut().zip(x).for_each(|(argument, x)| *argument += x);
+        system.derivative(t + HALFWAY * h, argument, miss);
+        miss.iter_mut().zip(&*product).for_each(|(miss, product)| *miss -= product / h);
         let ([rate, bent], end) = ([&weights.of_rate, &weights.of_bend], &mut to.x);
         poles.sums([rates, bends], [[&rate.sum, &bent.sum], [&rate.product, &bent.product]], [end, product]);
         end.iter_mut().zip(x).for_each(|(end, x)| *end += x);
@@ -208,16 +246,20 @@ impl<R: Register> Method for Exponential4<R> {
         flush(end);
         system.linearise(t + h, end, ahead);
         argument.copy_from_slice(end);
-        self.effort.derivatives += 1;
+        self.effort.derivatives += 2;
         self.effort.jacobians += 1;
         bend.iter_mut()
             .zip(ahead.rate.iter().zip(&*product))
             .for_each(|(rest, (rate, product))| *rest = rate - product / h);
         poles.solve(here, bend, None, rests);
         poles.sums([rests], [[&weights.of_rest]], [correction]);
+        // So far `miss` is the remainder less what N(u) alone would let expect; B adds its part.
+        const CUBE: f64 = HALFWAY * HALFWAY * (HALFWAY - NODE) / (1.0 - NODE);
+        miss.iter_mut().zip(&*bend).for_each(|(miss, rest)| *miss -= CUBE * rest);
+        poles.solve(here, miss, None, misses);
         flush(correction);
         ahead.shift(correction);
-        poles.sums([rates], [[&weights.last_power]], [&mut to.error]);
+        poles.sums([rates, misses], [[&weights.last_power, &weights.of_rate.sum]], [&mut to.error]);
         for ((end, error), correction) in end.iter_mut().zip(&mut to.error).zip(&*correction) {
             *end += correction;
             *error += BENDS * correction;
@@ -277,7 +319,7 @@ mod tests {
 
     #[test]
     fn at_the_node_what_is_linear_is_met_to_the_seventh_power_of_the_step_and_what_is_fast_has_arrived() {
-        let off = |z: f64| (1.0 + z * value(on_the_way(), Complex::new(z, 0.0)).re - (NODE * z).exp()).abs();
+        let off = |z: f64| (1.0 + z * value(on_the_way(NODE, 1), Complex::new(z, 0.0)).re - (NODE * z).exp()).abs();
         assert!(off(0.1) < 1e-11 && (200.0..600.0).contains(&(off(2.0) / off(1.0))), "{} {}", off(1.0), off(2.0));
         assert!(off(-1e6) < 1e-3 && off(-1e9) < 1e-6);
     }

@@ -76,6 +76,12 @@ fn portion(remaining: f64, wanted: f64) -> f64 {
     }
 }
 
+/// What is measured relative to the tolerances: the error of the last attempt, or another change at the present state.
+enum Change<'a> {
+    Error,
+    Other(&'a [f64]),
+}
+
 /// A method with its state over time.
 pub struct Stepper {
     method: Box<dyn Method>,
@@ -91,6 +97,8 @@ pub struct Stepper {
     /// Last accepted interval.
     from: f64,
     target: Target,
+    /// Tolerances of the present step.
+    allowed: Vec<f64>,
     /// Restart of the next step; `None`: the step has begun.
     restart: Option<Restart>,
     /// Size and error norm of the last accepted step under the same right-hand side.
@@ -122,6 +130,7 @@ impl Stepper {
             h: 0.0,
             from: t,
             target: Target::new(x.len()),
+            allowed: vec![0.0; x.len()],
             restart: Some(Restart::State),
             last: None,
             first: None,
@@ -231,7 +240,7 @@ impl Stepper {
         loop {
             let mut failure = StepFailure::NotFinite;
             let norm = match self.reach(system, h) {
-                Ok(()) => system.error_size(&self.target.x, &self.target.error) / gross,
+                Ok(()) => system.error_size(&self.x, &self.target.x, &self.target.error) / gross,
                 Err(found) => {
                     failure = found;
                     f64::INFINITY
@@ -278,7 +287,7 @@ impl Stepper {
         match self.reach(system, h) {
             Ok(()) => {
                 *failure = StepFailure::TooSmall;
-                self.norm(system, &self.target.error)
+                self.norm(system, Change::Error)
             }
             Err(found) => {
                 *failure = if found == StepFailure::NotFinite { StepFailure::TooSmall } else { found };
@@ -302,18 +311,25 @@ impl Stepper {
         Ok(())
     }
 
-    /// Root mean square of a change relative to the tolerances, weighted by the old state only: weights from a wrong
-    /// new state would accept it. The largest norm of the state and its resolved tangents counts.
-    fn norm(&self, system: &dyn System, change: &[f64]) -> f64 {
+    /// Root mean square of a change relative to the tolerances of a step to `to`, weighted by the old state: weights from a
+    /// wrong new state would accept it, unless they only narrow. The largest norm of the state and its resolved tangents counts.
+    fn norm(&mut self, system: &dyn System, of: Change) -> f64 {
         let Tolerances { relative, absolute, .. } = self.tolerances;
         let n = self.x.len() / (1 + system.tangents());
-        let of_block = |((change, x), scales): ((&[f64], &[f64]), &[f64])| {
-            let sum: f64 = (change.iter().zip(x).zip(scales))
-                .map(|((e, x), scale)| (e / (absolute * scale + relative * x.abs())).powi(2))
-                .sum();
+        for ((tolerance, x), scale) in self.allowed.iter_mut().zip(&self.x).zip(system.scales()) {
+            *tolerance = absolute * scale + relative * x.abs();
+        }
+        let (change, to) = match of {
+            Change::Error => (&self.target.error[..], &self.target.x[..]),
+            Change::Other(change) => (change, &self.x[..]),
+        };
+        system.narrow(&self.x[..n], &to[..n], &mut self.allowed[..n]);
+        let of_block = |(change, allowed): (&[f64], &[f64])| {
+            let sum: f64 = change.iter().zip(allowed).map(|(e, allowed)| (e / allowed).powi(2)).sum();
             (sum / n as f64).sqrt()
         };
-        let blocks = change.chunks_exact(n).zip(self.x.chunks_exact(n)).zip(system.scales().chunks_exact(n));
+        let resolved = system.scales().len() / n;
+        let blocks = change.chunks_exact(n).zip(self.allowed.chunks_exact(n)).take(resolved);
         blocks.map(of_block).fold(1e-10, f64::max)
     }
 
@@ -333,12 +349,13 @@ impl Stepper {
         let n = self.x.len();
         let (mut f0, mut f1) = (vec![0.0; n], vec![0.0; n]);
         system.derivative(self.t, &self.x, &mut f0);
-        let (size, derivative) = (self.norm(system, &self.x), self.norm(system, &f0));
+        let (size, derivative) =
+            (self.norm(system, Change::Other(&self.x.clone())), self.norm(system, Change::Other(&f0)));
         let probe = if size < 1e-5 || derivative < 1e-5 { 1e-6 } else { 0.01 * size / derivative }.min(1e-3);
         let ahead: Vec<f64> = self.x.iter().zip(&f0).map(|(x, f)| x + probe * f).collect();
         system.derivative(self.t + probe, &ahead, &mut f1);
         let bend: Vec<f64> = f1.iter().zip(&f0).map(|(a, b)| (a - b) / probe).collect();
-        let curvature = self.norm(system, &bend);
+        let curvature = self.norm(system, Change::Other(&bend));
         let order = self.estimate_order();
         let second = portable::pow(0.01 / derivative.max(curvature), 1.0 / order).max(1e-9);
         let h = (100.0 * probe).min(second).min(self.tolerances.max_step);

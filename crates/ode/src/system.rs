@@ -26,9 +26,11 @@ pub trait System {
     fn admissible(&self, x: &[f64]) -> bool;
     /// Scale of each state for absolute tolerances; scales of tangents follow if they take part in step control.
     fn scales(&self) -> &[f64];
-    /// Size of the estimated `error` of a step that led to the state `reached`, as a norm: one if the error of each
-    /// state equals its scale.
-    fn error_size(&self, _reached: &[f64], error: &[f64]) -> f64 {
+    /// Narrows the `tolerances` of states that a step `from` one state `to` another must meet more closely than their scales say.
+    fn narrow(&self, _from: &[f64], _to: &[f64], _tolerances: &mut [f64]) {}
+    /// Size of the estimated `error` of a step `from` one state `to` another, as a norm: one if the error of each state
+    /// equals its scale.
+    fn error_size(&self, _from: &[f64], _to: &[f64], error: &[f64]) -> f64 {
         let squares: f64 = error.iter().zip(self.scales()).map(|(error, scale)| (error / scale).powi(2)).sum();
         (squares / error.len() as f64).sqrt()
     }

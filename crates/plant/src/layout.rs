@@ -159,6 +159,11 @@ impl Layout {
     pub fn blocks(&self) -> &StateBlocks {
         &self.blocks
     }
+    /// All states that are pressures of oil.
+    pub fn pressures(&self) -> impl Iterator<Item = usize> + '_ {
+        let chambers = self.blocks.axes.iter().flat_map(|at| [at.p1, at.p2]);
+        chambers.chain([self.mains(), self.load(), self.tank()].into_iter().flatten())
+    }
     /// The pressure of the mains; `None` where it is constant.
     pub fn mains(&self) -> Option<usize> {
         (self.blocks.shared.count > 0).then_some(self.blocks.shared.first)

@@ -16,6 +16,14 @@ pub struct Precision {
 /// Relative density of the oil that counts as much as a state's scale.
 const DENSITY_SCALE: f64 = 1e-3;
 
+/// Share of its stiffness without pressure that the oil has at its softest between two pressures, at most one. Where free gas
+/// makes oil soft, a small error of its pressure is a large one of its volume, and of the time at which it is stiff again.
+#[inline(always)]
+pub fn stiffness<T: Real>(fluid: &Fluid<T>, from: T, to: T) -> T {
+    let least = fluid.bulk_modulus(from).min(fluid.bulk_modulus(to));
+    (least / fluid.bulk_modulus(T::c(0.0))).min(T::c(1.0))
+}
+
 impl Precision {
     /// Errors up to `tolerance` times the scales of the states. Spools do not count themselves, only by their effect on the
     /// oil.
@@ -28,13 +36,14 @@ impl Precision {
         Precision { weights, density: 1.0 / (tolerance * DENSITY_SCALE) }
     }
 
-    /// Mean square of the errors of a step that led to the state `reached`, relative to their tolerances.
+    /// Mean square of the errors of a step `from` one state `to` another, relative to their tolerances.
     #[inline(always)]
     pub fn mean_square<T: Real>(
         &self,
         fluid: &Fluid<T>,
         layout: &Layout,
-        reached: &[T],
+        from: &[T],
+        to: &[T],
         error: impl Fn(usize) -> T,
     ) -> T {
         let mut sum = T::c(0.0);
@@ -43,7 +52,7 @@ impl Precision {
         }
         for c in 0..layout.joints() {
             for i in [layout.p1(c), layout.p2(c)] {
-                let density = error(i) / fluid.bulk_modulus(reached[i]);
+                let density = error(i) / fluid.bulk_modulus(from[i]).min(fluid.bulk_modulus(to[i]));
                 sum += (density * self.density).square();
             }
         }

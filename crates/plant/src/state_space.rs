@@ -11,6 +11,7 @@ use crate::limits::outside_limits;
 #[cfg(feature = "output-derivatives")]
 use crate::outputs;
 use crate::outputs::OutputInfo;
+use crate::precision::stiffness;
 #[cfg(feature = "reference")]
 use crate::reference;
 #[cfg(feature = "output-derivatives")]
@@ -49,9 +50,11 @@ pub trait StateSpace: Send + Sync {
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
     /// Time derivative of the state derivative for commands that change at `rate` (m/s).
     fn command_derivative(&self, rate: &[f64], dfdt: &mut [f64]);
-    /// Size of the estimated `error` of a step that led to the state `reached`: one if the error of each state is its
-    /// scale, or that of the oil's density a thousandth.
-    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64;
+    /// Size of the estimated `error` of a step `from` one state `to` another: one if the error of each state is its scale,
+    /// or that of the oil's density a thousandth.
+    fn error_size(&self, from: &[f64], to: &[f64], error: &[f64]) -> f64;
+    /// Narrows the `tolerances` of pressures where a step `from` one state `to` another passes soft oil.
+    fn narrow(&self, from: &[f64], to: &[f64], tolerances: &mut [f64]);
     /// Whether every piston is inside its cylinder.
     fn admissible(&self, x: &[f64]) -> bool;
     fn output_info(&self) -> &[OutputInfo];
@@ -108,8 +111,14 @@ impl<const N: usize> StateSpace for Crane<N> {
         }
     }
 
-    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
-        self.precision.mean_square(&self.plant().fluid, &self.layout, reached, |i| error[i]).sqrt()
+    fn error_size(&self, from: &[f64], to: &[f64], error: &[f64]) -> f64 {
+        self.precision.mean_square(&self.plant().fluid, &self.layout, from, to, |i| error[i]).sqrt()
+    }
+
+    fn narrow(&self, from: &[f64], to: &[f64], tolerances: &mut [f64]) {
+        for i in self.layout.pressures() {
+            tolerances[i] *= stiffness(&self.plant().fluid, from[i], to[i]);
+        }
     }
 
     fn admissible(&self, x: &[f64]) -> bool {

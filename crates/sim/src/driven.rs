@@ -96,8 +96,11 @@ impl System for Driven<'_> {
     fn scales(&self) -> &[f64] {
         &self.model.layout().scales
     }
-    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
-        self.model.error_size(reached, error)
+    fn narrow(&self, from: &[f64], to: &[f64], tolerances: &mut [f64]) {
+        self.model.narrow(from, to, tolerances);
+    }
+    fn error_size(&self, from: &[f64], to: &[f64], error: &[f64]) -> f64 {
+        self.model.error_size(from, to, error)
     }
 }
 

@@ -215,9 +215,12 @@ impl<const N: usize> System for TangentSystem<'_, N> {
     fn scales(&self) -> &[f64] {
         &self.scales
     }
-    fn error_size(&self, reached: &[f64], error: &[f64]) -> f64 {
+    fn narrow(&self, from: &[f64], to: &[f64], tolerances: &mut [f64]) {
+        self.driven.model.narrow(from, to, tolerances);
+    }
+    fn error_size(&self, from: &[f64], to: &[f64], error: &[f64]) -> f64 {
         let n = self.layout().len();
-        self.driven.model.error_size(&reached[..n], &error[..n])
+        self.driven.model.error_size(&from[..n], &to[..n], &error[..n])
     }
 }
 
