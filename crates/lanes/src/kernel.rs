@@ -40,6 +40,8 @@ pub struct Trial {
 pub struct StepResult {
     /// Whether the step was accepted.
     pub taken: [bool; WIDTH],
+    /// Whether the error met the tolerance.
+    pub exact: [bool; WIDTH],
     /// Whether every piston is inside its cylinder.
     pub inside: [bool; WIDTH],
     /// Size of the step that just meets the tolerance, in units of the tried one.
@@ -50,8 +52,10 @@ pub struct StepResult {
 #[derive(Debug, Clone)]
 pub struct Demand {
     pub precision: Precision,
-    /// Steps up to this size are accepted with any error, s.
+    /// Steps up to this size (s) are accepted with a larger error,
     pub finest: f64,
+    /// up to this mean square of errors relative to their tolerances; infinite where laws jump.
+    pub hopeless: f64,
 }
 
 /// The laws of a machine for whole groups.
@@ -176,7 +180,7 @@ impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
     fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
         let LaneStepKernel { crane, demand, room, x: states, spools } = self;
         let LaneCrane { evaluator, layout } = crane;
-        let (mut taken, mut inside, mut growth) = ([0.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
+        let [mut taken, mut exact, mut inside, mut growth] = [[0.0; WIDTH]; 4];
         for first in (0..WIDTH).step_by(R::WIDTH) {
             for i in 0..states.len() {
                 states[i] = Lanes::load(&x[i][first..]);
@@ -188,16 +192,19 @@ impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
             let scene = Scene { evaluator, layout, spools: &*spools, payload };
             let error = room.attempt(&scene, h, states, &demand.precision);
             let stays = stays(&evaluator.plant, room.reached());
-            let good = error.le(Lanes::c(1.0)) | (h.le(Lanes::c(demand.finest)) & error.finite());
+            let met = error.le(Lanes::c(1.0));
+            let good = met | (h.le(Lanes::c(demand.finest)) & error.le(Lanes::c(demand.hopeless)) & error.finite());
             for i in 0..states.len() {
                 Lanes::select(good & stays, room.reached()[i], states[i]).store(&mut x[i][first..]);
             }
             let as_number = |mask| Lanes::<R>::select(mask, Lanes::c(1.0), Lanes::c(0.0));
             as_number(good & stays).store(&mut taken[first..]);
+            as_number(met).store(&mut exact[first..]);
             as_number(stays).store(&mut inside[first..]);
             suggested(error).store(&mut growth[first..]);
         }
-        StepResult { taken: taken.map(|flag| flag == 1.0), inside: inside.map(|flag| flag == 1.0), growth }
+        let [taken, exact, inside] = [taken, exact, inside].map(|flags| flags.map(|flag| flag == 1.0));
+        StepResult { taken, exact, inside, growth }
     }
 
     #[inline(always)]

@@ -311,8 +311,9 @@ impl Stepper {
         Ok(())
     }
 
-    /// Root mean square of a change relative to the tolerances of a step to `to`, weighted by the old state: weights from a
-    /// wrong new state would accept it, unless they only narrow. The largest norm of the state and its resolved tangents counts.
+    /// Size of a change relative to the tolerances of the present step: the root of the sum of the mean squares of all parts.
+    /// Tolerances follow from the old state: those from a wrong new state would accept it, unless they only narrow. The
+    /// largest norm of the state and its resolved tangents counts.
     fn norm(&mut self, system: &dyn System, of: Change) -> f64 {
         let Tolerances { relative, absolute, .. } = self.tolerances;
         let n = self.x.len() / (1 + system.tangents());
@@ -324,9 +325,10 @@ impl Stepper {
             Change::Other(change) => (change, &self.x[..]),
         };
         system.narrow(&self.x[..n], &to[..n], &mut self.allowed[..n]);
+        let own = n as f64 / system.parts() as f64;
         let of_block = |(change, allowed): (&[f64], &[f64])| {
             let sum: f64 = change.iter().zip(allowed).map(|(e, allowed)| (e / allowed).powi(2)).sum();
-            (sum / n as f64).sqrt()
+            (sum / own).sqrt()
         };
         let resolved = system.scales().len() / n;
         let blocks = change.chunks_exact(n).zip(self.allowed.chunks_exact(n)).take(resolved);

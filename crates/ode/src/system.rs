@@ -26,6 +26,10 @@ pub trait System {
     fn admissible(&self, x: &[f64]) -> bool;
     /// Scale of each state for absolute tolerances; scales of tangents follow if they take part in step control.
     fn scales(&self) -> &[f64];
+    /// Number of like parts of the system. An error in one of them counts the same, however many there are.
+    fn parts(&self) -> usize {
+        1
+    }
     /// Narrows the `tolerances` of states that a step `from` one state `to` another must meet more closely than their scales say.
     fn narrow(&self, _from: &[f64], _to: &[f64], _tolerances: &mut [f64]) {}
     /// Size of the estimated `error` of a step `from` one state `to` another, as a norm: one if the error of each state

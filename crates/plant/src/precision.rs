@@ -36,7 +36,7 @@ impl Precision {
         Precision { weights, density: 1.0 / (tolerance * DENSITY_SCALE) }
     }
 
-    /// Mean square of the errors of a step `from` one state `to` another, relative to their tolerances.
+    /// Sum over the cylinders of the mean squares of the errors of a step `from` one state `to` another, relative to their tolerances.
     #[inline(always)]
     pub fn mean_square<T: Real>(
         &self,
@@ -56,6 +56,6 @@ impl Precision {
                 sum += (density * self.density).square();
             }
         }
-        sum / layout.len() as f64
+        sum * (layout.joints() as f64 / layout.len() as f64)
     }
 }

@@ -93,6 +93,12 @@ impl BatchSimulator {
         PyArray1::from_iter(py, (0..self.inner.cranes()).map(well))
     }
 
+    /// Whether a finest step had an error beyond the tolerance since the reset.
+    #[getter]
+    fn inexact<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_iter(py, (0..self.inner.cranes()).map(|crane| self.inner.status(crane).inexact))
+    }
+
     #[getter]
     fn threads(&self) -> usize {
         self.inner.threads()

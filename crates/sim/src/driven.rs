@@ -1,6 +1,7 @@
 //! A model with its commands and loads: the system of the integrator.
 
 use crate::command_path::CommandPaths;
+use crate::method_choice::jumps;
 use crate::model::Model;
 use crate::model_change::ModelChanges;
 use crate::options::RunOptions;
@@ -96,6 +97,9 @@ impl System for Driven<'_> {
     fn scales(&self) -> &[f64] {
         &self.model.layout().scales
     }
+    fn parts(&self) -> usize {
+        self.model.layout().joints()
+    }
     fn narrow(&self, from: &[f64], to: &[f64], tolerances: &mut [f64]) {
         self.model.narrow(from, to, tolerances);
     }
@@ -108,5 +112,5 @@ impl System for Driven<'_> {
 pub(crate) fn stepper(x0: &[f64], model: &dyn Model, options: &RunOptions) -> Option<Stepper> {
     let method = method(&options.method, x0.len())?;
     let stepper = Stepper::new(method, options.tolerances, 0.0, x0, options.quadratures(model));
-    Some(stepper.with_control(options.control).with_jumps(!model.machine().errata.friction_map))
+    Some(stepper.with_control(options.control).with_jumps(jumps(model.machine())))
 }

@@ -34,9 +34,13 @@ pub(crate) fn step_control(solver: &Solver) -> StepControl {
     }
 }
 
+/// Whether a law of the machine jumps: a step over a jump has the same error, however short it is.
+pub(crate) fn jumps(machine: &Machine) -> bool {
+    !machine.errata.friction_map
+}
+
 /// Whether the laws of a machine are nearly linear over a step: all friction has bristles, and no law jumps.
 fn is_smooth(machine: &Machine) -> bool {
-    let errata = &machine.errata;
     let bristles = machine.cylinders.iter().all(|cylinder| cylinder.friction.model == FrictionModel::LuGre);
-    bristles && machine.ground.is_none() && errata.friction_map && errata.orifice_law
+    bristles && machine.ground.is_none() && machine.errata.orifice_law && !jumps(machine)
 }

@@ -49,6 +49,16 @@ fn fall_of_saturated_mains(model: &dyn Model, x: &[f64]) -> Option<f64> {
     (full && p < least).then_some(set - p)
 }
 
+/// The states whose estimated errors tell how exact fixed steps are. Spools count by their effect only. Static friction is taken by
+/// its secant: what it acts on says little then, and only the supply counts, whose little oil is faster than that of any cylinder.
+fn judged_of_fixed_steps(model: &dyn Model) -> Vec<usize> {
+    let layout = model.layout();
+    let (n, supply) = (layout.joints(), layout.blocks().shared);
+    let bristles = (0..n).all(|c| layout.z(c).is_some());
+    let own = (0..n).filter(|_| bristles).flat_map(|c| [layout.q(c), layout.qd(c), layout.p1(c), layout.p2(c)]);
+    own.chain(supply.first..supply.first + supply.count).collect()
+}
+
 /// Kinds of findings, some with the number of a cylinder or joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Finding {
@@ -89,8 +99,8 @@ pub(crate) struct Watch {
     limits: Vec<[f64; 2]>,
     audit: Option<Audit>,
     lost: Option<OilLost>,
-    /// Mean estimated errors of fixed steps, by state of the supply.
-    estimates: Vec<f64>,
+    /// Mean estimated errors of fixed steps, by state.
+    estimates: Vec<(usize, f64)>,
     found: Vec<Found>,
     told: usize,
 }
@@ -130,6 +140,9 @@ impl Watch {
             Cavitation::None => STANDARD_VACUUM,
         };
         self.limits = model.joint_limits().iter().map(JointLimits::widened).collect();
+        if self.estimates.is_empty() {
+            self.estimates = judged_of_fixed_steps(model).into_iter().map(|i| (i, 0.0)).collect();
+        }
     }
 
     /// The values of the machine have changed from `before` to those of `driven`.
@@ -182,19 +195,16 @@ impl Watch {
         }
     }
 
-    /// Fixed steps have no tolerance to keep: what their estimated errors are in the mean of some time. Those of the supply count, whose
-    /// little oil is faster than that of any cylinder; with static friction, which steps take by its secant, the others say little.
+    /// Fixed steps have no tolerance to keep: what their estimated errors are in the mean of some time.
     fn estimate(&mut self, error: &[f64], stepper: &Stepper, model: &dyn Model) {
         let layout = model.layout();
         let weight = ((stepper.t - stepper.previous_time()) / ESTIMATE_TIME).min(1.0);
-        let supply = layout.blocks().shared;
-        self.estimates.resize(supply.count, 0.0);
         let mut worst = (0.0, 0);
-        for (mean, i) in self.estimates.iter_mut().zip(supply.first..) {
-            *mean += weight * (error[i].abs() - *mean);
-            let share = *mean / (layout.scales[i] + stepper.x[i].abs());
+        for (i, mean) in &mut self.estimates {
+            *mean += weight * (error[*i].abs() - *mean);
+            let share = *mean / (layout.scales[*i] + stepper.x[*i].abs());
             if share > worst.0 {
-                worst = (share, i);
+                worst = (share, *i);
             }
         }
         if worst.0 > ESTIMATE_SHARE {

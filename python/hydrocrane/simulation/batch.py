@@ -14,10 +14,11 @@ from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, real_array, vectors
 from hydrocrane.errors import InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size
 
 # Default tolerance of the errors of a step; see docs/theory/batch.md for the resulting accuracy.
-TOLERANCE = 0.02
+TOLERANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -141,6 +142,20 @@ class BatchSimulator:
     def alive(self) -> NDArray[np.bool_]:
         """(n,) whether each crane still moves."""
         return self._core.alive
+
+    @property
+    def inexact(self) -> NDArray[np.bool_]:
+        """(n,) whether even the shortest step of a crane missed `tolerance` since its reset."""
+        return self._core.inexact
+
+    @property
+    def warnings(self) -> tuple[ResultWarning, ...]:
+        """What makes the cranes doubtful: ``step-too-long`` where some are :attr:`inexact`."""
+        count = int(self.inexact.sum())
+        if not count:
+            return ()
+        text = f"the error of the shortest steps exceeds the tolerance in {count} of {self.n} cranes: see `inexact`"
+        return (ResultWarning("step-too-long", text, "shorten `step`, or check single cranes with hc.Simulator"),)
 
     @property
     def outcomes(self) -> list[str]:

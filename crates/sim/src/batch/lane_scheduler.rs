@@ -6,13 +6,20 @@
 use super::command_path::{BatchCommandPath, Plan};
 use super::Status;
 use crate::outcome::OutcomeKind;
-use hydrocrane_lanes::{Group, StepKernel, StepResult, Trial, WIDTH};
+use hydrocrane_lanes::{Demand, Group, StepKernel, StepResult, Trial, WIDTH};
 use hydrocrane_ode::step_size::{equal_part, longest_part};
 use hydrocrane_plant::layout::MAX_JOINTS;
+use hydrocrane_plant::precision::Precision;
 
-/// The finest and the shortest step, in units of the longest.
-const FINEST: f64 = 1e-2;
-const LEAST: f64 = 1e-3;
+/// The finest step, in units of the longest, and the same where laws jump: there no step is short enough.
+const FINEST: f64 = 1e-4;
+const FINEST_WITH_JUMPS: f64 = 1e-2;
+/// The shortest step, in units of the finest.
+const LEAST: f64 = 0.1;
+/// Error of a finest step, relative to its tolerance, above which the crane is lost.
+const HOPELESS: f64 = 100.0;
+/// Number of trials per longest step after which a crane is lost, so that a sample takes some milliseconds at most.
+const MOST_TRIALS: f64 = 4096.0;
 /// Largest size of the next trial after a failed step, in units of that step; below the finest size even smaller.
 const AGAIN: f64 = 0.5;
 const CLOSER: f64 = 0.25;
@@ -26,15 +33,24 @@ pub(super) struct Steps {
     finest: f64,
     /// Shorter steps are not tried.
     least: f64,
+    /// Whether laws jump.
+    jumps: bool,
 }
 
 impl Steps {
-    pub fn up_to(longest: f64) -> Self {
-        Steps { longest, finest: FINEST * longest, least: LEAST * longest }
+    pub fn up_to(longest: f64, jumps: bool) -> Self {
+        let finest = longest * if jumps { FINEST_WITH_JUMPS } else { FINEST };
+        Steps { longest, finest, least: LEAST * finest, jumps }
     }
 
-    /// Steps up to this size are accepted with any error, if the new state is admissible, s.
-    pub fn accepted(&self) -> f64 {
+    /// When a step is accepted.
+    pub fn demand(&self, precision: Precision) -> Demand {
+        let hopeless = if self.jumps { f64::INFINITY } else { HOPELESS * HOPELESS };
+        Demand { precision, finest: self.accepted(), hopeless }
+    }
+
+    /// Steps up to this size are accepted with a larger error, if the new state is admissible, s.
+    fn accepted(&self) -> f64 {
         longest_part(self.finest)
     }
 
@@ -54,11 +70,9 @@ impl Steps {
         (h * growth).max(proven).min(self.longest)
     }
 
-    /// Number of trials after which a crane is lost: the finest steps all over the `span` (s), each after all failures on
-    /// the way from the longest to the least.
+    /// Number of trials within `span` (s) after which a crane is lost.
     fn budget(&self, span: f64) -> u32 {
-        let failures = (self.longest / self.finest).log2() + (self.finest / self.least).log(1.0 / CLOSER);
-        ((span / self.finest + 1.0) * (failures + 2.0)).min(f64::from(u32::MAX)) as u32
+        (MOST_TRIALS * (span / self.longest).ceil()).min(f64::from(u32::MAX)) as u32
     }
 }
 
@@ -178,7 +192,9 @@ impl<'a> LaneScheduler<'a> {
                 None => self.lose(block, i, lane, OutcomeKind::StrokeLimit),
             };
         }
-        block.statuses[lane.crane / WIDTH][lane.crane % WIDTH].time += h;
+        let status = &mut block.statuses[lane.crane / WIDTH][lane.crane % WIDTH];
+        status.time += h;
+        status.inexact |= !(result.exact[i] || self.steps.jumps);
         let lane = Lane { wanted: self.steps.next(h, growth, lane.wanted), left: lane.left - h, ..lane };
         if lane.left > 0.0 && lane.trials == 0 {
             self.lose(block, i, lane, OutcomeKind::SolverFailed)

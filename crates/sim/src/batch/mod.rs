@@ -7,6 +7,7 @@
 pub mod command_path;
 mod lane_scheduler;
 
+use crate::method_choice::jumps;
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
 use crate::payload::change_payload;
@@ -29,6 +30,8 @@ pub struct Status {
     pub kind: OutcomeKind,
     /// Time since its reset, s; at the loss it stops.
     pub time: f64,
+    /// Whether a finest step had an error beyond the tolerance.
+    pub inexact: bool,
 }
 
 /// Settings of a batch.
@@ -68,9 +71,9 @@ impl Batch {
     /// `None` if the threads cannot be started. No crane runs before its reset.
     pub fn new(model: Arc<dyn Model>, cranes: usize, options: &BatchOptions) -> Option<Self> {
         let groups = cranes.div_ceil(WIDTH);
-        let steps = Steps::up_to(options.step.min(options.sample_time));
+        let steps = Steps::up_to(options.step.min(options.sample_time), jumps(model.machine()));
         let precision = Precision::new(model.layout(), options.tolerance);
-        let lost = Status { kind: OutcomeKind::BadState, time: 0.0 };
+        let lost = Status { kind: OutcomeKind::BadState, time: 0.0, inexact: false };
         Some(Batch {
             kernel: model.kernel(options.instruction_set.as_deref()),
             pool: rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().ok()?,
@@ -80,7 +83,7 @@ impl Batch {
             statuses: vec![[lost; WIDTH]; groups],
             path: BatchCommandPath::new(model.machine(), groups, options.sample_time),
             wanted: vec![[0.0; WIDTH]; groups],
-            demand: Demand { precision, finest: steps.accepted() },
+            demand: steps.demand(precision),
             steps,
             model,
         })
@@ -104,7 +107,7 @@ impl Batch {
         let (group, lane) = (crane / WIDTH, crane % WIDTH);
         self.write_state(crane, state);
         self.payload[group][lane] = payload;
-        self.statuses[group][lane] = Status { kind: OutcomeKind::Completed, time: 0.0 };
+        self.statuses[group][lane] = Status { kind: OutcomeKind::Completed, time: 0.0, inexact: false };
         self.wanted[group][lane] = self.steps.longest;
         self.path.forget(group, lane);
         Ok(())

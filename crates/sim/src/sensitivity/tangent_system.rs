@@ -215,6 +215,9 @@ impl<const N: usize> System for TangentSystem<'_, N> {
     fn scales(&self) -> &[f64] {
         &self.scales
     }
+    fn parts(&self) -> usize {
+        self.layout().joints()
+    }
     fn narrow(&self, from: &[f64], to: &[f64], tolerances: &mut [f64]) {
         self.driven.model.narrow(from, to, tolerances);
     }

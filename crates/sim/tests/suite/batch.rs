@@ -94,7 +94,7 @@ fn a_crane_that_is_lost_stays_where_it_was_and_its_neighbours_do_not_notice() {
     let mut tasks = tasks(model.as_ref(), 16, SAMPLES);
     let undisturbed = run(&mut begun(&model, &tasks, &options(1)), &tasks);
     // The jib is thrown against its end stop, far faster than oil could hold it.
-    tasks[3].start[model.layout().qd(1)] = 400.0;
+    tasks[3].start[model.layout().qd(1)] = 4e4;
     let mut batch = begun(&model, &tasks, &options(1));
     let disturbed = run(&mut batch, &tasks);
     let status = batch.status(3);

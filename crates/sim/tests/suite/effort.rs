@@ -115,7 +115,7 @@ fn a_step_begins_with_what_the_last_one_ended_with() {
     let implicit = lift("hc-exponential-4", 0.05);
     let attempts = implicit.accepted + implicit.rejected;
     let effort = implicit.effort;
-    assert_eq!([effort.derivatives, effort.jacobians, effort.factorisations], [attempts, attempts + 3, attempts]);
+    assert_eq!([effort.derivatives, effort.jacobians, effort.factorisations], [2 * attempts, attempts + 3, attempts]);
 }
 
 /// Commands that a sample changes move the spools alone: what is linearised is steered, but for the first step.
