@@ -11,7 +11,7 @@ from hydrocrane.errors import InputError
 def converted(what: str, text: str, unit: str) -> float:
     """A text with its unit in SI; its dimension must be that of the SI unit `unit`."""
     try:
-        number, dimension = _core.quantity(text)
+        number, dimension = _core.quantity(text, unit)
     except ValueError as error:
         raise InputError(f"`{what}`: {error}") from None
     if dimension != _dimension(unit):

@@ -97,6 +97,23 @@ impl<'a> Field<'a> {
         Ok(self.log.number(&self.path, None, value))
     }
 
+    /// Whether it is a text with a unit of this quantity.
+    pub fn is(&self, quantity: &Quantity) -> bool {
+        let Scalar::Text(text) = self.value else { return false };
+        units::parse_scalar(text).is_ok_and(|(_, unit)| unit.dimension == quantity.dimension)
+    }
+
+    /// A quantity that may also be stated as `other`; one of that counts `factor` in SI.
+    pub fn quantity_or<T: Number>(&self, quantity: &Quantity, other: &Quantity, factor: f64) -> Result<T> {
+        if !self.is(other) {
+            return self.quantity_of(quantity);
+        }
+        self.record()?;
+        let value = factor * self.scalar(self.value, self.place, other)?;
+        self.keep(&[value], &[quantity], Form::One);
+        Ok(self.log.number(&self.path, None, value))
+    }
+
     fn plain_quantity_of(&self, quantity: &Quantity) -> Result<f64> {
         debug_assert!(self.key.allows(quantity), "`{}` is declared as another quantity", self.path);
         self.record()?;
@@ -212,7 +229,7 @@ impl<'a> Field<'a> {
         };
         let (numbers, unit) = match (value, place) {
             (Scalar::Text(text), _) => {
-                units::parse_point(text).map_err(|error| self.unit_error(error, place, &length, POINT_EXAMPLE))?
+                units::parse_point(text).map_err(|error| self.unit_error(error, text, place, &length, POINT_EXAMPLE))?
             }
             // A caller may give the point as two numbers in SI.
             (Scalar::List(items), Place::Override(_)) => match items.as_slice() {
@@ -246,7 +263,7 @@ impl<'a> Field<'a> {
             }
             Scalar::Number(number) => return Err(self.missing_unit(place, quantity, *number)),
             Scalar::Text(text) => units::parse_scalar(text)
-                .map_err(|error| self.unit_error(error, place, quantity, &quantity.example()))?,
+                .map_err(|error| self.unit_error(error, text, place, quantity, &quantity.example()))?,
             _ => {
                 let found = format!("expected {}, found {}", units::with_article(quantity.name), value.kind_name());
                 let help = format!("give {}", quantity.example());
@@ -296,7 +313,12 @@ impl<'a> Field<'a> {
             let found = quantities::name_of(unit.dimension).map_or("another quantity".into(), units::with_article);
             let wanted = units::with_article(quantity.name);
             let message = format!("expected {wanted} ({}), found {found} ({})", quantity.dimension, unit.dimension);
-            let help = format!("give {}", quantity.example());
+            let turns = units::own_unit("rad").dimension;
+            let help = if unit.dimension.combine(turns, 1.0) == quantity.dimension {
+                format!("write {number} rpm, Hz or rad/s: a plain 1/s or 1/min does not say whether it counts turns or radians")
+            } else {
+                format!("give {}", quantity.example())
+            };
             return Err(place.error(ErrorKind::WrongDimension, &self.path, message).help(help));
         }
         let converted = unit.to_si(number);
@@ -314,13 +336,32 @@ impl<'a> Field<'a> {
         place.error(ErrorKind::MissingUnit, &self.path, "the unit is missing").help(help)
     }
 
-    fn unit_error(&self, error: UnitError, place: &Place, quantity: &Quantity, example: &str) -> MachineError {
+    /// The nearest known symbol with which `text` is this quantity, of a usual size if there is one.
+    fn meant(&self, text: &str, symbol: &str, quantity: &Quantity) -> String {
+        let mut fitting = units::meant(text, symbol);
+        fitting.retain(|meant| meant.unit.dimension == quantity.dimension);
+        if fitting.is_empty() {
+            return format!("give {}", quantity.example());
+        }
+        let usual =
+            fitting.iter().filter(|of| plausible::is_usual(self.key, quantity.dimension, of.unit.to_si(of.number)));
+        suggestion_among(symbol, usual.map(|of| of.symbol), fitting.iter().map(|of| of.symbol))
+    }
+
+    fn unit_error(
+        &self,
+        error: UnitError,
+        text: &str,
+        place: &Place,
+        quantity: &Quantity,
+        example: &str,
+    ) -> MachineError {
         match error {
             UnitError::Malformed(message) => {
                 place.error(ErrorKind::BadQuantity, &self.path, message).help(format!("give {example}"))
             }
             UnitError::Unknown(symbol) => {
-                let help = suggestion_among(&symbol, units::symbols_of(quantity.dimension), units::symbols());
+                let help = self.meant(text, &symbol, quantity);
                 place.error(ErrorKind::UnknownUnit, &self.path, format!("unknown unit `{symbol}`")).help(help)
             }
         }

@@ -259,6 +259,11 @@ impl<T: Number> Valve<T> {
         feeds.map(|curve| curve.as_ref().map_or(1.0, |curve| curve.full.plain())).into_iter().fold(0.0, f64::max)
     }
 
+    /// Flow from the supply at full stroke with this pressure drop over the edge, m^3/s.
+    pub fn feed_at(&self, drop: f64) -> f64 {
+        self.largest_feed() * self.nominal_flow.plain() * libm::sqrt(drop / self.edge_pressure_drop.plain())
+    }
+
     /// Displacement of the spool up to which both edges from the supply are closed, m.
     pub fn closed_zone(&self) -> T {
         let closed = |curve: &Option<EdgeCurve<T>>| match curve {

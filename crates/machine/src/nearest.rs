@@ -30,7 +30,7 @@ pub fn choose<T: Copy>(text: &str, choices: &[(&str, T)]) -> Result<T, String> {
 }
 
 /// The candidate that `name` begins, or the one at the smallest edit distance, when it is close enough to be meant. Of equally near ones,
-/// the one of the same length: a wrong letter is more common than a missing one.
+/// the one of the same length: a wrong letter is more common than a missing one; then the one with most letters in the same case.
 fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
     // For long generated names the quadratic distance would be slow.
     if name.chars().count() > 64 {
@@ -44,8 +44,15 @@ fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
         .iter()
         .map(|candidate| (distance(name, candidate), *candidate))
         .filter(|(distance, candidate)| *distance <= 1 + candidate.chars().count() / 3)
-        .min_by_key(|(distance, candidate)| (*distance, candidate.len().abs_diff(name.len())))
+        .min_by_key(|(distance, candidate)| {
+            (*distance, candidate.len().abs_diff(name.len()), other_letters(name, candidate))
+        })
         .map(|(_, candidate)| candidate)
+}
+
+/// Places with different letters, counting case.
+fn other_letters(a: &str, b: &str) -> usize {
+    a.chars().zip(b.chars()).filter(|(a, b)| a != b).count()
 }
 
 /// Letters that tell which name was meant.

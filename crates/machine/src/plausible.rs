@@ -17,7 +17,7 @@ const LEAST: f64 = 1e-18;
 const MOST: f64 = 1e15;
 
 /// Further units for the guess of the intended one.
-const WRITTEN_UNITS: [&str; 8] = ["l/min", "mm/s", "N/mm", "kN/mm", "kN s/m", "kg/l", "g/l", "kg mm^2"];
+const WRITTEN_UNITS: [&str; 9] = ["l/min", "mm/s", "N/mm", "kN/mm", "kN s/m", "kg/l", "g/l", "kg mm^2", "mPa s"];
 
 /// A usual range in SI.
 #[derive(Debug)]
@@ -87,10 +87,15 @@ fn range_of(key: &Key, dimension: Dimension) -> Option<Range> {
     ranges.find(|range| range.dimension.is_none_or(|of_range| of_range == dimension))
 }
 
+/// Whether the value `si` of `key` is usual.
+pub fn is_usual(key: &Key, dimension: Dimension, si: f64) -> bool {
+    range_of(key, dimension).is_none_or(|range| (range.low..=range.high).contains(&si.abs()))
+}
+
 /// The number with the probably intended unit, for which it is nearest to the middle of the range.
 fn likely(range: &Range, dimension: Dimension, number: f64) -> Option<String> {
     let distance = |si: f64| libm::log(si * si / (range.low.max(1e-3 * range.high) * range.high)).abs();
-    let meant = units::symbols().chain(WRITTEN_UNITS).filter_map(|symbol| {
+    let meant = units::usual_symbols().chain(WRITTEN_UNITS).filter_map(|symbol| {
         let unit = units::own_unit(symbol);
         let si = unit.to_si(number).abs();
         let fits = unit.dimension == dimension && (range.low..=range.high).contains(&si);

@@ -51,6 +51,8 @@ quantities! {
     CONDUCTANCE = "leakage conductance" in "m^3/(s Pa)";
     DENSITY = "density" in "kg/m^3";
     VISCOSITY = "dynamic viscosity" in "Pa s";
+    KINEMATIC = "kinematic viscosity" in "m^2/s";
+    PER_TURN = "volume per turn" in "m^3/rad";
     VOLTAGE = "voltage" in "V";
 }
 

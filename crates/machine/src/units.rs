@@ -3,7 +3,7 @@
 //! Everything becomes SI. The plane angle counts as a base dimension of its own, so that an angle, a ratio and a count
 //! cannot be mistaken for each other. `Hz` means cycles per second of an angular frequency: 1 Hz = 2 pi rad/s.
 
-use crate::nearest::suggestion;
+use crate::nearest::suggestion_among;
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -26,7 +26,7 @@ impl PartialEq for Dimension {
 impl Dimension {
     pub const NONE: Self = Self([0.0; 6]);
 
-    fn combine(self, other: Self, power: f64) -> Self {
+    pub fn combine(self, other: Self, power: f64) -> Self {
         Self(hydrocrane_num::array::from_fn(|i| self.0[i] + power * other.0[i]))
     }
 }
@@ -184,7 +184,8 @@ fn number_length(text: &str) -> usize {
 
 /// Parses a unit expression; the empty text is the unit of a plain number.
 pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
-    let mut parser = UnitParser { text, rest: text.trim(), depth: 0 };
+    let text = text.trim();
+    let mut parser = UnitParser { text, rest: text, depth: 0 };
     if parser.rest.is_empty() {
         return Ok(Unit { factor: 1.0, dimension: Dimension::NONE });
     }
@@ -256,12 +257,25 @@ impl UnitParser<'_> {
             3.0
         } else if self.eat('^') {
             self.exponent()?
+        } else if let Some(digit) = self.bare_exponent() {
+            digit
         } else {
             return Ok(base);
         };
         Ok(Unit {
             factor: libm::pow(base.factor, exponent),
             dimension: Dimension::NONE.combine(base.dimension, exponent),
+        })
+    }
+
+    /// The digit directly behind a symbol, as in `cm3` and `m/s2`.
+    fn bare_exponent(&mut self) -> Option<f64> {
+        let written = &self.text[..self.text.len() - self.rest.len()];
+        let digit = self.rest.chars().next().filter(|c| ('2'..='9').contains(c))?;
+        let alone = !self.rest[1..].starts_with(|c: char| c.is_ascii_digit() || c == '.');
+        (alone && written.ends_with(char::is_alphabetic)).then(|| {
+            self.rest = &self.rest[1..];
+            f64::from(digit as u8 - b'0')
         })
     }
 
@@ -298,8 +312,11 @@ impl UnitParser<'_> {
     }
 }
 
-/// Known unit symbols: SI factor and exponents of m, kg, s, K, A, rad.
-const UNITS: &[(&str, f64, [i8; 6])] = &[
+/// Symbol, SI factor, exponents of m, kg, s, K, A, rad.
+type Known = (&'static str, f64, [i8; 6]);
+
+/// Units that guesses of the intended unit choose from.
+const UNITS: &[Known] = &[
     ("m", 1.0, [1, 0, 0, 0, 0, 0]),
     ("km", 1e3, [1, 0, 0, 0, 0, 0]),
     ("cm", 1e-2, [1, 0, 0, 0, 0, 0]),
@@ -322,8 +339,7 @@ const UNITS: &[(&str, f64, [i8; 6])] = &[
     ("GPa", 1e9, [-1, 1, -2, 0, 0, 0]),
     ("bar", 1e5, [-1, 1, -2, 0, 0, 0]),
     ("mbar", 1e2, [-1, 1, -2, 0, 0, 0]),
-    // The pound-force per square inch, from the exact pound, inch and standard gravity.
-    ("psi", 0.453_592_37 * 9.806_65 / (0.0254 * 0.0254), [-1, 1, -2, 0, 0, 0]),
+    ("psi", POUND * GRAVITY / (INCH * INCH), [-1, 1, -2, 0, 0, 0]),
     ("rad", 1.0, [0, 0, 0, 0, 0, 1]),
     ("mrad", 1e-3, [0, 0, 0, 0, 0, 1]),
     ("deg", PI / 180.0, [0, 0, 0, 0, 0, 1]),
@@ -332,6 +348,8 @@ const UNITS: &[(&str, f64, [i8; 6])] = &[
     ("rpm", TAU / 60.0, [0, 0, -1, 0, 0, 1]),
     ("l", 1e-3, [3, 0, 0, 0, 0, 0]),
     ("ml", 1e-6, [3, 0, 0, 0, 0, 0]),
+    ("Nm", 1.0, [2, 1, -2, 0, 0, 0]),
+    ("cSt", 1e-6, [2, 0, -1, 0, 0, 0]),
     ("J", 1.0, [2, 1, -2, 0, 0, 0]),
     ("W", 1.0, [2, 1, -3, 0, 0, 0]),
     ("kW", 1e3, [2, 1, -3, 0, 0, 0]),
@@ -342,17 +360,47 @@ const UNITS: &[(&str, f64, [i8; 6])] = &[
     ("%", 1e-2, [0, 0, 0, 0, 0, 0]),
 ];
 
+const POUND: f64 = 0.453_592_37;
+const INCH: f64 = 0.0254;
+const GRAVITY: f64 = 9.806_65;
+
+/// Further units of the trade, read but not suggested in the place of a wrong one. Pound, inch and standard gravity are exact by
+/// definition; the US gallon is 231 cubic inches.
+const TRADE: &[Known] = &[
+    ("L", 1e-3, [3, 0, 0, 0, 0, 0]),
+    ("dm", 1e-1, [1, 0, 0, 0, 0, 0]),
+    ("cc", 1e-6, [3, 0, 0, 0, 0, 0]),
+    ("ccm", 1e-6, [3, 0, 0, 0, 0, 0]),
+    ("lpm", 1e-3 / 60.0, [3, 0, -1, 0, 0, 0]),
+    ("gpm", 231.0 * INCH * INCH * INCH / 60.0, [3, 0, -1, 0, 0, 0]),
+    ("rev", TAU, [0, 0, 0, 0, 0, 1]),
+    ("mPa", 1e-3, [-1, 1, -2, 0, 0, 0]),
+    ("P", 1e-1, [-1, 1, -1, 0, 0, 0]),
+    ("cP", 1e-3, [-1, 1, -1, 0, 0, 0]),
+    ("St", 1e-4, [2, 0, -1, 0, 0, 0]),
+    ("in", INCH, [1, 0, 0, 0, 0, 0]),
+    ("ft", 12.0 * INCH, [1, 0, 0, 0, 0, 0]),
+    ("lb", POUND, [0, 1, 0, 0, 0, 0]),
+    ("lbf", POUND * GRAVITY, [1, 1, -2, 0, 0, 0]),
+    ("kp", GRAVITY, [1, 1, -2, 0, 0, 0]),
+];
+
 /// Exponents of m, kg, s, K, A and rad in a unit; `None` where the text is no unit.
 pub fn unit_exponents(unit: &str) -> Option<[f64; 6]> {
     parse_unit(unit).ok().map(|unit| unit.dimension.0)
 }
 
 /// `"140 bar"` as its SI value and the name of its dimension, for readers of other files than machines; the error
-/// says what is wrong and what was probably meant.
-pub fn quantity(text: &str) -> Result<(f64, String), String> {
+/// says what is wrong and what was probably meant, in units of the same dimension as `expected`, if it is given.
+pub fn quantity(text: &str, expected: Option<&str>) -> Result<(f64, String), String> {
     let (number, unit) = parse_scalar(text).map_err(|error| match error {
         UnitError::Malformed(message) => message,
-        UnitError::Unknown(symbol) => format!("unknown unit `{symbol}`; {}", suggestion(&symbol, symbols())),
+        UnitError::Unknown(symbol) => {
+            let expected = expected.and_then(|unit| parse_unit(unit).ok()).map(|unit| unit.dimension);
+            let fits = |meant: &Meant| expected.is_none_or(|dimension| meant.unit.dimension == dimension);
+            let fitting = meant(text, &symbol).into_iter().filter(fits).map(|meant| meant.symbol);
+            format!("unknown unit `{symbol}`; {}", suggestion_among(&symbol, [], fitting))
+        }
     })?;
     let value = unit.to_si(number);
     if value.is_finite() {
@@ -362,8 +410,41 @@ pub fn quantity(text: &str) -> Result<(f64, String), String> {
     }
 }
 
-/// Every unit symbol, for suggestions.
+/// A known symbol in the place of an unknown one, with what the text is then.
+pub struct Meant {
+    pub symbol: &'static str,
+    pub number: f64,
+    pub unit: Unit,
+}
+
+/// Every reading of a quantity or point with a known symbol in place of the `unknown` one.
+pub fn meant(text: &str, unknown: &str) -> Vec<Meant> {
+    let text = text.trim();
+    let start = text.find(')').map_or_else(|| number_length(text), |end| end + 1);
+    let number = parse_number(&text[..number_length(text)]).unwrap_or(f64::NAN);
+    // Only whole symbols: `l` is not replaced in `ml`.
+    let is_letter = |c: char| c.is_alphabetic() || c == '%';
+    let pieces: Vec<&str> = text[start..].split_inclusive(|c| !is_letter(c)).collect();
+    let with = |symbol: &'static str| {
+        let replaced: String = pieces
+            .iter()
+            .map(|piece| match piece.trim_end_matches(|c| !is_letter(c)) {
+                letters if letters == unknown => [symbol, &piece[letters.len()..]].concat(),
+                _ => (*piece).to_string(),
+            })
+            .collect();
+        parse_unit(&replaced).ok().map(|unit| Meant { symbol, number, unit })
+    };
+    symbols().filter_map(with).collect()
+}
+
+/// Every unit symbol.
 pub fn symbols() -> impl Iterator<Item = &'static str> {
+    usual_symbols().chain(TRADE.iter().map(|(symbol, _, _)| *symbol))
+}
+
+/// Those that are suggested in the place of a wrong unit.
+pub fn usual_symbols() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|(symbol, _, _)| *symbol)
 }
 
@@ -373,7 +454,7 @@ pub fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static str> {
 }
 
 fn lookup(symbol: &str) -> Option<Unit> {
-    let (_, factor, powers) = UNITS.iter().find(|(name, _, _)| *name == symbol)?;
+    let (_, factor, powers) = UNITS.iter().chain(TRADE).find(|(name, _, _)| *name == symbol)?;
     Some(Unit { factor: *factor, dimension: Dimension(powers.map(f64::from)) })
 }
 

@@ -35,6 +35,22 @@ fn common_units_become_si() {
         ("5 %", 0.05),
         ("1 mV/V", 1e-3),
         ("2 1/s", 2.0),
+        ("28 cm3", 28e-6),
+        ("9.81 m/s2", 9.81),
+        ("0.87 g/cm3", 870.0),
+        ("45 cc", 45e-6),
+        ("45 ccm", 45e-6),
+        ("40 lpm", 40e-3 / 60.0),
+        ("40 L/min", 40e-3 / 60.0),
+        ("10 gpm", 6.30901964e-4),
+        ("46 cSt", 46e-6),
+        ("40 cP", 0.04),
+        ("40 mPa s", 0.04),
+        ("2.5 in", 0.0635),
+        ("100 kp", 980.665),
+        ("100 lbf", 444.8221615260500),
+        ("60 Nm", 60.0),
+        ("1450 rev/min", TAU * 1450.0 / 60.0),
         ("7", 7.0),
     ] {
         assert!(close(si(text), expected), "{text} gave {}", si(text));
@@ -114,11 +130,32 @@ fn dimensions_read_as_base_units() {
 
 #[test]
 fn a_quantity_of_another_file_names_its_dimension_or_its_error() {
-    assert_eq!(quantity("140 bar"), Ok((140e5, "m^-1 kg s^-2".into())));
-    assert_eq!(quantity("2 mm").unwrap().1, quantity("-1 km").unwrap().1);
-    assert_eq!(quantity("1 kHz"), Ok((1e3 * TAU, "s^-1 rad".into())));
-    assert_eq!(quantity("3").unwrap().1, "no unit");
-    assert!(quantity("1 bars").unwrap_err().contains("did you mean `bar`"));
-    assert!(quantity("inf mm").unwrap_err().contains("not finite"));
-    assert!(quantity("mm").is_err());
+    assert_eq!(quantity("140 bar", None), Ok((140e5, "m^-1 kg s^-2".into())));
+    assert_eq!(quantity("2 mm", None).unwrap().1, quantity("-1 km", None).unwrap().1);
+    assert_eq!(quantity("1 kHz", None), Ok((1e3 * TAU, "s^-1 rad".into())));
+    assert_eq!(quantity("3", None).unwrap().1, "no unit");
+    assert!(quantity("1 bars", None).unwrap_err().contains("did you mean `bar`"));
+    assert!(quantity("inf mm", None).unwrap_err().contains("not finite"));
+    assert!(quantity("mm", None).is_err());
+}
+
+#[test]
+fn a_digit_is_an_exponent_only_directly_behind_its_symbol() {
+    assert_eq!(dimension("cm3/rev"), dimension("m^3/rad"));
+    for bad in ["1 m 3", "1 m33", "1 m3.5", "1 m1", "1 (m)3"] {
+        assert!(parse_scalar(bad).is_err(), "`{bad}` was accepted");
+    }
+}
+
+#[test]
+fn a_suggestion_is_of_the_expected_dimension() {
+    for (text, expected, wanted) in [
+        ("40 lqm", "m^3/s", "did you mean `lpm`?"),
+        ("40 mpa s", "Pa s", "did you mean `mPa`?"),
+        ("1 barr", "Pa", "did you mean `bar`?"),
+    ] {
+        let found = quantity(text, Some(expected)).unwrap_err();
+        assert!(found.ends_with(wanted), "{text}: {found}");
+    }
+    assert!(!quantity("40 lxm", Some("kg")).unwrap_err().contains("rpm"));
 }

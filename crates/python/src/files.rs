@@ -211,8 +211,9 @@ pub fn bundled_text(kind: &str, name: &str) -> PyResult<&'static str> {
 
 /// `"140 bar"` as its SI value and the name of its dimension.
 #[pyfunction]
-pub fn quantity(text: &str) -> PyResult<(f64, String)> {
-    hydrocrane_machine::quantity(text).map_err(PyValueError::new_err)
+#[pyo3(signature = (text, expected=None))]
+pub fn quantity(text: &str, expected: Option<&str>) -> PyResult<(f64, String)> {
+    hydrocrane_machine::quantity(text, expected).map_err(PyValueError::new_err)
 }
 
 fn kind_of_file(name: &str) -> PyResult<FileKind> {

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane._moved import renamed_keyword
-from hydrocrane.arrays import Array, vectors
+from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.poses import poses
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.scenario import Scenario
 
@@ -107,7 +108,7 @@ def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, f
     5.3 5.3
     """
     machine = as_machine(machine)
-    q = vectors(q, "q", machine.joint_names)
+    q = poses(machine, q)
     if q.ndim != 1:
         raise InputError(f"modes takes one pose of shape ({len(machine.joint_names)},), got shape {q.shape}")
     check_friction(friction)

@@ -237,7 +237,7 @@ def loadchart(
 @app.command(epilog="Example:  hydrocrane modes rottne-f9-lab --at boom='100 deg' --at jib='100 deg'")
 def modes(
     machine: MachineName,
-    at: Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE; others in mid-range.")] = [],  # noqa: B006
+    at: Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE with its unit; others in mid-range.")] = [],  # noqa: B006
     payload: Payload = None,
     output: Output = None,
     samples: Annotated[int, typer.Option(help="Poses per turning joint of the map; 0 draws none.", min=0)] = 16,
@@ -248,6 +248,7 @@ def modes(
     from hydrocrane.analysis import linear
     from hydrocrane.app.options import pose
     from hydrocrane.app.report import modes_table
+    from hydrocrane.machine.poses import in_words
 
     headless()
     loaded = named_machine(machine, settings)
@@ -255,7 +256,9 @@ def modes(
     if samples:
         # A grid that is none is told before anything is printed.
         linear.pose_grid(loaded, samples)
-    for found in linear.modes_to_show(loaded, pose(loaded, at), payload=payload):
+    q = pose(loaded, at)
+    say(f"pose: {in_words(loaded, q)}")
+    for found in linear.modes_to_show(loaded, q, payload=payload):
         say(linear.FRICTION_WORDS[found.friction], modes_table(found), "")
         for warning in found.warnings:
             warn(str(warning))
@@ -292,9 +295,12 @@ def check(
         say(*scenario_report(plan, machine))
         unusual = (*machine.warnings, *plan.warnings)
     else:
+        from hydrocrane.analysis.figures import doubts, figures
+
         machine = named_machine(file, settings)
-        say(*machine_report(machine))
-        unusual = machine.warnings
+        found = figures(machine)
+        say(*machine_report(machine, found))
+        unusual = (*machine.warnings, *doubts(machine, found))
     say(*findings(unusual))
 
 

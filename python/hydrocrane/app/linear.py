@@ -34,7 +34,7 @@ class Mode(StrEnum):
 
 
 MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
-At = Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE; others in mid-range.")]
+At = Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE with its unit; others in mid-range.")]
 Inputs = Annotated[list[str], typer.Option("--from", help="Input, such as cylinder.lift.command; all commands.")]
 Outputs = Annotated[list[str], typer.Option("--to", help="Output, such as tip.z; joints and tip by default.")]
 Settings = Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")]
@@ -88,6 +88,7 @@ def bode(
     from hydrocrane.errors import InputError
     from hydrocrane.linear import cylinder_loops
     from hydrocrane.machine.machine import load_machine
+    from hydrocrane.machine.poses import in_words
 
     mpl.use("Agg")
     from hydrocrane import plots
@@ -98,7 +99,9 @@ def bode(
         if inputs or outputs or mode is not Mode.hold:
             raise InputError("--loops draws every cylinder's loop at rest; leave --from, --to and --mode out")
         loaded = load_machine(checked_machine(machine), overrides(settings))
-        found = cylinder_loops(loaded, pose(loaded, at), payload=payload, friction=friction.value, side=side.value)
+        q = pose(loaded, at)
+        say(f"pose: {in_words(loaded, q)}")
+        found = cylinder_loops(loaded, q, payload=payload, friction=friction.value, side=side.value)
         say(margins_table(found))
         figure = plots.loop_gains(found)
     else:
@@ -125,9 +128,12 @@ def _options(
 def _linearised(machine: str, at: list[str], settings: list[str], options: Options) -> LinearModel:
     from hydrocrane.app.options import checked_machine, overrides, pose
     from hydrocrane.machine.machine import load_machine
+    from hydrocrane.machine.poses import in_words
 
     loaded = load_machine(checked_machine(machine), overrides(settings))
-    return loaded.linearise(pose(loaded, at), **options)
+    q = pose(loaded, at)
+    say(f"pose: {in_words(loaded, q)}")
+    return loaded.linearise(q, **options)
 
 
 def margins_table(loops: list[Loop]) -> Table:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from hydrocrane.errors import InputError, ResultFileError, unknown
+from hydrocrane.machine.poses import SHOWN, poses
 from hydrocrane.units import converted
 
 if TYPE_CHECKING:
@@ -16,10 +16,6 @@ if TYPE_CHECKING:
     from hydrocrane.files.toml_file import TomlValue
     from hydrocrane.machine.machine import Machine
     from hydrocrane.machine.overrides import Override
-
-# Units that people are reminded of, by the SI unit; any other of the same kind will do.
-_USUAL = {"rad": "rad, deg", "m": "m, cm, mm"}
-
 
 def overrides(settings: list[str]) -> dict[str, Override]:
     """``["supply.pressure=100 bar", "payload.mass=200 kg"]`` as a mapping; what reads as TOML is taken as TOML.
@@ -61,13 +57,13 @@ def pose(machine: Machine, settings: list[str]) -> Array:
         index = machine.joint_names.index(name)
         unit = machine.joint_units[index]
         try:
-            q[index] = _length_or_angle(text, unit)
-        except ValueError:
-            usual = _USUAL[unit]
+            q[index] = converted("--at", text.strip(), unit)
+        except InputError as error:
+            shown, _ = SHOWN[unit]
             raise InputError(
-                f"--at takes JOINT=VALUE with a unit such as {usual}, or none (SI); got `{setting}`"
+                f"--at takes JOINT=VALUE with a unit, such as {name}='100 {shown}'; got `{setting}`: {error}"
             ) from None
-    return q
+    return poses(machine, q, "--at")
 
 
 def tip_height(text: str | None) -> Height | None:
@@ -81,17 +77,6 @@ def tip_height(text: str | None) -> Height | None:
     except InputError:
         message = f"--height takes best, worst, or a length with its unit, such as '1.5 m'; got `{text}`"
         raise InputError(message) from None
-
-
-def _length_or_angle(text: str, unit: str) -> float:
-    """A number, which is SI, or a quantity; a ``ValueError`` where it is neither, or not finite."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = converted("--at", text.strip(), unit)
-    if not math.isfinite(value):
-        raise ValueError(text)
-    return value
 
 
 def stretch(option: str, text: str | None, example: str) -> tuple[float, float] | None:

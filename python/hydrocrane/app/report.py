@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ from rich.text import Text
 
 from hydrocrane import _core
 from hydrocrane.analysis.capacity import Height, at_height
+from hydrocrane.machine.poses import SHOWN, in_words
 from hydrocrane.machine.stated import PROVENANCE_CLASSES
 from hydrocrane.scenario.solver import named
 from hydrocrane.scenario.stage import Stage
@@ -18,12 +18,11 @@ from hydrocrane.scenario.stage import Stage
 if TYPE_CHECKING:
     from hydrocrane._core_types import Passivity
     from hydrocrane.analysis.capacity import LoadChart
+    from hydrocrane.analysis.figures import Figures
     from hydrocrane.analysis.linear import Modes, Oscillations
     from hydrocrane.machine.machine import Machine
     from hydrocrane.result_warning import ResultWarning
     from hydrocrane.scenario.scenario import Scenario
-
-_SHOWN = {"rad": ("deg", 180 / math.pi), "m": ("mm", 1e3)}
 
 
 def machines_table(machines: list[Machine]) -> Table:
@@ -39,14 +38,41 @@ def machines_table(machines: list[Machine]) -> Table:
     return table
 
 
-def machine_report(machine: Machine) -> list[Text | Table]:
-    """What `check` says about a machine: size, limits and their reasons, friction, provenance."""
+def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
+    """What `check` says about a machine: size, limits and their reasons, loads, speeds, friction, provenance."""
     head = Text.assemble((machine.name, "bold"), f": {machine.title}")
     size = Text(
         f"{len(machine.joint_names)} degrees of freedom, {len(machine.cylinder_names)} cylinders,"
         f" {len(machine.state_names)} states, supply {machine.supply_pressure * 1e-5:.0f} bar"
     )
-    return [head, size, _limits(machine), *_friction(machine), _errata(machine), _tally(machine)]
+    return [
+        head,
+        size,
+        _limits(machine),
+        *_in_the_middle(machine, figures),
+        *_friction(machine),
+        _errata(machine),
+        _tally(machine),
+    ]
+
+
+def _in_the_middle(machine: Machine, figures: Figures) -> list[Text | Table]:
+    """Pressures, speeds and lowest mode at rest in the middle of all ranges."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("cylinder", "holds, kN", "at, bar", "of poses, %", "full valve, mm/s", "stroke in, s"):
+        table.add_column(heading, justify="left" if heading == "cylinder" else "right")
+    for i, name in enumerate(machine.cylinder_names):
+        down, up = 1e3 * figures.speed[i]
+        table.add_row(
+            name, f"{1e-3 * figures.force[i]:.3g}", f"{1e-5 * figures.pressure[i]:.3g}", f"{100 * figures.carried[i]:.0f}",
+            f"{down:.3g} .. {up:.3g}", "-" if figures.time[i] is None else f"{figures.time[i]:.2g}",
+        )  # fmt: skip
+    mode = "none" if figures.mode is None else f"{figures.mode:.3g} Hz, by which the tip gives way {figures.sag:.2g} m"
+    return [
+        Text(f"at rest with {machine.payload_mass:g} kg at {in_words(machine, machine.home)}; the supply carries the crane in so many of all poses:"),
+        table,
+        Text(f"lowest natural frequency of links on oil: {mode}; oil: {figures.oil}"),
+    ]
 
 
 def findings(warnings: Sequence[ResultWarning]) -> list[Text]:
@@ -62,8 +88,8 @@ def _limits(machine: Machine) -> Table:
     for heading in ("joint", "from", "because", "to", "because", "cylinder", "stroke"):
         table.add_column(heading, justify="right" if heading in ("from", "to", "stroke") else "left")
     for i, joint in enumerate(machine.joint_names):
-        unit, factor = _SHOWN[machine.joint_units[i]]
-        low, high = machine.joint_limits[i] * factor
+        unit, size = SHOWN[machine.joint_units[i]]
+        low, high = machine.joint_limits[i] / size
         why_low, why_high = machine.joint_limit_reasons[i]
         low_x, high_x = machine.stroke_limits[i] * 1e3
         table.add_row(
@@ -102,11 +128,11 @@ def _tally(machine: Machine) -> Text:
 def scenario_report(plan: Scenario, machine: Machine) -> list[Text]:
     """What `check` says about a scenario."""
     solver = plan.solver
-    q = [f"{joint} {value:g} {unit}" for joint, value, unit in _start(plan, machine)]
+    start = in_words(machine, [plan.joints[joint] for joint in machine.joint_names])
     return [
         Text.assemble((plan.name, "bold"), f": {plan.title}"),
         Text(f"machine {machine.name}, {plan.duration:g} s recorded every {plan.record_interval * 1e3:g} ms"),
-        Text(f"start at {', '.join(q)}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
+        Text(f"start at {start}; pressures {plan.pressures if isinstance(plan.pressures, str) else 'given'}"),
         Text(f"{_drive(plan, machine)}; solver {named(_core.method_for(machine.core, solver.entry), solver.method)}"),
         *_loads(plan),
         *_supply(plan),
@@ -139,14 +165,6 @@ def _drive(plan: Scenario, machine: Machine) -> str:
 
 def _loop(stage: Stage) -> str:
     return f"controller {stage.driver}, {stage.sensors} sensors, {stage.stick_times} stick times"
-
-
-def _start(plan: Scenario, machine: Machine) -> list[tuple[str, float, str]]:
-    shown = []
-    for joint, unit in zip(machine.joint_names, machine.joint_units, strict=True):
-        name, factor = _SHOWN[unit]
-        shown.append((joint, plan.joints[joint] * factor, name))
-    return shown
 
 
 def modes_table(found: Modes | Oscillations) -> Table:

@@ -1,6 +1,7 @@
 """A crane as Python sees it: geometry, mechanics, hydraulics and the full right-hand side.
 
 Units are SI and radians, pressures are gauge. Every method takes single vectors or batches with any leading axes.
+A pose far outside the joint ranges is refused (:func:`hydrocrane.machine.poses.poses`): it is in degrees or millimetres.
 A cylinder force is net of friction and end stop; positive pushes the piston out. A spool command is in metres of
 spool stroke; positive extends the piston. Equation numbers are those of Heinze (2007).
 """
@@ -24,6 +25,7 @@ from hydrocrane.errors import HydrocraneError, InputError, OutOfReachError, tran
 from hydrocrane.machine.described import described
 from hydrocrane.machine.measuring import Recorded, recorded_data, sensor_readings
 from hydrocrane.machine.overrides import Override, Overrides, plain_overrides
+from hydrocrane.machine.poses import poses
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.machine.stated import Stated
 from hydrocrane.result_warning import DoubtfulResult, ResultWarning
@@ -533,7 +535,7 @@ class Machine(Stated):
     # --- helpers ------------------------------------------------------------------------------------------------
 
     def _joints(self, value: ArrayLike, name: str = "q") -> Array:
-        return vectors(value, name, self.joint_names)
+        return poses(self, value) if name == "q" else vectors(value, name, self.joint_names)
 
     def _plant(self, state: ArrayLike, spool_command: ArrayLike) -> tuple[Array, Array]:
         return vectors(state, "state", self.state_names), vectors(spool_command, "spool_command", self.cylinder_names)

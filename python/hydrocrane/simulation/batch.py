@@ -14,6 +14,7 @@ from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, real_array, vectors
 from hydrocrane.errors import InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.poses import poses
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size
 
@@ -190,7 +191,7 @@ class BatchSimulator:
             raise InputError("reset takes either q, poses to rest in, or state, full states")
         chosen = self._chosen(cranes)
         if q is not None:
-            starts = self._at_rest(vectors(q, "q", self.machine.joint_names), chosen)
+            starts = self._at_rest(poses(self.machine, q), chosen)
         else:
             starts = vectors(cast(ArrayLike, state), "state", self.machine.state_names)
         with translated():

@@ -4,7 +4,7 @@ use super::Sign::{Any, NonNegative, Positive};
 use super::{Key, Value};
 use crate::quantities::{
     ACCELERATION, ANGULAR_FREQUENCY, ANGULAR_VELOCITY, COMPLIANCE, CONDUCTANCE, DAMPING, DENSITY, FLOW, FORCE,
-    GRADIENT, LENGTH, NUMBER, PRESSURE, STIFFNESS, TIME, TORQUE, VELOCITY, VISCOSITY, VOLUME,
+    GRADIENT, KINEMATIC, LENGTH, NUMBER, PER_TURN, PRESSURE, STIFFNESS, TIME, TORQUE, VELOCITY, VISCOSITY, VOLUME,
 };
 
 /// Of groups of which a file gives one.
@@ -382,10 +382,10 @@ pub static FLUID: &[Key] = &[
         .otherwise("required with `free-gas`")
         .usual(&[("0.5 bar", "1.1 bar", 10.0)])
         .means("Gauge pressure of vacuum, below zero: \"-1 bar\"."),
-    Key::quantity("viscosity", &[VISCOSITY], Positive)
+    Key::quantity("viscosity", &[VISCOSITY, KINEMATIC], Positive)
         .required()
-        .usual(&[("0.0005 Pa s", "5 Pa s", 1e3)])
-        .means("Dynamic viscosity."),
+        .usual(&[("0.0005 Pa s", "5 Pa s", 1e3), ("0.5 cSt", "5000 cSt", 1e3)])
+        .means("Dynamic viscosity, or the kinematic one, as in \"46 cSt\", which counts times `density`. The grade of an oil, ISO VG 46, is its kinematic viscosity at 40 degrees Celsius."),
     Key::table("printed", PRINTED_FLUID).otherwise("none").means("Values of the printed program, for `[errata]`."),
 ];
 
@@ -416,10 +416,10 @@ pub static PUMP: &[Key] = &[
         .required()
         .means("`constant-pressure` needs no other key. `fixed` always delivers its full flow; the flow that no valve takes passes the relief valve. `pressure-compensated` reduces its displacement at the supply pressure. `load-sensing` keeps its margin over the highest load pressure, up to the supply pressure.")
         .source("theory/hydraulics/pump.md"),
-    Key::quantity("displacement", &[VOLUME], Positive)
+    Key::quantity("displacement", &[VOLUME, PER_TURN], Positive)
         .otherwise(REAL_PUMP)
-        .usual(&[("1 ml", "1 l", 10.0)])
-        .means("Volume per revolution."),
+        .usual(&[("1 ml", "1 l", 10.0), ("1 ml/rev", "1 l/rev", 10.0)])
+        .means("Volume per revolution, as in \"28 cm3/rev\" or \"28 ml\"."),
     Key::quantity("speed", &[ANGULAR_VELOCITY], Positive)
         .otherwise(REAL_PUMP)
         .usual(&[("300 rpm", "4000 rpm", 10.0)])

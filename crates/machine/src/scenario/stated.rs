@@ -60,7 +60,7 @@ pub fn contradiction(value: &OverrideValue, unit: &str, key: &str, other: &Overr
 fn si(value: &OverrideValue) -> Option<f64> {
     match value {
         OverrideValue::Number(number) => Some(*number),
-        OverrideValue::Text(text) => quantity(text).ok().map(|(value, _)| value),
+        OverrideValue::Text(text) => quantity(text, None).ok().map(|(value, _)| value),
         _ => None,
     }
 }

@@ -15,7 +15,7 @@ const UNSIGNED: &str = r"([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?";
 /// Zero may have a minus.
 const MINUS_ZERO: &str = r"-(0+(\.0*)?|\.0+)([eE][+-]?[0-9]+)?";
 /// Beginning of the unit of a product, a quotient or a power.
-const COMPOUND: &str = r"[A-Za-zµ%]+\s*[*/·^²³(]|[A-Za-zµ%]+\s+[A-Za-zµ%]|\(";
+const COMPOUND: &str = r"[A-Za-zµ%]+\s*[*/·^²³(]|[A-Za-zµ%]+[2-9]|[A-Za-zµ%]+\s+[A-Za-zµ%]|\(";
 
 /// The forms of values of a kind of file.
 pub struct Forms {

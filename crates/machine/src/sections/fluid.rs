@@ -3,6 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Cavitation, Fluid};
 use crate::number::Number;
+use crate::quantities::{Kind, KINEMATIC, VISCOSITY};
 use crate::reader::Reader;
 use crate::sections::{required_table, Result};
 
@@ -22,19 +23,29 @@ struct BulkModulus<T> {
 pub fn read<T: Number>(root: &Reader) -> Result<Fluid<T>> {
     let table = required_table(root, "fluid")?;
     let bulk = bulk_modulus(&table)?;
+    let density = table.quantity("density")?;
     Ok(Fluid {
-        density: table.quantity("density")?,
+        density,
         bulk_modulus_max: bulk.max,
         bulk_c1: bulk.c1,
         bulk_c2: bulk.c2,
         bulk_reference_pressure: bulk.reference_pressure,
         cavitation: cavitation(&table)?,
-        viscosity: table.quantity("viscosity")?,
+        viscosity: viscosity(&table, density)?,
         printed_leakage_viscosity: table
             .table("printed")?
             .map(|printed| printed.quantity("leakage-viscosity"))
             .transpose()?,
     })
+}
+
+/// Dynamic viscosity; a kinematic one counts times the density, of which it keeps the derivative.
+fn viscosity<T: Number>(table: &Reader, density: T) -> Result<T> {
+    let [dynamic, kinematic] = [VISCOSITY, KINEMATIC].map(Kind::quantity);
+    let field = table.required("viscosity", &dynamic.example())?;
+    let plain = density.plain();
+    let viscosity: T = field.quantity_or(&dynamic, &kinematic, plain)?;
+    Ok(if field.is(&kinematic) { viscosity * (density / T::c(plain)) } else { viscosity })
 }
 
 fn bulk_modulus<T: Number>(table: &Reader) -> Result<BulkModulus<T>> {

@@ -1,6 +1,7 @@
 //! One file per group of tables of a machine file. Each turns checked text into its part of the model.
 
 mod accumulator;
+mod across;
 mod chain;
 mod closure;
 mod control;
@@ -82,6 +83,7 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
     supply::check(&root, &machine)?;
     return_pressure::check(&root, &machine)?;
     priority::check(&root, &machine)?;
+    across::check(&root, &machine)?;
     machine.warnings = log.unusual();
     machine.words = log.words();
     machine.provenance = log.in_order_of(tree);

@@ -5,6 +5,7 @@ use crate::model::{
     Compensator, Engine, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve, MOST_PUMPS,
 };
 use crate::number::Number;
+use crate::quantities::{Kind, PER_TURN, VOLUME};
 use crate::reader::Reader;
 use crate::sections::{accumulator, required_table, Result};
 use std::f64::consts::TAU;
@@ -128,7 +129,7 @@ pub fn asked<T: Number>(machine: &Machine<T>, mains: &Mains<T>, valve: &Valve<T>
         (Compensator::Behind, Some(sensing)) => sensing.margin.plain(),
         _ => 0.5 * (machine.supply.pressure.plain() - machine.supply.tank_pressure.plain()),
     };
-    valve.largest_feed() * valve.nominal_flow.plain() * libm::sqrt(drop / valve.edge_pressure_drop.plain())
+    valve.feed_at(drop)
 }
 
 /// Warns if a compensator needs the whole margin.
@@ -299,7 +300,7 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
     let control = (kind != PumpKind::Fixed).then(|| control(table, supply)).transpose()?;
     Ok(Some(Pump {
         name: name.into(),
-        displacement: table.quantity("displacement")?,
+        displacement: displacement(table)?,
         speed: table.quantity("speed")?,
         engine: engine(table)?,
         volumetric_efficiency: efficiency(table, "volumetric-efficiency")?,
@@ -307,6 +308,12 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
         control,
         margin: load_sensing(table)?.map(|of| of.margin),
     }))
+}
+
+/// Per revolution, which the unit may state.
+fn displacement<T: Number>(table: &Reader) -> Result<T> {
+    let [volume, per_turn] = [VOLUME, PER_TURN].map(Kind::quantity);
+    table.required("displacement", &volume.example())?.quantity_or(&volume, &per_turn, TAU)
 }
 
 /// `None`: the pump does not follow the load.

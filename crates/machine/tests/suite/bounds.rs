@@ -23,7 +23,7 @@ fn a_wrong_unit_is_noted_with_the_one_that_was_meant() {
         ("supply.pressure", "1400 bar", "did you mean \"1400 psi\"?"),
         ("payload.mass", "200 t", "did you mean \"200 kg\"?"),
         ("fluid.density", "870 g/l", ""),
-        ("fluid.viscosity", "40 Pa s", "check the value and its unit"),
+        ("fluid.viscosity", "40 Pa s", "did you mean \"40 mPa s\"?"),
         ("friction.lift.breakaway", "700 kN", "did you mean \"700 N\"?"),
         ("valve.lift.nominal-flow", "100 l/s", "did you mean \"100 l/min\"?"),
     ] {

@@ -11,3 +11,5 @@ mod overrides;
 mod phases;
 mod robustness;
 mod supply_log;
+mod units_of_the_trade;
+mod wrong_files;

@@ -1,0 +1,66 @@
+//! Friction against the force and the speed of its cylinder.
+
+use super::{digits, Sizes};
+use crate::model::{Cylinder, FrictionModel};
+use crate::number::Number;
+use crate::reader::Reader;
+use crate::sections::Result;
+use std::f64::consts::PI;
+
+/// Share of the force of the supply that seals may take at rest.
+const SHARE: f64 = 0.5;
+/// Least friction of a seal per length of its lip, N/m: a hundredth of usual ones.
+const LEAST: f64 = 10.0;
+/// Viscous friction at the speed of the fully open valve, in forces of the supply: with more the valve is never full.
+const VISCOUS: f64 = 3.0;
+/// Deflection of the bristles at break-away, as a share of the stroke.
+const DEFLECTION: f64 = 0.1;
+
+pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
+    let friction = &of.friction;
+    let most = |pair: [T; 2]| pair[0].plain().max(pair[1].plain());
+    let [coulomb, breakaway, viscous] = [friction.coulomb, friction.breakaway, friction.viscous].map(most);
+    if breakaway == 0.0 && viscous == 0.0 {
+        table.required("breakaway", "a force")?.warn(
+            "zero, like all friction of this cylinder: nothing but oil and stops would brake it".into(),
+            "state a few percent of the force at the supply pressure, class `assumed`, if it is unknown".into(),
+        );
+        return Ok(());
+    }
+    if sizes.force() > 0.0 && breakaway > SHARE * sizes.force() {
+        table.required("breakaway", "a force")?.warn(
+            format!("large: the supply presses the piston with {} N", digits(sizes.force())),
+            "check its unit: N or kN?".into(),
+        );
+    }
+    let least = LEAST * PI * sizes.bore;
+    if coulomb > 0.0 && coulomb < least {
+        table.required("coulomb", "a force")?.warn(
+            format!("small: {} N on a seal of {} mm circumference", digits(coulomb), digits(1e3 * PI * sizes.bore)),
+            "check its unit: N or kN?".into(),
+        );
+    }
+    let at_speed = |side: usize| {
+        friction.viscous[side].plain() * libm::pow(sizes.speed(), friction.viscous_exponent[side].plain())
+    };
+    let braking = at_speed(0).max(at_speed(1));
+    if sizes.force() > 0.0 && braking > VISCOUS * sizes.force() {
+        table.required("viscous", "a viscous coefficient")?.warn(
+            format!(
+                "large: {} N at the {} m/s of the fully open valve, where the supply has {} N",
+                digits(braking),
+                digits(sizes.speed()),
+                digits(sizes.force())
+            ),
+            "check its unit: N s/m or N s/mm?".into(),
+        );
+    }
+    let deflection = breakaway / friction.bristle_stiffness.plain();
+    if friction.model == FrictionModel::LuGre && deflection > DEFLECTION * sizes.stroke {
+        table.required("bristle-stiffness", "a stiffness")?.warn(
+            format!("small: the bristles would yield {} mm before the piston slides", digits(1e3 * deflection)),
+            "check its unit: N/m or N/mm?".into(),
+        );
+    }
+    Ok(())
+}

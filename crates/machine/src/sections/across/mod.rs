@@ -1,0 +1,101 @@
+//! Judgement across values: each may be usual alone and impossible beside the others. Every bound is one of matter or of a
+//! stated promise, far enough from real machines that factors of 1000, or of 10 where a bound is sharp, are what it finds.
+
+mod cylinder;
+mod friction;
+mod mass;
+mod valve;
+
+use crate::model::{Cylinder, JointKind, Machine};
+use crate::number::Number;
+use crate::reader::Reader;
+use crate::sections::Result;
+use std::f64::consts::PI;
+
+pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
+    mass::check(root, machine)?;
+    let [cylinders, valves, frictions] = ["cylinder", "valve", "friction"].map(|key| root.named_tables(key));
+    let [cylinders, valves, frictions] = [cylinders?, valves?, frictions?];
+    for of in &machine.cylinders {
+        let sizes = Sizes::new(machine, of);
+        if let Some((_, table)) = cylinders.iter().find(|(name, _)| *name == of.name) {
+            cylinder::check(table, machine, of, &sizes)?;
+        }
+        if let Some((_, table)) = valves.iter().find(|(name, _)| *name == of.valve.name) {
+            valve::check(table, of, &sizes)?;
+        }
+        // Exactly one friction table names the cylinder.
+        let rubs = |table: &Reader| table.text("cylinder").is_ok_and(|name| name == of.name);
+        if let Some((_, table)) = frictions.iter().find(|(_, table)| rubs(table)) {
+            friction::check(table, of, &sizes)?;
+        }
+    }
+    hanging(root, machine)
+}
+
+/// What the checks of a cylinder have in common, plain and in SI.
+struct Sizes {
+    bore: f64,
+    rod: f64,
+    stroke: f64,
+    /// Of the piston side and the rod side, m^2.
+    areas: [f64; 2],
+    /// Supply pressure above that of the tank, Pa.
+    pressure: f64,
+    /// Of the valve at full stroke without a load, m^3/s; no more than the pumps give.
+    flow: f64,
+}
+
+impl Sizes {
+    fn new<T: Number>(machine: &Machine<T>, of: &Cylinder<T>) -> Self {
+        let [bore, rod, stroke] = [of.bore, of.rod_diameter, of.stroke].map(T::plain);
+        let pressure = machine.supply.pressure.plain() - machine.supply.tank_pressure.plain();
+        let flow = match &machine.supply.mains {
+            Some(mains) => super::supply::asked(machine, mains, &of.valve).min(super::supply::given(machine, mains)),
+            None => of.valve.feed_at(0.5 * pressure),
+        };
+        let areas = [bore * bore, bore * bore - rod * rod].map(|square| 0.25 * PI * square);
+        Self { bore, rod, stroke, areas, pressure, flow }
+    }
+
+    /// Of the piston at full stroke of the valve, m/s.
+    fn speed(&self) -> f64 {
+        self.flow / self.areas[0]
+    }
+
+    /// Of the supply on the piston, N.
+    fn force(&self) -> f64 {
+        self.pressure * self.areas[0]
+    }
+}
+
+/// A load that hangs below the tip touches only a ground.
+fn hanging<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
+    let hangs = machine.payload.hang.plain() > 0.0 || machine.payload.hang_growth.plain() > 0.0;
+    let Some(table) = root.table("payload")?.filter(|_| hangs && machine.ground.is_none()) else { return Ok(()) };
+    let key = if machine.payload.hang.plain() > 0.0 { "hang" } else { "hang-growth" };
+    table.required(key, "a length")?.warn(
+        "without effect: the machine has no ground that the load could touch".into(),
+        "add `[ground]` with its `height`, or leave the key out".into(),
+    );
+    Ok(())
+}
+
+/// Length that the child of a joint slides, m.
+fn slides<T: Number>(machine: &Machine<T>, link: usize) -> f64 {
+    let joint = link.checked_sub(1).map(|joint| (&machine.joints[joint].kind, &machine.cylinders[joint]));
+    joint.map_or(0.0, |(kind, cylinder)| match kind {
+        JointKind::Prismatic { .. } => cylinder.stroke.plain(),
+        JointKind::Revolute(_) => 0.0,
+    })
+}
+
+/// Three digits, for people.
+fn digits(number: f64) -> String {
+    let magnitude = if number == 0.0 { 0.0 } else { libm::floor(libm::log10(number.abs())) };
+    if !(-4.0..6.0).contains(&magnitude) {
+        return format!("{number:.2e}");
+    }
+    let places = (2.0 - magnitude).max(0.0) as usize;
+    format!("{number:.places$}")
+}

@@ -1,0 +1,67 @@
+//! A valve against the cylinder that it feeds.
+
+use super::cylinder::LEAKS;
+use super::{digits, Sizes};
+use crate::model::Cylinder;
+use crate::number::Number;
+use crate::reader::Reader;
+use crate::sections::Result;
+
+/// Speed of a piston beyond which no seal of hydraulic cylinders is made, m/s; usual ones bear 0.5 to 1.
+const FASTEST: f64 = 5.0;
+/// Time of a stroke at full opening beyond which nobody waits, s.
+const SLOWEST: f64 = 300.0;
+/// Time of the spool's own stroke, s.
+const SPOOL: f64 = 5.0;
+
+pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
+    speed(table, of, sizes)?;
+    let valve = &of.valve;
+    let (transition, edge) = (valve.transition_pressure.plain(), valve.edge_pressure_drop.plain());
+    if transition > edge {
+        table.required("transition-pressure", "a pressure")?.warn(
+            format!(
+                "above the nominal drop over an edge, {} bar: the nominal flow would be laminar",
+                digits(1e-5 * edge)
+            ),
+            "check the units of both; the transition lies at some 1 to 5 bar".into(),
+        );
+    }
+    if let Some(limit) = valve.velocity_limit.map(T::plain) {
+        let time = valve.stroke.plain() / limit;
+        if time > SPOOL {
+            table.required("velocity-limit", "a velocity")?.warn(
+                format!("slow: the spool takes {} s for its stroke", digits(time)),
+                "check the units of `velocity-limit` and `stroke`".into(),
+            );
+        }
+    }
+    let lost = valve.leakage.plain() * sizes.pressure;
+    if lost > LEAKS * valve.nominal_flow.plain() {
+        table.required("leakage", "a leakage conductance")?.warn(
+            format!(
+                "large: {} l/min pass a closed edge at the supply pressure, and the nominal flow is {} l/min",
+                digits(60e3 * lost),
+                digits(60e3 * valve.nominal_flow.plain())
+            ),
+            "check its unit, m^3/(s Pa)".into(),
+        );
+    }
+    Ok(())
+}
+
+fn speed<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
+    let speed = sizes.speed();
+    let text = if speed > FASTEST {
+        "large: without a load the piston would move at"
+    } else if speed > 0.0 && sizes.stroke / speed > SLOWEST {
+        "small: without a load the piston would move at"
+    } else {
+        return Ok(());
+    };
+    table.required("nominal-flow", "a volume flow")?.warn(
+        format!("{text} {} m/s, {} s for its stroke", digits(speed), digits(sizes.stroke / speed)),
+        format!("check the unit, the nominal drop, and the bore of cylinder `{}`", of.name),
+    );
+    Ok(())
+}

@@ -1,0 +1,134 @@
+//! Files as newcomers write them: one value wrong, usual alone, impossible beside the others. Each is named by its key.
+
+use hydrocrane_machine::{bundled_machines, load, parse, Machine, MachineError, OverrideValue};
+
+const MINI: &str = include_str!("mini.toml");
+
+fn changed(base: &str, key: &str, value: &str) -> Result<Machine, MachineError> {
+    let change = [(key.to_string(), OverrideValue::Text(value.into()))];
+    match base {
+        "mini" => parse(MINI, "mini.toml", &change),
+        name => load(name, &change),
+    }
+}
+
+/// Base, key, wrong value, what is said of it.
+const WRONG: &[(&str, &str, &str, &str)] = &[
+    // Masses in g or t, moments of inertia in kg mm^2 or g mm^2.
+    ("mini", "link.boom.mass", "227 g", "radius of gyration"),
+    ("mini", "link.arm.mass", "130 t", "lead"),
+    ("mini", "link.bucket.mass", "53 t", "lead"),
+    ("mini", "link.boom.inertia", "67.8 kg mm^2", "usual is"),
+    ("mini", "link.arm.inertia", "30.3 kg cm^2", "lead"),
+    ("mini", "link.bucket.inertia", "3020 kg m^2", "radius of gyration"),
+    ("rottne-f9-lab", "link.boom.inertia", "118644 kg m^2", "radius of gyration"),
+    ("rottne-f9-lab", "link.jib.mass", "27540 kg", "less than mass times distance squared"),
+    ("rottne-f9-lab", "link.extension.mass", "10 g", "radius of gyration"),
+    ("hiab-xs031", "link.lift.body.beam.mass", "54.6 t", "lead"),
+    ("hiab-xs031", "link.tilt.body.beam.inertia", "7.5 kg mm^2", "lead"),
+    // Centres of gravity and points in cm or mm.
+    ("mini", "link.boom.centre-of-gravity", "(10.25, 3.84) m", "beyond the link"),
+    ("mini", "link.bucket.centre-of-gravity", "(2.89, 1.66) m", "beyond the link"),
+    ("rottne-f9-lab", "link.jib.centre-of-gravity", "(4.03, 0.97) m", "less than mass times"),
+    ("hiab-xs031", "link.lift.body.beam.centre-of-gravity", "(10, 0) m", "beyond the link"),
+    ("mini", "link.bucket.point.tip", "(567, 0) m", "567 mm"),
+    ("mini", "link.boom.point.rod", "(1.025, 0.278) mm", "apart"),
+    ("mini", "link.arm.point.rod", "(-0.251, 0.158) mm", "no lever"),
+    ("mini", "link.boom.point.arm-barrel", "(97.7, 73.7) m", "measures"),
+    // Diameters, lengths and strokes.
+    ("mini", "cylinder.boom.rod-diameter", "85 mm", "exchange the two diameters"),
+    ("mini", "cylinder.boom.bore", "45 mm", "exchange the two diameters"),
+    ("mini", "cylinder.arm.rod-diameter", "4.5 mm", "thin in a bore"),
+    ("mini", "cylinder.arm.rod-diameter", "74 mm", "thick in a bore"),
+    ("mini", "cylinder.bucket.bore", "650 mm", "usual is"),
+    ("mini", "cylinder.bucket.bore", "6.5 mm", "exchange the two diameters"),
+    ("mini", "cylinder.boom.stroke", "4 m", "shorter than the stroke"),
+    ("mini", "cylinder.boom.closed-length", "90.5 mm", "measures"),
+    ("mini", "cylinder.bucket.closed-length", "84 mm", "shorter than the stroke"),
+    ("mini", "cylinder.boom.end-stop.zone", "250 mm", "half the stroke"),
+    ("mini", "cylinder.boom.end-stop.stiffness", "1e7 N/mm", "the rod itself"),
+    ("rottne-f9-lab", "cylinder.jib.end-stop.stiffness", "5e9 N/m", "the rod itself"),
+    ("mini", "cylinder.boom.end-stop.stiffness", "100 kN/m", "soft"),
+    // cc for l, and back.
+    ("mini", "cylinder.boom.dead-volume", "0.6 cc", "passage"),
+    ("mini", "cylinder.boom.dead-volume", "60 l", "usual is"),
+    ("mini", "cylinder.arm.dead-volume", "40 l", "compresses"),
+    ("rottne-f9-lab", "cylinder.lift.port-diameter", "1 mm", "m/s"),
+    ("rottne-f9-lab", "cylinder.extension.port-diameter", "10 cm", "wider than the bore"),
+    ("rottne-f9-ls", "pump.main.displacement", "28 l", "28 ml"),
+    ("rottne-f9-lab", "cylinder.lift.leakage-gap", "0.1 mm", "leak"),
+    ("mini", "cylinder.boom.internal-leakage", "1e-10 m^3/(s Pa)", "leak"),
+    ("mini", "valve.boom.leakage", "1e-10 m^3/(s Pa)", "pass a closed edge"),
+    // Valves.
+    ("mini", "valve.boom.nominal-flow", "45 l/s", "piston would move"),
+    ("mini", "valve.arm.nominal-flow", "40 ml/min", "usual is"),
+    ("mini", "valve.arm.nominal-flow", "0.2 l/min", "piston would move"),
+    ("mini", "valve.bucket.nominal-edge-pressure-drop", "35 Pa", "35 bar"),
+    ("mini", "valve.bucket.transition-pressure", "40 bar", "laminar"),
+    ("mini", "valve.boom.overlap", "12 mm", "never open"),
+    ("mini", "valve.boom.velocity-limit", "1 mm/s", "slow"),
+    // Friction.
+    ("mini", "friction.boom.breakaway", "340 kN", "usual is"),
+    ("mini", "friction.boom.breakaway", "90 kN", "presses the piston"),
+    ("mini", "friction.arm.coulomb", "1.7 N", "circumference"),
+    ("mini", "friction.boom.viscous", "2e7 N s/m", "usual is"),
+    ("mini", "friction.boom.viscous", "1.7e4 N s/mm", "1.7e4 N s/m"),
+    ("mini", "friction.bucket.bristle-stiffness", "1.3 kN/m", "bristles would yield"),
+    // Oil and supply.
+    ("mini", "fluid.bulk-modulus", "1.2 MPa", "1.2 GPa"),
+    ("mini", "fluid.density", "0.87 kg/m^3", "kg/l"),
+    ("mini", "fluid.viscosity", "46 Pa s", "46 mPa s"),
+    ("mini", "supply.pressure", "200 kPa", "usual is"),
+    ("mini", "supply.pressure", "2000 bar", "usual is"),
+    ("mini", "supply.tank-pressure", "300 bar", "below the tank pressure"),
+    ("mini", "payload.hang", "1.2 m", "without effect"),
+    ("mini", "environment.gravity", "9.81 mm/s^2", "usual is"),
+];
+
+#[test]
+fn every_wrong_value_is_named() {
+    let mut missed = Vec::new();
+    for (base, key, value, said) in WRONG {
+        let found = match changed(base, key, value) {
+            Ok(machine) => {
+                let of = machine.warnings.iter().map(|w| format!("{}: {}; {}", w.key, w.text, w.cure));
+                of.collect::<Vec<_>>().join("\n")
+            }
+            Err(error) => error.to_string(),
+        };
+        if !found.contains(said) || found.is_empty() {
+            missed.push(format!("{base} {key} = {value}, wanted `{said}`: {found}"));
+        }
+    }
+    assert!(missed.is_empty(), "{} of {}:\n{}", missed.len(), WRONG.len(), missed.join("\n"));
+}
+
+#[test]
+fn right_files_are_not_blamed() {
+    assert_eq!(parse(MINI, "mini.toml", &[]).unwrap().warnings, []);
+    for (name, _) in bundled_machines() {
+        assert_eq!(load(name, &[]).unwrap().warnings, [], "{name}");
+    }
+    // Other values of the same size are as good.
+    for (key, value) in [
+        ("link.boom.mass", "500 lb"),
+        ("link.boom.inertia", "0 kg m^2"),
+        ("cylinder.boom.bore", "3.5 in"),
+        ("cylinder.arm.rod-diameter", "25 mm"),
+        ("cylinder.boom.dead-volume", "3 l"),
+        ("valve.boom.nominal-flow", "10 gpm"),
+        ("friction.boom.breakaway", "6 kN"),
+        ("supply.pressure", "350 bar"),
+    ] {
+        let machine = changed("mini", key, value).unwrap();
+        assert_eq!(machine.warnings, [], "{key} = {value}");
+    }
+}
+
+#[test]
+fn friction_of_nothing_is_named() {
+    let none = [("coulomb", "0 N"), ("breakaway", "0 N"), ("viscous", "0 N s/m")];
+    let change = none.map(|(key, value)| (format!("friction.arm.{key}"), OverrideValue::Text(value.into())));
+    let machine = parse(MINI, "mini.toml", &change).unwrap();
+    assert!(machine.warnings.iter().any(|w| w.key == "friction.arm.breakaway" && w.text.starts_with("zero")));
+}

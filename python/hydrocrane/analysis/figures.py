@@ -1,0 +1,177 @@
+"""Figures of a machine by which people see that a value is wrong, and what they say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrocrane.analysis.linear import modes
+from hydrocrane.arrays import Array
+from hydrocrane.errors import HydrocraneError
+from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.poses import SHOWN
+from hydrocrane.result_warning import ResultWarning
+
+# Poses per joint for that share, fewer with many joints; all of them are a few thousand at most.
+_POSES, _MOST = 13, 3000
+# Least range of a joint, in the unit of its SHOWN entry, and least share of its cylinder's stroke in it: less is no crane's.
+_LEAST = {"rad": 5.0, "m": 10.0}
+_SHARE = 0.1
+# Share of its reach by which a tip may give way under the weight, because oil is compressed.
+_SAG = 0.25
+
+
+@dataclass(frozen=True)
+class Figures:
+    """A machine with its own payload at rest in the middle of all joint ranges.
+
+    Attributes
+    ----------
+    force : (n_cyl,) array
+        What each cylinder holds, N; positive pushes the piston out.
+    pressure : (n_cyl,) array
+        Pressure that this needs with the other side at that of the tank, Pa.
+    carried : (n_cyl,) array
+        Share of poses over all joint ranges in which the supply pressure holds as much.
+    speed : (n_cyl, 2) array
+        Lowest and highest steady piston speed at full stroke of the valve, m/s.
+    time : tuple of float or None
+        Of the whole stroke at the slower of both, s; None where the cylinder cannot move both ways.
+    mode : float or None
+        Lowest natural frequency of links on oil, Hz.
+    sag : float
+        By how much the tip gives way under the weight at that frequency, m.
+    oil : str
+        Density and viscosities in words.
+    """
+
+    force: Array
+    pressure: Array
+    carried: Array
+    speed: Array
+    time: tuple[float | None, ...]
+    mode: float | None
+    sag: float
+    oil: str
+
+
+def figures(machine: Machine) -> Figures:
+    """The figures that ``hydrocrane check`` prints.
+
+    Examples
+    --------
+    >>> found = figures(hc.load_machine("rottne-f9-lab"))
+    >>> print(found.pressure.round(-5), round(found.mode, 1))
+    [1000000.       0.  100000.] 11.1
+    """
+    q = machine.home
+    force = machine.static_cylinder_force(q)
+    speed = machine.piston_speeds(q)
+    strokes = machine.stroke_limits[:, 1] - machine.stroke_limits[:, 0]
+    slowest = np.where((speed[:, 0] < 0.0) & (speed[:, 1] > 0.0), np.abs(speed).min(axis=1), 0.0)
+    mode = _lowest(machine)
+    gravity = float(np.asarray(machine.value("environment.gravity").si))
+    return Figures(
+        force=force,
+        pressure=_pressure(machine, force),
+        carried=(_pressure(machine, machine.static_cylinder_force(_grid(machine))) <= machine.supply_pressure).mean(axis=0),
+        speed=speed,
+        time=tuple(float(s / v) if v > 0.0 else None for s, v in zip(strokes, slowest, strict=True)),
+        mode=mode,
+        sag=gravity / (2.0 * math.pi * mode) ** 2 if mode else 0.0,
+        oil=_oil(machine),
+    )
+
+
+def _pressure(machine: Machine, force: Array) -> Array:
+    """Of the loaded side with the other one at the pressure of the tank (..., n_cyl), Pa."""
+    areas = machine.piston_areas
+    tank = float(np.asarray(machine.value("supply.tank-pressure").si))
+    pushed = (force + tank * areas[:, 1]) / areas[:, 0]
+    pulled = (tank * areas[:, 0] - force) / areas[:, 1]
+    return np.where(force >= 0.0, pushed, pulled)
+
+
+def _grid(machine: Machine) -> Array:
+    """Poses over all joint ranges, with their ends."""
+    n = len(machine.joint_names)
+    along = max(2, min(_POSES, int(_MOST ** (1.0 / n))))
+    axes = [np.linspace(low, high, along) for low, high in machine.joint_limits]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, n)
+
+
+def _lowest(machine: Machine) -> float | None:
+    """Lowest frequency of a mode that is mostly in a joint, Hz; None where nothing swings, or nothing is at rest."""
+    try:
+        found = modes(machine, machine.home, friction="released")
+    except HydrocraneError:
+        return None
+    of_joints = [f for f, state in zip(found.frequency, found.state, strict=True) if state.startswith("joint.")]
+    return float(min(of_joints)) if of_joints else None
+
+
+def _oil(machine: Machine) -> str:
+    density, viscosity = (float(np.asarray(machine.value(f"fluid.{key}").si)) for key in ("density", "viscosity"))
+    return f"{density:g} kg/m^3, {viscosity:.3g} Pa s, which is {1e6 * viscosity / density:.3g} cSt"
+
+
+def doubts(machine: Machine, found: Figures) -> tuple[ResultWarning, ...]:
+    """What no machine of this kind has, with its cure; kind ``implausible-value``."""
+    texts = [*_narrow(machine), *_weak(machine, found), *_soft(machine, found)]
+    return tuple(ResultWarning("implausible-value", text, cure) for text, cure in texts)
+
+
+def _narrow(machine: Machine) -> list[tuple[str, str]]:
+    """Joints that hardly move."""
+    texts = []
+    for i, joint in enumerate(machine.joint_names):
+        shown, size = SHOWN[machine.joint_units[i]]
+        width = float(machine.joint_limits[i, 1] - machine.joint_limits[i, 0])
+        moved = float(machine.stroke_limits[i, 1] - machine.stroke_limits[i, 0])
+        stroke, cylinder = _stroke(machine, i), machine.cylinder_names[i]
+        if width / size >= _LEAST[machine.joint_units[i]] and moved >= _SHARE * stroke:
+            continue
+        reasons = " and ".join(dict.fromkeys(machine.joint_limit_reasons[i]))
+        texts.append((
+            f"joint.{joint} moves by {width / size:.3g} {shown} only, {1e3 * moved:.3g} of the {1e3 * stroke:.4g} mm stroke of "
+            f"cylinder `{cylinder}`; its limits come from: {reasons}",
+            f"check the pins and lengths of cylinder.{cylinder}, the `side` of its linkage, `limits` and their units",
+        ))  # fmt: skip
+    return texts
+
+
+def _stroke(machine: Machine, cylinder: int) -> float:
+    """Travel of a piston between its stops, m."""
+    table = f"cylinder.{machine.cylinder_names[cylinder]}"
+    if f"{table}.stroke" in machine.keys:
+        return float(np.asarray(machine.value(f"{table}.stroke").si))
+    barrel, piston = (machine.value(f"{table}.{part}-length").si for part in ("barrel", "piston"))
+    return float(np.asarray(barrel) - np.asarray(piston))
+
+
+def _weak(machine: Machine, found: Figures) -> list[tuple[str, str]]:
+    """Cylinders that cannot carry the crane in the middle of all ranges."""
+    supply = machine.supply_pressure
+    return [
+        (
+            f"cylinder.{name} needs {1e-5 * pressure:.4g} bar to hold {1e-3 * force:.3g} kN in the middle of all joint ranges, "
+            f"with {machine.payload_mass:g} kg at the tip, and supply.pressure is {1e-5 * supply:.4g} bar: it cannot lift",
+            "check the supply pressure, the bore, the pins, the masses and the payload, with their units",
+        )
+        for name, force, pressure in zip(machine.cylinder_names, found.force, found.pressure, strict=True)
+        if pressure > supply
+    ]
+
+
+def _soft(machine: Machine, found: Figures) -> list[tuple[str, str]]:
+    """A tip that the compressed oil lets sink by a large share of its reach."""
+    reach = float(np.linalg.norm(machine.tip(machine.home)))
+    if found.mode is None or found.sag <= _SAG * reach:
+        return []
+    return [(
+        f"the lowest natural frequency of links on oil is {found.mode:.3g} Hz: compressed oil alone would let the tip give way by "
+        f"{found.sag:.3g} m at a reach of {reach:.3g} m",
+        "check masses and payload, fluid.bulk-modulus, the dead volumes and the bores, with their units",
+    )]  # fmt: skip

@@ -1,0 +1,67 @@
+"""Poses as people give them: checked against the ranges of the joints, and in words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane.arrays import Array, vectors
+from hydrocrane.errors import InputError
+
+if TYPE_CHECKING:
+    from hydrocrane.machine.machine import Machine
+
+# The unit that people read, with its SI value, by the SI unit; and the larger of the wrong ones that people give.
+SHOWN = {"rad": ("deg", math.pi / 180.0), "m": ("mm", 1e-3)}
+# A sliding coordinate may lie outside its range by so many ranges: what is to be found are factors of 100 and 1000.
+_RANGES = 10.0
+
+
+def poses(machine: Machine, value: ArrayLike, name: str = "q") -> Array:
+    """`value` as joint coordinates (..., n), rad or m, that may be meant so.
+
+    Geometry and mechanics hold outside the joint ranges too, and what searches a pose may leave them. Refused is what no
+    search reaches: an angle more than a full turn outside its range, or more than half a turn if it fits as degrees, since
+    every pose has an angle nearer than that; a length outside its range by ten times the range.
+
+    Raises
+    ------
+    InputError
+        With joint, range and the likely unit.
+    """
+    q = vectors(value, name, machine.joint_names)
+    low, high = machine.joint_limits.T
+    outside = np.maximum(np.maximum(low - q, q - high), 0.0)
+    turning = np.array([unit == "rad" for unit in machine.joint_units])
+    smaller = np.array([SHOWN[unit][1] for unit in machine.joint_units])
+    fits = (q * smaller >= low) & (q * smaller <= high)
+    allowed = np.where(turning, np.where(fits, np.pi, 2.0 * np.pi), _RANGES * (high - low))
+    far = np.argwhere(outside > allowed)
+    if far.size:
+        raise InputError(_far(machine, name, q, tuple(int(i) for i in far[0])))
+    return q
+
+
+def _far(machine: Machine, name: str, q: Array, place: tuple[int, ...]) -> str:
+    joint = place[-1]
+    unit = machine.joint_units[joint]
+    shown, size = SHOWN[unit]
+    low, high = machine.joint_limits[joint]
+    meant = {"deg": "degrees", "mm": "millimetres"}[shown]
+    return (
+        f"{name}: joint {machine.joint_names[joint]} is at {q[place]:g} {unit} and its range is {low:.4g} to {high:.4g} {unit} "
+        f"({low / size:.4g} to {high / size:.4g} {shown}); did you mean {meant}? {name} is in "
+        f"{'radians: np.deg2rad(...)' if unit == 'rad' else 'metres'}"
+    )
+
+
+def in_words(machine: Machine, q: ArrayLike) -> str:
+    """A pose as ``boom 100 deg, extension 50 mm``."""
+    parts = []
+    for joint, unit, value in zip(machine.joint_names, machine.joint_units, np.asarray(q), strict=True):
+        shown, size = SHOWN[unit]
+        parts.append(f"{joint} {float(value) / size:.4g} {shown}")
+    return ", ".join(parts)
