@@ -317,10 +317,8 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn inflows<P: Parts>(&self, [port_a, port_b]: [&Port<T>; 2], crossed: T, leakage: (T, T)) -> (T, T) {
         let (edges, (internal, external)) = (edges_of(port_a, port_b), leakage);
-        let mut inflow = (
-            edges.port_a() - internal - port_a.relieved,
-            internal - external - edges.port_b() - port_b.relieved,
-        );
+        let mut inflow =
+            (edges.port_a() - internal - port_a.relieved, internal - external - edges.port_b() - port_b.relieved);
         if P::EXPECTED && !self.crossover.is_none() {
             inflow = (inflow.0 - crossed, inflow.1 + crossed);
         }

@@ -8,7 +8,7 @@ use crate::hydraulic_axis::SupplyPressures;
 use crate::layout::Layout;
 use crate::plant::Plant;
 use crate::supply::{Shares, Supply};
-use hydrocrane_physics::hydraulics::compensator::Compensator;
+use hydrocrane_physics::hydraulics::compensator::{Compensator, TAKEN_AT_THE_CORNER};
 
 /// Share of the asked flow that may be missing: what rounded corners and lags of a healthy circuit take.
 const MISSING: f64 = 0.05;
@@ -39,6 +39,8 @@ pub struct Shortfall {
     pub asked: f64,
     pub delivered: f64,
     pub limit: Limit,
+    /// Where sections share the flow: share by which the rounded corner of the compensators shifts it between them; else zero.
+    pub shifted: f64,
 }
 
 impl Shortfall {
@@ -52,7 +54,8 @@ impl<const N: usize> Plant<f64, N> {
     pub(crate) fn shortfalls(&self, layout: &Layout, x: &[f64]) -> Vec<Shortfall> {
         let Some((supply, at, e)) = self.supply_at(layout, x) else { return Vec::new() };
         let (set, _) = supply.setting_and_shortfall(&at, &e);
-        let lags = || supply.pumps().zip(supply.settled_shares(&at)).zip(&e).any(|((_, wanted), e)| *e < wanted - ARRIVED);
+        let lags =
+            || supply.pumps().zip(supply.settled_shares(&at)).zip(&e).any(|((_, wanted), e)| *e < wanted - ARRIVED);
         if at.supply >= set || lags() {
             return Vec::new();
         }
@@ -71,6 +74,10 @@ impl<const N: usize> Plant<f64, N> {
         });
         let asked: f64 = flows.iter().map(|[asked, ..]| asked.max(0.0)).sum();
         let of_pumps = pump_limit(supply, &at, &e, asked);
+        // The corner takes its part of the drop of the highest load alone, and flows go with the root of the drop.
+        let left = (at.supply - at.load).max(TAKEN_AT_THE_CORNER);
+        let shifted = 1.0 - (1.0 - TAKEN_AT_THE_CORNER / left).sqrt();
+        let shares = |c: usize| matches!(self.cylinders[c].valve.compensator, Compensator::Behind);
         let short = |asked: f64, delivered: f64| asked > LEAST * full && asked - delivered > MISSING * asked;
         let found = flows.iter().enumerate().filter(|(_, [asked, delivered, _])| short(*asked, *delivered));
         found
@@ -79,6 +86,7 @@ impl<const N: usize> Plant<f64, N> {
                 asked,
                 delivered: delivered.max(0.0),
                 limit: if short(without_priority, delivered) { Limit::Priority } else { of_pumps },
+                shifted: if shares(cylinder) { shifted } else { 0.0 },
             })
             .collect()
     }
@@ -89,7 +97,8 @@ fn pump_limit(supply: &Supply<f64>, at: &SupplyPressures<f64>, e: &Shares<f64>, 
     let reservoir = supply.reservoir(at.tank);
     let rise = at.supply - reservoir;
     let torque = supply.pumps().zip(e).any(|(of, e)| {
-        let allowed = of.control.as_ref().map_or(f64::INFINITY, |control| control.by_torque(&of.pump, at.supply, reservoir));
+        let allowed =
+            of.control.as_ref().map_or(f64::INFINITY, |control| control.by_torque(&of.pump, at.supply, reservoir));
         allowed < 1.0 && *e >= allowed - ARRIVED
     });
     let unloaded: f64 = supply.pumps().map(|of| of.pump.displacement * of.pump.speed - of.pump.leakage * rise).sum();

@@ -136,7 +136,11 @@ impl<const N: usize> Plant<f64, N> {
         hydrocrane_num::array::from_fn(|c| {
             [0, 1].map(|side| {
                 let tight = self.cylinders[c].tight_to(side, tank);
-                if tight < mains { (tight, HeldBy::Relief) } else { (mains, HeldBy::Supply) }
+                if tight < mains {
+                    (tight, HeldBy::Relief)
+                } else {
+                    (mains, HeldBy::Supply)
+                }
             })
         })
     }

@@ -22,6 +22,8 @@ const VACUUM_ROUNDING: f64 = 1e3;
 /// told, s: shorter ones close again within a stop.
 const TORN: f64 = 0.1;
 const TORN_TIME: f64 = 0.05;
+/// Share of a flow from which an error of the model is told.
+const TELLING: f64 = 0.01;
 /// Time between two checks of the energy ledger, s.
 const AUDIT_INTERVAL: f64 = 0.5;
 /// Allowed residual of the ledger, as a share of the energy that flowed.
@@ -350,13 +352,18 @@ impl Found {
                 "shorten `step`, or leave it out: steps by tolerance keep theirs".to_string(),
             ),
             Finding::Starved(c) => {
-                let worst = watch.starved.iter().find(|short| short.cylinder == c);
-                let (asked, delivered, limit) = worst.map_or((0.0, 0.0, Limit::Displacement), |s| (s.asked, s.delivered, s.limit));
+                let worst = watch.starved.iter().find(|short| short.cylinder == c).expect("noted with its finding");
+                let Shortfall { asked, delivered, limit, shifted, .. } = *worst;
                 let (reason, cure) = limited(limit);
+                let inexact = if shifted > TELLING {
+                    format!("; in the model the shares of sections that share the flow are off by up to {:.0} % there", 100.0 * shifted)
+                } else {
+                    String::new()
+                };
                 (
                     "pump-saturated",
                     format!(
-                        "the section of cylinder `{}` gets {:.2} of the {:.2} l/min that its spool asks for: {reason}",
+                        "the section of cylinder `{}` gets {:.2} of the {:.2} l/min that its spool asks for: {reason}{inexact}",
                         machine.cylinders[c].name,
                         60e3 * delivered,
                         60e3 * asked
@@ -454,7 +461,10 @@ fn not_held(machine: &Machine, unheld: &Unheld) -> Warning {
     let (cylinder, side) = (&machine.cylinders[unheld.cylinder].name, SIDES[unheld.side]);
     let (what, cure) = match unheld.held_by {
         HeldBy::Supply => ("the supply has", "carry less, start in another pose, or raise `supply.pressure`"),
-        HeldBy::Relief => ("the relief valve at its port keeps", "carry less, start in another pose, or raise the setting of the valve"),
+        HeldBy::Relief => (
+            "the relief valve at its port keeps",
+            "carry less, start in another pose, or raise the setting of the valve",
+        ),
     };
     let (needed, there_is) = (unheld.needed / 1e5, unheld.there_is / 1e5);
     Warning {
@@ -469,9 +479,14 @@ fn not_held(machine: &Machine, unheld: &Unheld) -> Warning {
 fn limited(limit: Limit) -> (&'static str, &'static str) {
     match limit {
         Limit::Priority => ("the section with priority is served first", "use a larger pump"),
-        Limit::Relief => ("the relief valve of the mains opens first", "raise `mains.relief-pressure` above the pressure of the pump"),
+        Limit::Relief => (
+            "the relief valve of the mains opens first",
+            "raise `mains.relief-pressure` above the pressure of the pump",
+        ),
         Limit::Torque => ("the pump is at its torque limit", "raise `pump.<name>.torque-limit`"),
-        Limit::Engine => ("the engine has slowed down under its load", "lower `pump.<name>.droop`, or set a `torque-limit`"),
+        Limit::Engine => {
+            ("the engine has slowed down under its load", "lower `pump.<name>.droop`, or set a `torque-limit`")
+        }
         Limit::Displacement => ("the pump is at full displacement", "use a larger `pump.<name>.displacement`"),
         Limit::ControlRange => (
             "the pressure of the mains falls below what the section needs before the pump is at full displacement",

@@ -11,7 +11,7 @@
 //! | w, w_0 | speed of the shaft, and without a load                    | rad/s      |
 //! | s      | droop of the engine: fall of speed per torque, 0 where the speed is constant | rad/(s N m) |
 //! | dp     | pressure rise from the tank to the mains                  | Pa         |
-//! | k      | conductance of the leakage, from the volumetric efficiency at the set pressure: (1 - eta_v) D w / dp_set |
+//! | k      | conductance of the leakage, from the volumetric efficiency at the set pressure and the rated speed: (1 - eta_v) D w_r / dp_set |
 //! | c      | rubbing torque, from the hydromechanical efficiency at full displacement: 1/eta_hm - 1                   |
 //!
 //! A controlled pump turns its swivel towards what its control asks for, with one time constant:
