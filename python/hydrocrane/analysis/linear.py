@@ -324,7 +324,7 @@ class ModeMap:
     q, tip : (k_1, ..., k_n, n), (k_1, ..., k_n, 2) arrays
         Poses and their tips.
     frequency, damping : (k_1, ..., k_n) arrays
-        Hz and ratio; NaN if the circuit cannot hold the crane, at forbidden positions, and if only the spools oscillate.
+        Hz and ratio; NaN if the circuit cannot hold the crane, only the spools oscillate, or the position is forbidden.
     forbidden : (k_1, ..., k_n) array of bool
         Whether the tip is in a keep-out region, or it or its load in the ground.
     friction : str

@@ -99,7 +99,9 @@ def _cavitation(machine: Machine) -> list[Text]:
     if not bare:
         return []
     where = "any cylinder" if len(bare) == len(sides) else ", ".join(bare)
-    return [Text(f"no anti-cavitation valve is stated at {where}: a chamber that the supply does not fill opens at vacuum")]
+    return [
+        Text(f"no anti-cavitation valve is stated at {where}: a chamber that the supply does not fill opens at vacuum")
+    ]
 
 
 def _errata(machine: Machine) -> Text:

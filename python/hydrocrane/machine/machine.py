@@ -369,8 +369,8 @@ class Machine(Stated):
     def spool_positions(self, shares: ArrayLike) -> Array:
         """Spool positions (..., n_cyl), m, that have signed `shares` (..., n_cyl) of the steady speed at full stroke.
 
-        A share is that of the speed through the valve alone; positive extends, 0 is the middle. Overlaps and curves of the metering
-        edges are in it; dead bands and gains of `valve.<name>.command` are not.
+        A share is that of the speed through the valve alone; positive extends, 0 is the middle. Overlaps and curves of
+        the metering edges are in it; dead bands and gains of `valve.<name>.command` are not.
         Source: docs/theory/control/feed_forward.md.
 
         Examples
@@ -468,8 +468,9 @@ class Machine(Stated):
         chamber at the machine's back pressure; ``steady`` also opens the spools so that the pressures stay constant.
 
         If the supply cannot press a piston so far into its end stop, the piston rests on the stop instead: the state
-        then has another joint coordinate than `q`, and a ``DoubtfulResult`` says so. Another one says where the supply, or
-        a relief valve of a port, does not hold the load; the lower chamber has less than the back pressure where that suffices.
+        then has another joint coordinate than `q`, and a ``DoubtfulResult`` says so. Another one says where the supply,
+        or a relief valve of a port, does not hold the load. The lower chamber has less than the back pressure where
+        that suffices.
 
         Raises
         ------

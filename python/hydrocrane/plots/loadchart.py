@@ -29,7 +29,8 @@ _LINES = 6
 def load_chart(machine: MachineLike, chart: LoadChart, *, height: Height | None = None) -> Figure:
     """Left, the largest payload at each tip position; right, against reach: at the best and the worst height.
 
-    Lines join positions of equal payload; forbidden positions are hatched. With `height`, as in ``LoadChart.against_reach``, only that curve.
+    Lines join positions of equal payload; forbidden positions are hatched. With `height`, as in
+    ``LoadChart.against_reach``, only that curve.
     """
     machine = as_machine(machine)
     fig, (area, curve) = figure(12.0, 5.4, ncols=2, width_ratios=[1.15, 1])

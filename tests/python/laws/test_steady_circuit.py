@@ -22,6 +22,12 @@ COUNTERBALANCE = {
     "counterbalance.c.nominal-pressure-drop": "10 bar",
 }
 
+TANK_LINE = {
+    "tank-line.volume": "1 l",
+    "tank-line.nominal-flow": "20 l/min",
+    "tank-line.nominal-pressure-drop": "20 bar",
+}
+
 
 def two(**overrides):
     """The two slides; `_` in a key stands for its dots."""
@@ -44,7 +50,7 @@ def warned(run, kind):
 
 
 def test_by_hand_a_small_pump_sets_the_speed():
-    """A pump of 8 ml at full displacement: its flow less its leakage, at the pressure of load, friction and both edges."""
+    """A pump of 8 ml at full displacement, less its leakage, at the pressure of load, friction and both edges."""
     idle, load = 8e-6 * 1500 / 60, 1000 * 9.81
     v = idle / AREAS[0]
     for _ in range(50):
@@ -66,7 +72,7 @@ def test_by_hand_a_small_pump_sets_the_speed():
         ({"pump.main.displacement": "10 ml", "pump.main.droop": 0.2, "pump.main.rated-torque": "15 N m"}, 1),
         ({"pump.main.control-range": "25 bar", "pump.main.displacement": "8 ml"}, 1),
         ({**SHARING, "pump.main.displacement": "8 ml"}, 1),
-        ({"tank-line.volume": "1 l", "tank-line.nominal-flow": "20 l/min", "tank-line.nominal-pressure-drop": "20 bar"}, 1),
+        (TANK_LINE, 1),
         (COUNTERBALANCE, -1),
         ({}, -1),
     ],
