@@ -72,7 +72,7 @@ const SUPPLY_ROUNDS: usize = 4;
 
 impl<T: Real, const N: usize> Plant<T, N> {
     /// The state at rest with closed spools at any piston positions; `back`: pressure of the less loaded chamber, Pa. It is lower
-    /// where supply and port valves hold the load then, and would not with all of it.
+    /// where relief valves at the ports hold the load then, and would not with all of it.
     pub fn held(&self, layout: &Layout, q: &[T; N], back: T, payload: T) -> Vec<T> {
         let mut x = vec![T::c(0.0); layout.len()];
         let forces = self.standing_force(q, payload);
@@ -89,11 +89,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
         x
     }
 
-    /// The pressure of the less loaded chamber, Pa: `back`, or less where the loaded one stays within what it can be held at then.
+    /// The pressure of the less loaded chamber, Pa: `back`, or less where relief valves at the ports stay closed then.
     fn affordable(&self, c: usize, force: T, back: T) -> T {
-        let (unit, SupplyPressures { supply, tank, .. }) = (&self.cylinders[c], self.supply_pressures);
+        let (unit, tank) = (&self.cylinders[c], self.supply_pressures.tank);
         let (a1, a2) = (unit.chambers.area_1, unit.chambers.area_2);
-        let most = |side: usize| supply.min(unit.tight_to(side, tank));
+        let most = |side: usize| unit.tight_to(side, tank);
         let pushed = (back * (a1 - a2)).le(force);
         let room = T::select(pushed, (most(0) * a1 - force) / a2, (most(1) * a2 + force) / a1);
         T::select(tank.le(room), back.min(room), back)

@@ -56,18 +56,22 @@ impl Section<'_> {
     fn motion(&self, at: &SupplyPressures<f64>) -> Motion {
         let held = hold_pressures(self.unit, self.load, at.tank);
         let open = self.unit.valve.edge_openings(self.spool).iter().any(|opening| *opening > 0.0);
-        let moving = if open { self.moving(at) } else { None };
-        let (speed, (p1, p2)) = moving.unwrap_or((0.0, held));
-        let mut demand = self.flows(at, [p1, p2]).1;
-        if open && moving.is_none() {
-            // It stands with its load on the line that senses it, and draws nothing.
-            demand.drawn = 0.0;
+        if !open {
+            let pressures = [held.0, held.1];
+            return Motion { speed: 0.0, pressures, demand: self.flows(at, pressures).1 };
         }
-        Motion { speed, pressures: [p1, p2], demand }
+        let Some((speed, pressures)) = self.moving(at) else {
+            // The fed chamber has the pressure of the supply, or what holds the load, and draws nothing.
+            let pressures =
+                if self.spool < 0.0 { [held.0, held.1.max(at.supply)] } else { [held.0.max(at.supply), held.1] };
+            let demand = Demand { drawn: 0.0, ..self.flows(at, pressures).1 };
+            return Motion { speed: 0.0, pressures, demand };
+        };
+        Motion { speed, pressures, demand: self.flows(at, pressures).1 }
     }
 
     /// Speed (m/s) and pressures (Pa); `None` where the supply does not move the load.
-    fn moving(&self, at: &SupplyPressures<f64>) -> Option<(f64, (f64, f64))> {
+    fn moving(&self, at: &SupplyPressures<f64>) -> Option<(f64, [f64; 2])> {
         let sense = self.spool.signum();
         let fed = usize::from(sense < 0.0);
         let chambers = &self.unit.chambers;
@@ -108,8 +112,7 @@ impl Section<'_> {
             let p = root(self.vacuum, at.supply, PRESSURE, gap);
             (p, kept(p))
         };
-        let [p1, p2] = in_order(p, behind(p, w));
-        Some((sense * w.max(0.0), (p1, p2)))
+        Some((sense * w.max(0.0), in_order(p, behind(p, w))))
     }
 
     /// Flows into both chambers, m^3/s, and what the section asks of the supply, at the pressures `p` of the chambers (Pa).

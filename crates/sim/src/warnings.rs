@@ -187,7 +187,7 @@ impl Watch {
     fn cavities(&mut self, c: usize, pressures: [f64; 2], stepper: &Stepper) {
         for (side, p) in pressures.into_iter().enumerate() {
             let at = 2 * c + side;
-            if p > self.vacuum * (1.0 - TORN) {
+            if !(self.vacuum - VACUUM_ROUNDING..=self.vacuum * (1.0 - TORN)).contains(&p) {
                 continue;
             }
             self.empty[at] += stepper.t - stepper.previous_time();

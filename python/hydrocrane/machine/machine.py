@@ -470,7 +470,7 @@ class Machine(Stated):
         If the supply cannot press a piston so far into its end stop, the piston rests on the stop instead: the state
         then has another joint coordinate than `q`, and a ``DoubtfulResult`` says so. Another one says where the supply,
         or a relief valve of a port, does not hold the load. The lower chamber has less than the back pressure where
-        that suffices.
+        that keeps such a valve closed.
 
         Raises
         ------
