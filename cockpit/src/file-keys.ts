@@ -182,6 +182,7 @@ export type MachineKey =
   | `pump.${string}.type`
   | `pump.${string}.displacement`
   | `pump.${string}.speed`
+  | `pump.${string}.rated-speed`
   | `pump.${string}.droop`
   | `pump.${string}.rated-torque`
   | `pump.${string}.volumetric-efficiency`

@@ -400,6 +400,8 @@ pub struct Pump<T = f64> {
     pub displacement: T,
     /// Without a load, rad/s.
     pub speed: T,
+    /// Of its volumetric efficiency, rad/s.
+    pub rated_speed: T,
     /// `None`: the speed is constant.
     pub engine: Option<Engine<T>>,
     /// At full displacement and the supply pressure.

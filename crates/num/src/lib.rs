@@ -22,6 +22,7 @@ pub mod register;
 pub mod register_wasm;
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 pub mod register_x86;
+mod root;
 pub mod small;
 pub mod smooth;
 pub mod stored;
@@ -38,5 +39,6 @@ pub use lanes::Lanes;
 pub use pack::Pack;
 pub use random::RandomStream;
 pub use real::{Field, Mask, Real};
+pub use root::root;
 pub use stored::Stored;
 pub use vec2::Vec2;

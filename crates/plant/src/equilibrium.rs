@@ -71,12 +71,14 @@ impl<const N: usize> Plant<f64, N> {
 const SUPPLY_ROUNDS: usize = 4;
 
 impl<T: Real, const N: usize> Plant<T, N> {
-    /// The state at rest with closed spools at any piston positions; `back`: pressure of the less loaded chamber, Pa.
+    /// The state at rest with closed spools at any piston positions; `back`: pressure of the less loaded chamber, Pa. It is lower
+    /// where relief valves at the ports hold the load then, and would not with all of it.
     pub fn held(&self, layout: &Layout, q: &[T; N], back: T, payload: T) -> Vec<T> {
         let mut x = vec![T::c(0.0); layout.len()];
         let forces = self.standing_force(q, payload);
         for c in 0..N {
             x[layout.q(c)] = q[c];
+            let back = self.affordable(c, forces[c], back);
             (x[layout.p1(c)], x[layout.p2(c)]) = hold_pressures(&self.cylinders[c], forces[c], back);
         }
         for _ in 0..SUPPLY_ROUNDS {
@@ -85,6 +87,16 @@ impl<T: Real, const N: usize> Plant<T, N> {
         }
         self.settle_openings(layout, &mut x);
         x
+    }
+
+    /// The pressure of the less loaded chamber, Pa: `back`, or less where relief valves at the ports stay closed then.
+    fn affordable(&self, c: usize, force: T, back: T) -> T {
+        let (unit, tank) = (&self.cylinders[c], self.supply_pressures.tank);
+        let (a1, a2) = (unit.chambers.area_1, unit.chambers.area_2);
+        let most = |side: usize| unit.tight_to(side, tank);
+        let pushed = (back * (a1 - a2)).le(force);
+        let room = T::select(pushed, (most(0) * a1 - force) / a2, (most(1) * a2 + force) / a1);
+        T::select(tank.le(room), back.min(room), back)
     }
 
     /// Writes the settled openings of compensators that follow late.
@@ -183,7 +195,7 @@ fn require_inside(
 }
 
 /// p1 A1 - p2 A2 = force with the less loaded chamber at the back pressure.
-fn hold_pressures<T: Real>(unit: &HydraulicAxis<T>, force: T, back: T) -> (T, T) {
+pub(crate) fn hold_pressures<T: Real>(unit: &HydraulicAxis<T>, force: T, back: T) -> (T, T) {
     let (a1, a2) = (unit.chambers.area_1, unit.chambers.area_2);
     let pushed = (back * (a1 - a2)).le(force);
     (T::select(pushed, (force + back * a2) / a1, back), T::select(pushed, back, (back * a1 - force) / a2))

@@ -99,14 +99,14 @@ fn supply<T: Number>(of: &file::Supply<T>, mains: &file::Mains<T>) -> Supply<T> 
     }
 }
 
-/// Its efficiencies are those at full displacement and the pressure `rise` (Pa).
+/// Its efficiencies are those at full displacement, its rated speed and the pressure `rise` (Pa).
 fn pump<T: Number>(p: &file::Pump<T>, rise: T) -> Pump<T> {
     let displacement = p.displacement / TAU;
     Pump {
         displacement,
         speed: p.speed,
         droop: p.engine.as_ref().map_or(T::c(0.0), |engine| engine.droop * p.speed / engine.rated_torque),
-        leakage: (T::c(1.0) - p.volumetric_efficiency) * displacement * p.speed / rise,
+        leakage: (T::c(1.0) - p.volumetric_efficiency) * displacement * p.rated_speed / rise,
         rubbing: T::c(1.0) / p.hydromechanical_efficiency - 1.0,
     }
 }

@@ -154,6 +154,12 @@ impl<T: Copy> Port<T> {
     }
 }
 
+/// Flows through the edges of a valve, from those of its ports.
+#[inline(always)]
+fn edges_of<T: Copy>(a: &Port<T>, b: &Port<T>) -> EdgeFlows<T> {
+    EdgeFlows { supply_to_a: a.fed, a_to_tank: a.drained, supply_to_b: b.fed, b_to_tank: b.drained }
+}
+
 /// Friction of the seals.
 #[derive(Debug, Clone, Copy)]
 pub struct FrictionOutput<T> {
@@ -307,6 +313,21 @@ impl<T: Real> HydraulicAxis<T> {
         Some(lag.rate(opening, self.valve.settled_opening(spool, at_valve)))
     }
 
+    /// Flows into the piston-side and the rod-side chamber, m^3/s, with the internal and the external `leakage`.
+    #[inline(always)]
+    pub fn inflows<P: Parts>(&self, [port_a, port_b]: [&Port<T>; 2], crossed: T, leakage: (T, T)) -> (T, T) {
+        let (edges, (internal, external)) = (edges_of(port_a, port_b), leakage);
+        let mut inflow =
+            (edges.port_a() - internal - port_a.relieved, internal - external - edges.port_b() - port_b.relieved);
+        if P::EXPECTED && !self.crossover.is_none() {
+            inflow = (inflow.0 - crossed, inflow.1 + crossed);
+        }
+        if P::EXPECTED && self.may_leak() {
+            inflow = (inflow.0 - port_a.lost, inflow.1 - port_b.lost);
+        }
+        inflow
+    }
+
     /// Assembles force and rates from the outputs of the laws by sums and products.
     #[inline(always)]
     pub fn assemble<P: Parts>(
@@ -316,23 +337,9 @@ impl<T: Real> HydraulicAxis<T> {
         outputs: &LawOutputs<T>,
     ) -> LocalRates<T> {
         let LawOutputs { port_a, port_b, crossed, friction, stops, .. } = outputs;
-        let edges = EdgeFlows {
-            supply_to_a: port_a.fed,
-            a_to_tank: port_a.drained,
-            supply_to_b: port_b.fed,
-            b_to_tank: port_b.drained,
-        };
+        let edges = edges_of(port_a, port_b);
         let (internal_leakage, external_leakage) = self.leakage.flows(s.p1, s.p2, supply_pressures.tank);
-        let mut inflow = (
-            edges.port_a() - internal_leakage - port_a.relieved,
-            internal_leakage - external_leakage - edges.port_b() - port_b.relieved,
-        );
-        if P::EXPECTED && !self.crossover.is_none() {
-            inflow = (inflow.0 - *crossed, inflow.1 + *crossed);
-        }
-        if P::EXPECTED && self.may_leak() {
-            inflow = (inflow.0 - port_a.lost, inflow.1 - port_b.lost);
-        }
+        let inflow = self.inflows::<P>([port_a, port_b], *crossed, (internal_leakage, external_leakage));
         let (p1_rate, p2_rate) = self.chambers.pressure_rates::<P>(outputs.bulk, s.x, s.v, (s.p1, s.p2), inflow);
         LocalRates {
             force: self.chambers.force(s.p1, s.p2) + stops.0 + stops.1 - friction.force,

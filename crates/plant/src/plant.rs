@@ -112,9 +112,14 @@ impl<T: Real, const N: usize> Plant<T, N> {
 
     /// Net cylinder forces that hold the crane at rest, N, less the load carried by the ground.
     pub fn static_force(&self, q: &[T; N], payload: T) -> [T; N] {
+        self.resting_force(q, payload, true)
+    }
+
+    /// The same with or without the ground.
+    pub(crate) fn resting_force(&self, q: &[T; N], payload: T, grounded: bool) -> [T; N] {
         let (pose, still) = (self.mechanics.pose(q), [T::c(0.0); N]);
         let mut bias = self.mechanics.equations(&pose, &still, payload).bias;
-        if self.ground.is_some() {
+        if grounded && self.ground.is_some() {
             let mut carried = still;
             self.add_contact(&pose, &still, payload, &mut carried);
             (0..N).for_each(|j| bias[j] -= carried[j]);

@@ -1,7 +1,7 @@
 //! Pump, load sensing, mains and relief valve: the laws of `physics`, from the state of the supply and what the valves draw to its rates.
 
 use crate::hydraulic_axis::SupplyPressures;
-use hydrocrane_num::Real;
+use hydrocrane_num::{root, Real};
 use hydrocrane_physics::hydraulics::accumulator::Accumulator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::load_sensing::{self, LoadSensing};
@@ -127,6 +127,27 @@ impl<T: Real> Supply<T> {
         }
     }
 
+    /// What the pumps give at the `pressures` once their swivels have settled, and what the relief valve takes of it, m^3/s.
+    pub fn given(&self, pressures: &SupplyPressures<T>) -> (T, T) {
+        let SupplyPressures { supply, load, tank } = *pressures;
+        let shares = self.settled_shares(pressures);
+        let mut given = T::c(0.0);
+        self.pumps().zip(shares).for_each(|(of, e)| given += of.pump.flow(e, supply - self.reservoir(tank)));
+        (given, self.relief(load).flow(supply))
+    }
+
+    /// The shares of the displacements that are asked for at the `pressures`.
+    pub fn settled_shares(&self, pressures: &SupplyPressures<T>) -> Shares<T> {
+        let SupplyPressures { supply, load, tank } = *pressures;
+        let mut shares = [T::c(1.0); MAX_PUMPS];
+        for (of, share) in self.pumps().zip(&mut shares) {
+            if let Some(control) = &of.control {
+                *share = control.wanted(&of.pump, supply, self.setting(of, load), self.reservoir(tank));
+            }
+        }
+        shares
+    }
+
     /// Its pumps, in the order of their shares.
     #[inline(always)]
     pub fn pumps(&self) -> impl Iterator<Item = &ControlledPump<T>> {
@@ -215,6 +236,14 @@ impl<T: Real> Supply<T> {
         }
     }
 
+    /// A pressure of the mains, Pa, at which the pumps give no more than the relief valve and their own leakage take.
+    pub fn ceiling(&self) -> T {
+        let mut full = T::c(0.0);
+        self.full_flows(&[T::c(0.0); MAX_PUMPS], T::c(0.0)).iter().for_each(|flow| full += *flow);
+        let ReliefValve { pressure, gradient } = self.relief;
+        self.highest.max(pressure + pressure - self.relief.tight_to() + full / gradient)
+    }
+
     /// Pressure of the mains and shares of the displacements at rest, with the load-sensing line at the pressure `tank` (Pa) of
     /// what returns, where the valves draw `drawn` (m^3/s).
     pub fn at_rest(&self, tank: T, drawn: T) -> (T, Shares<T>) {
@@ -278,3 +307,17 @@ impl<T: Real> Supply<T> {
         (p, shares)
     }
 }
+
+impl Supply<f64> {
+    /// The highest pressure of the mains, Pa, that the pumps reach while nothing is drawn and the sections ask for all of it.
+    pub fn reach(&self, tank: f64) -> f64 {
+        let lacking = |supply: f64| {
+            let (given, relieved) = self.given(&SupplyPressures { supply, load: self.highest, tank });
+            relieved - given
+        };
+        root(tank, self.ceiling(), ROUNDING, lacking)
+    }
+}
+
+/// Pressure that is rounding, Pa.
+const ROUNDING: f64 = 1e-3;

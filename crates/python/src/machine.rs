@@ -198,6 +198,12 @@ impl Machine {
         let places = rows(&places, 2, "places")?;
         Ok(vector(py, places.chunks_exact(2).map(|p| self.model.clearance([p[0], p[1]])).collect()))
     }
+    /// Heights of the undersides of `loads` (kg, one per place) at the tip above the ground, m.
+    fn heights_above_ground<'py>(&self, py: Python<'py>, places: Rows<'py>, loads: Row<'py>) -> Vector<'py> {
+        let (places, loads) = (rows(&places, 2, "places")?, loads.as_slice()?);
+        let heights = places.chunks_exact(2).zip(loads);
+        Ok(vector(py, heights.map(|(p, load)| self.model.height_above_ground([p[0], p[1]], *load)).collect()))
+    }
     #[getter]
     fn supply_pressure(&self) -> f64 {
         self.model.machine().supply.pressure
@@ -205,6 +211,19 @@ impl Machine {
     #[getter]
     fn tank_pressure(&self) -> f64 {
         self.model.machine().supply.tank_pressure
+    }
+    /// Highest pressures that piston side and rod side can be held at, Pa.
+    #[getter]
+    fn holdable<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+        matrix(py, self.model.holdable().concat(), 2)
+    }
+    /// Per row of joint coordinates the payload that is held, kg, and the cylinder that ends it, -1 for none.
+    fn capacity<'py>(&self, py: Python<'py>, q: Rows<'py>, ceiling: f64) -> Matrix<'py> {
+        let of = |m: &dyn Model, q: &[f64], out: &mut [f64]| {
+            let (payload, limiting) = m.capacity(q, ceiling);
+            out.copy_from_slice(&[payload, limiting.map_or(-1.0, |c| c as f64)]);
+        };
+        matrix(py, self.over_q(py, &q, 2, of)?, 2)
     }
     /// Piston-side and rod-side areas, m^2.
     #[getter]
@@ -459,10 +478,10 @@ impl Machine {
         let found = self.model.equilibrium(row(&q, self.n(), "q")?, mode, payload);
         Ok(vector(py, found.map_err(|e| PyValueError::new_err(e.to_string()))?))
     }
-    /// How the equilibrium `x` differs from the pose `q` that it was asked for.
-    fn moved_starts(&self, q: Row<'_>, x: Row<'_>) -> PyResult<Vec<WarningEntry>> {
+    /// What is doubtful of the equilibrium `x` that was asked for in the pose `q`.
+    fn doubts_at_rest(&self, q: Row<'_>, x: Row<'_>, payload: f64) -> PyResult<Vec<WarningEntry>> {
         let (q, x) = (row(&q, self.n(), "q")?, row(&x, self.model.layout().len(), "x")?);
-        Ok(warnings_of(hydrocrane_sim::moved_starts(self.model.as_ref(), q, x)))
+        Ok(warnings_of(hydrocrane_sim::doubts_at_rest(self.model.as_ref(), q, x, payload)))
     }
     #[getter]
     fn output_info(&self) -> Vec<(String, &'static str, String)> {

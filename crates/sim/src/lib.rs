@@ -69,4 +69,4 @@ pub use simulator::Simulator;
 pub use stick::{StickKind, Sticks};
 pub use tip_rates::{resolve_rates, RateWish};
 pub use warning::Warning;
-pub use warnings::{implausible, moved_starts};
+pub use warnings::{doubts_at_rest, implausible};

@@ -7,17 +7,15 @@ use crate::controller_model::cylinder_model;
 use crate::controllers;
 use crate::sensor_monitor;
 use hydrocrane_control::controller::Controller;
-use hydrocrane_control::drive::FRICTION_SPEED;
-use hydrocrane_control::feed_forward::{steady_speed, SupplyPressures};
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_control::parameter_block;
 #[cfg(feature = "batch")]
 use hydrocrane_lanes::{InLanes, Kernel};
-use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, Plant, StateSpace};
+use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, Plant, StateSpace, Statics};
 
 /// A crane with functions beyond its equations: controllers with it as their model, and copies of it in lanes.
-pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
+pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace + Statics {
     /// `held`: coordinate given to every prismatic joint.
     fn inverse_kinematics(&self, tip: [f64; 2], held: f64) -> Result<Vec<Vec<f64>>, TooFewRevolute>;
     /// Distance of a point (x, z) from the nearest keep-out region, m, negative inside; infinite without regions.
@@ -25,8 +23,6 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace {
         let regions = self.machine().keep_out.iter().map(|(_, corners)| Region::new(corners.clone()));
         regions.map(|region| region.clearance(place).distance).fold(f64::INFINITY, f64::min)
     }
-    /// Lowest and highest steady piston speed per cylinder at full spool stroke under the load at rest, in pairs.
-    fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]);
     /// Per cylinder the spool position (m) that has a signed share of the steady speed at full stroke.
     fn spool_positions(&self, shares: &[f64], spools: &mut [f64]);
     /// The same machine for groups of cranes, in the widest instruction set of this processor or the one `wanted`.
@@ -62,25 +58,6 @@ where
             hydrocrane_num::array::from_fn(|i| if self.plant().mechanics.joints[i].revolute { 0.0 } else { held });
         let found = inverse_kinematics::solve(&self.plant().mechanics, &self.limit_pairs(), tip, &held, printed)?;
         Ok(found.into_iter().map(|q| q.to_vec()).collect())
-    }
-
-    fn piston_speeds(&self, q: &[f64], payload: f64, speeds: &mut [f64]) {
-        let load = self.plant().static_force(&hydrocrane_num::array::from_fn(|i| q[i]), payload);
-        for c in 0..N {
-            let cylinder = cylinder_model(self, c);
-            let supply_pressures = SupplyPressures {
-                supply: self.plant().supply_pressures.supply,
-                tank: self.plant().supply_pressures.tank,
-            };
-            for (speed, sense) in speeds[2 * c..2 * c + 2].iter_mut().zip([-1.0, 1.0]) {
-                *speed = steady_speed(
-                    &cylinder,
-                    &supply_pressures,
-                    load[c] + cylinder.steady_friction(sense * FRICTION_SPEED),
-                    sense,
-                );
-            }
-        }
     }
 
     fn spool_positions(&self, shares: &[f64], spools: &mut [f64]) {

@@ -9,45 +9,31 @@ use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
-use hydrocrane_plant::limits::in_words;
-use hydrocrane_plant::limits::JointLimits;
+use hydrocrane_plant::limits::{in_words, JointLimits};
 use hydrocrane_plant::outputs::energies;
+use hydrocrane_plant::shortfall::{Limit, Shortfall};
+use hydrocrane_plant::statics::{HeldBy, Unheld};
 
 /// Default rated pressure of a chamber, as a multiple of the supply pressure.
 const RATING: f64 = 1.5;
 /// Pressure below vacuum that is rounding, Pa.
 const VACUUM_ROUNDING: f64 = 1e3;
+/// Share of the atmosphere below which a chamber counts as torn open: free gas fills ten times its volume then. Time after which that is
+/// told, s: shorter ones close again within a stop.
+const TORN: f64 = 0.1;
+const TORN_TIME: f64 = 0.05;
+/// Share of a flow from which an error of the model is told.
+const TELLING: f64 = 0.01;
 /// Time between two checks of the energy ledger, s.
 const AUDIT_INTERVAL: f64 = 0.5;
 /// Allowed residual of the ledger, as a share of the energy that flowed.
 const LEDGER_SHARE: f64 = 0.01;
 /// Least energy for this check, as a share of the supply energy of one stroke of all pistons.
 const LEDGER_FLOOR: f64 = 1e-4;
-/// Share of the supply pressure, or of the load-sensing pressure at full displacement, below which the mains lack oil.
-const MAINS_SHARE: f64 = 0.8;
-/// Share of the displacement above which a load-sensing pump counts as saturated. Below it the pump only lags.
-const FULL_DISPLACEMENT: f64 = 0.98;
-
 /// Time over which the estimated errors of fixed steps are averaged, s: those of a start or a stop are over before.
 const ESTIMATE_TIME: f64 = 0.5;
 /// Share of a state and its scale that this mean may have: 100 times the tolerance of a run that states none.
 const ESTIMATE_SHARE: f64 = 0.01;
-
-/// Deficit of the mains pressure against the set pressure of the pump, Pa; `None` while the pump delivers the demand.
-fn fall_of_saturated_mains(model: &dyn Model, x: &[f64]) -> Option<f64> {
-    let (layout, supply) = (model.layout(), &model.machine().supply);
-    let (p, mains) = (x[layout.mains()?], supply.mains.as_ref()?);
-    let (set, least) = match (layout.load().map(|load| x[load]), &mains.load_sensing) {
-        (Some(load), Some(sensing)) if load + sensing.margin < supply.pressure => {
-            let ranges = mains.pumps().filter_map(|pump| pump.control.as_ref());
-            let range = ranges.map(|control| control.range).fold(0.0, f64::max);
-            (load + sensing.margin, load + MAINS_SHARE * (sensing.margin - range))
-        }
-        _ => (supply.pressure, MAINS_SHARE * supply.pressure),
-    };
-    let full = layout.load().is_none() || layout.swivels().all(|e| x[e] > FULL_DISPLACEMENT);
-    (full && p < least).then_some(set - p)
-}
 
 /// The states whose estimated errors tell how exact fixed steps are. Spools count by their effect only. Static friction is taken by
 /// its secant: what it acts on says little then, and only the supply counts, whose little oil is faster than that of any cylinder.
@@ -69,13 +55,16 @@ enum Finding {
     LedgerOpen,
     StepTooLong,
     StepInexact(usize),
-    PumpSaturated,
+    /// Of the section of a cylinder.
+    Starved(usize),
+    /// Of a cylinder and its side, in pairs.
+    AtVacuum(usize),
     /// Of a cylinder and its side, in pairs.
     OilLost(usize),
 }
 
 /// A finding with its begin and its extreme value: a pressure (Pa), a joint coordinate, a share of the energy or of a state, a step
-/// (s), a fall of pressure (Pa), or a volume (m^3).
+/// (s), a missing flow (m^3/s), a time (s), or a volume (m^3).
 #[derive(Debug, Clone, Copy)]
 struct Found {
     what: Finding,
@@ -99,6 +88,10 @@ pub(crate) struct Watch {
     limits: Vec<[f64; 2]>,
     audit: Option<Audit>,
     lost: Option<OilLost>,
+    /// The worst shortfall of each section that had one.
+    starved: Vec<Shortfall>,
+    /// How long the sides of the cylinders have been at vacuum, s, in pairs.
+    empty: Vec<f64>,
     /// Mean estimated errors of fixed steps, by state.
     estimates: Vec<(usize, f64)>,
     found: Vec<Found>,
@@ -115,6 +108,8 @@ impl Watch {
             limits: vec![],
             audit: None,
             lost: OilLost::new(stepper, driven),
+            starved: vec![],
+            empty: vec![0.0; 2 * machine.cylinders.len()],
             estimates: vec![],
             found: vec![],
             told: 0,
@@ -169,13 +164,19 @@ impl Watch {
             if least < self.vacuum - VACUUM_ROUNDING {
                 self.note(Finding::BelowVacuum(c), t, least);
             }
+            self.cavities(c, [p1, p2], stepper);
             let (q, [lower, upper]) = (x[layout.q(c)], self.limits[c]);
             if q < lower || q > upper {
                 self.beyond(driven.model, c, x, t);
             }
         }
-        if let Some(fall) = fall_of_saturated_mains(driven.model, x) {
-            self.note(Finding::PumpSaturated, t, fall);
+        for short in driven.model.shortfalls(x) {
+            self.note(Finding::Starved(short.cylinder), t, short.missing());
+            match self.starved.iter_mut().find(|worst| worst.cylinder == short.cylinder) {
+                Some(worst) if worst.missing() >= short.missing() => {}
+                Some(worst) => *worst = short,
+                None => self.starved.push(short),
+            }
         }
         if let Some(mut lost) = self.lost.take().filter(|_| cfg!(feature = "chains")) {
             lost.add(stepper, driven);
@@ -192,6 +193,20 @@ impl Watch {
         }
         if self.audit.as_ref().is_some_and(|audit| t >= audit.next) {
             self.audit(stepper, driven);
+        }
+    }
+
+    /// Counts how long the oil of a cylinder has been torn open at its pressures (Pa).
+    fn cavities(&mut self, c: usize, pressures: [f64; 2], stepper: &Stepper) {
+        for (side, p) in pressures.into_iter().enumerate() {
+            let at = 2 * c + side;
+            if !(self.vacuum - VACUUM_ROUNDING..=self.vacuum * (1.0 - TORN)).contains(&p) {
+                continue;
+            }
+            self.empty[at] += stepper.t - stepper.previous_time();
+            if self.empty[at] > TORN_TIME {
+                self.note(Finding::AtVacuum(at), stepper.t, self.empty[at]);
+            }
         }
     }
 
@@ -257,18 +272,20 @@ impl Watch {
     /// All findings until the end of the run, in order of time.
     pub fn close(&mut self, stepper: &Stepper, driven: &Driven) -> Vec<Warning> {
         self.audit(stepper, driven);
-        let mut all: Vec<Warning> = self.found.iter().map(|found| found.warning(driven.model, &self.ratings)).collect();
+        let mut all: Vec<Warning> = self.found.iter().map(|found| found.warning(driven.model, self)).collect();
         all.sort_by(|a, b| a.time.total_cmp(&b.time));
         all
     }
 
     /// Findings since the last call.
     pub fn news(&mut self, model: &dyn Model) -> Vec<Warning> {
-        let news = self.found[self.told..].iter().map(|found| found.warning(model, &self.ratings)).collect();
+        let news = self.found[self.told..].iter().map(|found| found.warning(model, self)).collect();
         self.told = self.found.len();
         news
     }
 }
+
+const SIDES: [&str; 2] = ["piston side", "rod side"];
 
 /// Gauge pressure of vacuum for oil without a vacuum limit, Pa.
 const STANDARD_VACUUM: f64 = -1e5;
@@ -280,7 +297,7 @@ fn stored(model: &dyn Model, payload: f64, stepper: &Stepper, outputs: &mut [f64
 }
 
 impl Found {
-    fn warning(&self, model: &dyn Model, ratings: &[f64]) -> Warning {
+    fn warning(&self, model: &dyn Model, watch: &Watch) -> Warning {
         let machine = model.machine();
         let bar = |p: f64| p / 1e5;
         let value = self.farthest;
@@ -291,7 +308,7 @@ impl Found {
                     "the pressure in cylinder `{}` reaches {:.0} bar; it is rated for {:.0} bar",
                     machine.cylinders[c].name,
                     bar(value),
-                    bar(ratings[c])
+                    bar(watch.ratings[c])
                 ),
                 "carry less or move the spool more gently; if the cylinder is rated for it, state \
                  `cylinder.<name>.pressure-rating`"
@@ -344,22 +361,45 @@ impl Found {
                 ),
                 "shorten `step`, or leave it out: steps by tolerance keep theirs".to_string(),
             ),
-            Finding::PumpSaturated => (
-                "pump-saturated",
-                format!(
-                    "the pump delivers less than the valves demand: the mains pressure falls {:.0} bar below the set pressure",
-                    bar(value)
-                ),
-                "move fewer functions at once, or more gently, or use a larger `pump.<name>.displacement`; `tip` \
-                 slows down for the pump that it knows, other controllers do not"
-                    .to_string(),
-            ),
+            Finding::Starved(c) => {
+                let worst = watch.starved.iter().find(|short| short.cylinder == c).expect("noted with its finding");
+                let Shortfall { asked, delivered, limit, shifted, .. } = *worst;
+                let (reason, cure) = limited(limit);
+                let inexact = if shifted > TELLING {
+                    format!("; in the model the shares of sections that share the flow are off by up to {:.0} % there", 100.0 * shifted)
+                } else {
+                    String::new()
+                };
+                (
+                    "pump-saturated",
+                    format!(
+                        "the section of cylinder `{}` gets {:.2} of the {:.2} l/min that its spool asks for: {reason}{inexact}",
+                        machine.cylinders[c].name,
+                        60e3 * delivered,
+                        60e3 * asked
+                    ),
+                    format!("{cure}; or move fewer functions at once. `tip` slows down for the pump that it knows, other controllers do not"),
+                )
+            }
+            Finding::AtVacuum(place) => {
+                let cylinder = &machine.cylinders[place / 2];
+                let side = SIDES[place % 2];
+                let cure = match cylinder.port_valves[place % 2].anti_cavitation {
+                    None => format!("state an anti-cavitation valve, `[anti-cavitation.<name>]` with `cylinder = \"{}\"` and this side, if the machine has one; lower more gently", cylinder.name),
+                    Some(_) => "lower more gently, or state a larger anti-cavitation valve".to_string(),
+                };
+                (
+                    "cavitation",
+                    format!("the {side} of cylinder `{}` is at vacuum for {value:.2} s: its oil does not follow the piston", cylinder.name),
+                    cure,
+                )
+            }
             Finding::OilLost(place) => (
                 "oil-lost",
                 format!(
                     "{:.3} l of oil left through the hose to the {} of cylinder `{}`",
                     1e3 * value,
-                    ["piston side", "rod side"][place % 2],
+                    SIDES[place % 2],
                     machine.cylinders[place / 2].name
                 ),
                 "a counterbalance, pilot-operated check or hose-burst valve at the cylinder keeps its oil in; nothing keeps what the \
@@ -404,8 +444,9 @@ pub fn without_sensors(machine: &Machine, time: f64, reads_pressures: bool, tip:
     })
 }
 
-/// Warning if an equilibrium `x` differs from the pose `q` because joints rest on their end stops.
-pub fn moved_starts(model: &dyn Model, q: &[f64], x: &[f64]) -> Vec<Warning> {
+/// Warnings on an equilibrium `x` that was asked for in the pose `q` with `payload` (kg): joints that rest on their end stops instead, and
+/// loads that the circuit cannot hold.
+pub fn doubts_at_rest(model: &dyn Model, q: &[f64], x: &[f64], payload: f64) -> Vec<Warning> {
     let machine = model.machine();
     let moved = machine.joints.iter().enumerate().filter(|(i, _)| x[model.layout().q(*i)] != q[*i]);
     moved
@@ -421,7 +462,47 @@ pub fn moved_starts(model: &dyn Model, q: &[f64], x: &[f64]) -> Vec<Warning> {
             ),
             cure: "start outside the zone of the end stop, or give the pressures at the start".to_string(),
         })
+        .chain(model.unheld(x, payload).iter().map(|unheld| not_held(machine, unheld)))
         .collect()
+}
+
+/// Warning on a chamber that cannot hold its load.
+fn not_held(machine: &Machine, unheld: &Unheld) -> Warning {
+    let (cylinder, side) = (&machine.cylinders[unheld.cylinder].name, SIDES[unheld.side]);
+    let (what, cure) = match unheld.held_by {
+        HeldBy::Supply => ("the supply has", "carry less, start in another pose, or raise `supply.pressure`"),
+        HeldBy::Relief => (
+            "the relief valve at its port keeps",
+            "carry less, start in another pose, or raise the setting of the valve",
+        ),
+    };
+    let (needed, there_is) = (unheld.needed / 1e5, unheld.there_is / 1e5);
+    Warning {
+        time: 0.0,
+        kind: "start-not-held",
+        text: format!("the load at the start needs {needed:.0} bar in the {side} of cylinder `{cylinder}`; {what} {there_is:.0} bar"),
+        cure: cure.to_string(),
+    }
+}
+
+/// Why a section lacks oil, and the cure.
+fn limited(limit: Limit) -> (&'static str, &'static str) {
+    match limit {
+        Limit::Priority => ("the section with priority is served first", "use a larger pump"),
+        Limit::Relief => (
+            "the relief valve of the mains opens first",
+            "raise `mains.relief-pressure` above the pressure of the pump",
+        ),
+        Limit::Torque => ("the pump is at its torque limit", "raise `pump.<name>.torque-limit`"),
+        Limit::Engine => {
+            ("the engine has slowed down under its load", "lower `pump.<name>.droop`, or set a `torque-limit`")
+        }
+        Limit::Displacement => ("the pump is at full displacement", "use a larger `pump.<name>.displacement`"),
+        Limit::ControlRange => (
+            "the pressure of the mains falls below what the section needs before the pump is at full displacement",
+            "lower `pump.<name>.control-range`, or raise `ls-margin`",
+        ),
+    }
 }
 
 /// The rating of each cylinder of a machine, Pa.

@@ -1,4 +1,8 @@
-"""Payload that a crane can hold at its tip: over its poses, and against reach and height."""
+"""Payload that a crane can hold at its tip: over its poses, and against reach and height.
+
+What a cylinder holds ends at the highest pressure of the mains or at a relief valve of its port; positions in keep-out
+regions, or with the load in the ground, count as out of reach.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +14,8 @@ from typing import Literal
 import numpy as np
 
 from hydrocrane._moved import renamed_keyword
-from hydrocrane.analysis.linear import pose_grid
-from hydrocrane.arrays import Array
+from hydrocrane.analysis.poses import forbidden, pose_grid
+from hydrocrane.arrays import Array, rows
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
@@ -37,9 +41,11 @@ class LoadChart:
     q, tip : (k_1, ..., k_n, n), (k_1, ..., k_n, 2) arrays
         Poses and their tips, m.
     payload : (k_1, ..., k_n) array
-        kg; NaN if even the empty crane cannot be held.
+        kg; NaN if even the empty crane cannot be held, and at forbidden positions.
     limiting : (k_1, ..., k_n) array of int
         Index of the cylinder that limits the payload; -1 if none does up to the ceiling.
+    forbidden : (k_1, ..., k_n) array of bool
+        Whether the tip is in a keep-out region, or it or its load in the ground.
     supply_pressure : float
         Pa.
     machine : Machine
@@ -57,6 +63,7 @@ class LoadChart:
     tip: Array
     payload: Array
     limiting: np.ndarray
+    forbidden: np.ndarray
     supply_pressure: float
     machine: Machine = field(repr=False)
     ceiling: float = 1e5
@@ -75,8 +82,8 @@ class LoadChart:
         Parameters
         ----------
         height : {"best", "worst"} or float
-            Height of the tip, m: the best or the worst that can be reached at this
-            reach, or a given one; NaN if the tip cannot be at that height.
+            Height of the tip, m: the best or the worst of those that are permitted and within
+            reach, or a given one; NaN if the tip cannot or must not be at that height.
         """
         best, worst = self._best_and_worst
         if height == "best":
@@ -87,6 +94,13 @@ class LoadChart:
             raise InputError(f"height is `best`, `worst` or a height in metres; got {height!r}")
         points = np.stack([self._reaches, np.full_like(self._reaches, height)], axis=-1)
         return self._reaches, self._refined(lambda places: places.payload(points)[None])[0]
+
+    def over_places(self) -> tuple[Array, Array, Array]:
+        """Places x (r,), z (h,), m, and the payload (h, r), kg, of the pose that holds most there; NaN out of reach."""
+        low, high = self._extent[1]
+        levels = np.linspace(low, high, _HEIGHTS)
+        points = np.stack(np.meshgrid(self._reaches, levels), axis=-1)
+        return self._reaches, levels, Places(self.machine, self.ceiling, 4 * _FINE, 2 * _COARSE).payload(points)
 
     @cached_property
     def _reaches(self) -> Array:
@@ -154,7 +168,10 @@ class Places:
         self._one_joint = count == 1
 
     def payload(self, points: Array) -> Array:
-        """(...) kg at places (..., 2), m: of the pose that holds most, 0 where none holds itself; NaN out of reach."""
+        """(...) kg at places (..., 2), m: of the pose that holds most, 0 where none holds itself; NaN out of reach.
+
+        Forbidden places count as out of reach.
+        """
         flat = points.reshape(-1, 2)
         best = np.full(len(flat), -np.inf)
         for curve in self._curves:
@@ -196,8 +213,10 @@ class Places:
         inside = (poses[:, 0] >= low - _NEAR) & (poses[:, 0] <= high + _NEAR)
         poses[:, 0] = np.clip(poses[:, 0], low, high)
         inside &= np.linalg.norm(self.machine.tip(poses) - wanted, axis=-1) < 1e-3
-        payload, _ = capacity(self.machine, poses[inside], self.ceiling)
-        np.maximum.at(best, place[inside], np.nan_to_num(payload, nan=0.0))
+        place, tip = place[inside], wanted[inside]
+        payload = np.nan_to_num(capacity(self.machine, poses[inside], self.ceiling)[0], nan=0.0)
+        permitted = ~forbidden(self.machine, tip, payload)
+        np.maximum.at(best, place[permitted], payload[permitted])
 
     def _distance(self, places: Array) -> Array:
         """What the first joint leaves as it is: the distance from its pivot, or from its line."""
@@ -211,12 +230,15 @@ def at_height(height: Height) -> str:
     """The height of a curve in words."""
     if height == "best":
         return "at the best height"
-    return "at the worst height within reach" if height == "worst" else f"at z = {height:g} m"
+    return "at the worst permitted height" if height == "worst" else f"at z = {height:g} m"
 
 
 @renamed_keyword("crane", "machine")
 def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5) -> LoadChart:
-    """Largest payload, kg, that the cylinders hold at rest with supply pressure on one side and none on the other.
+    """Largest payload, kg, that the cylinders hold at rest, at each position of the tip that is permitted.
+
+    One side of a cylinder has the highest pressure that the supply gives and the relief valves of its port keep, the
+    other one that of the tank.
 
     Parameters
     ----------
@@ -236,30 +258,20 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     if not (np.isfinite(ceiling) and ceiling > 0):
         raise InputError(f"ceiling must be a payload in kg, greater than zero; got {ceiling!r}")
     poses = pose_grid(machine, samples)
-    payload, limiting = capacity(machine, poses, ceiling)
-    return LoadChart(poses, machine.tip(poses), payload, limiting, machine.supply_pressure, machine, float(ceiling))
+    tip, (payload, limiting) = machine.tip(poses), capacity(machine, poses, ceiling)
+    out = forbidden(machine, tip, np.nan_to_num(payload, nan=0.0))
+    payload, limiting = np.where(out, np.nan, payload), np.where(out, -1, limiting)
+    return LoadChart(poses, tip, payload, limiting, out, machine.supply_pressure, machine, float(ceiling))
 
 
 def capacity(machine: Machine, poses: Array, ceiling: float) -> tuple[Array, np.ndarray]:
     """Payload (...), kg, at which the first cylinder reaches its limit in poses (..., n), and which one, -1 for none.
 
-    A cylinder's force lies within [-p_s A2, p_s A1]. The static forces are affine in the payload, so two evaluations
-    per pose give the payload at which each cylinder reaches its limit; the smallest one counts. NaN where even the
-    empty crane cannot be held.
+    NaN where even the empty crane cannot be held.
     """
-    empty = machine.static_cylinder_force(poses, payload=0.0)
-    slope = (machine.static_cylinder_force(poses, payload=1000.0) - empty) / 1000.0
-    low, high = (
-        -machine.supply_pressure * machine.piston_areas[:, 1],
-        machine.supply_pressure * machine.piston_areas[:, 0],
-    )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        room = np.where(slope > 0, (high - empty) / slope, (low - empty) / slope)
-    room[slope == 0] = np.inf
-    most = room.min(axis=-1)
-    limiting = np.where(most < ceiling, room.argmin(axis=-1), -1)
-    held = ((empty >= low) & (empty <= high)).all(axis=-1)
-    return np.where(held, np.minimum(most, ceiling), np.nan), limiting
+    lead, (table,) = rows(poses)
+    found = machine.core.capacity(table, ceiling).reshape(*lead, 2)
+    return found[..., 0], found[..., 1].astype(int)
 
 
 def _curves(machine: Machine, moved: int, fine: int, coarse: int) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane._moved import renamed_keyword
+from hydrocrane.analysis.poses import forbidden, pose_grid
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -324,7 +325,9 @@ class ModeMap:
     q, tip : (k_1, ..., k_n, n), (k_1, ..., k_n, 2) arrays
         Poses and their tips.
     frequency, damping : (k_1, ..., k_n) arrays
-        Hz and ratio; NaN if supply pressure cannot hold the crane, or only the spools oscillate.
+        Hz and ratio; NaN if the circuit cannot hold the crane, only the spools oscillate, or the position is forbidden.
+    forbidden : (k_1, ..., k_n) array of bool
+        Whether the tip is in a keep-out region, or it or its load in the ground.
     friction : str
         Treatment of friction, as in :func:`modes`.
     warnings : tuple of ResultWarning
@@ -335,6 +338,7 @@ class ModeMap:
     tip: Array
     frequency: Array
     damping: Array
+    forbidden: np.ndarray
     friction: str = "held"
     warnings: tuple[ResultWarning, ...] = ()
 
@@ -345,7 +349,8 @@ def mode_map(
 ) -> ModeMap:
     """Slowest mode that is not a spool's own, over a grid of poses clear of the end stops.
 
-    Poses that need more than supply pressure to hold are omitted: no valve brings the crane to rest there.
+    Poses in which the supply or a relief valve of a port does not hold the load are omitted: the crane does not come to
+    rest there. So are forbidden positions of the tip.
     Parameters as in :func:`modes`; `samples` is the number of poses per turning joint.
 
     Examples
@@ -356,38 +361,22 @@ def mode_map(
     """
     machine = as_machine(machine)
     poses = pose_grid(machine, samples, inset=_END_STOPS)
-    flat = poses.reshape(-1, poses.shape[-1])
-    found = np.array([_slowest(machine, q, payload, friction) for q in flat]).reshape(*poses.shape[:-1], 2)
+    tip = machine.tip(poses)
+    out = forbidden(machine, tip, machine.payload(payload))
+    found = np.full((*poses.shape[:-1], 2), np.nan)
+    found[~out] = [_slowest(machine, q, payload, friction) for q in poses[~out]]
     smoothing = modes(machine, machine.home, payload=payload, friction=friction).warnings
     warnings = [warning for warning in smoothing if warning.kind == "static-friction-smoothed"]
     if np.isfinite(found[..., 0]).any():
         warnings += _recording_warning(np.nanmax(found[..., 0], keepdims=True).reshape(1))
-    return ModeMap(poses, machine.tip(poses), found[..., 0], found[..., 1], friction, tuple(warnings))
+    return ModeMap(poses, tip, found[..., 0], found[..., 1], out, friction, tuple(warnings))
 
 
 def _slowest(machine: Machine, q: Array, payload: float | None, friction: Friction) -> tuple[float, float]:
-    state, doubts = machine.rest(q, payload=payload)
-    pressures = [i for i, name in enumerate(machine.state_names) if name.endswith((".p1", ".p2"))]
-    if doubts or state[pressures].max() > machine.supply_pressure:
+    if machine.rest(q, payload=payload)[1]:
         return np.nan, np.nan
     here = modes(machine, q, payload=payload, friction=friction)
     for frequency, damping, leading in zip(here.frequency, here.damping, here.state, strict=True):
         if not leading.endswith((".xs", ".vs")):
             return frequency, damping
     return np.nan, np.nan
-
-
-def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
-    """Regular grid of poses (k_1, ..., k_n, n) inside the limits.
-
-    Turning joints get `samples` points; a telescope gets fewer, because it matters less. `inset` is the share of each
-    range that is kept clear at both ends: exactly at a limit the inverse relations may already be undefined.
-    """
-    if samples < 2:
-        raise InputError(f"samples must be at least 2, got {samples}")
-    axes = []
-    for (low, high), unit in zip(machine.joint_limits, machine.joint_units, strict=True):
-        margin = inset * (high - low)
-        count = samples if unit == "rad" or len(machine.joint_units) == 1 else max(3, samples // 6)
-        axes.append(np.linspace(low + margin, high - margin, count))
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)

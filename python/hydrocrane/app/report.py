@@ -51,6 +51,7 @@ def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
         _limits(machine),
         *_in_the_middle(machine, figures),
         *_friction(machine),
+        *_cavitation(machine),
         _errata(machine),
         _tally(machine),
     ]
@@ -111,6 +112,21 @@ def _passivity(entry: Passivity) -> Text:
     if limit is None:
         return line.append(f"at every velocity checked, up to {entry['checked_to']:g} m/s", style="green")
     return line.append(f"only up to {limit * 1e3:.3g} mm/s", style="yellow")
+
+
+def _cavitation(machine: Machine) -> list[Text]:
+    """One line on the chambers that no valve of the file refills from the tank."""
+    words = dict(machine.core.words)
+    valves = {key.split(".")[1] for key in words if key.startswith("anti-cavitation.")}
+    kept = {tuple(words.get(f"anti-cavitation.{valve}.{key}") for key in ("cylinder", "side")) for valve in valves}
+    sides = [(cylinder, side) for cylinder in machine.cylinder_names for side in ("piston-side", "rod-side")]
+    bare = [f"{cylinder} ({side.replace('-', ' ')})" for cylinder, side in sides if (cylinder, side) not in kept]
+    if not bare:
+        return []
+    where = "any cylinder" if len(bare) == len(sides) else ", ".join(bare)
+    return [
+        Text(f"no anti-cavitation valve is stated at {where}: a chamber that the supply does not fill opens at vacuum")
+    ]
 
 
 def _errata(machine: Machine) -> Text:

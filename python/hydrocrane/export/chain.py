@@ -165,14 +165,14 @@ def _joint(machine: Machine, about: Record, index: int) -> Joint:
 
 
 def _effort_and_speed(machine: Machine, index: int) -> tuple[float, float]:
-    """Largest effort at supply pressure and largest speed at full stroke under the load, over the range of one joint
-    with the others in mid-range."""
+    """Largest effort at the pressures that can be held and largest speed at full stroke under the load, over the range
+    of one joint with the others in mid-range."""
     low, high = machine.joint_limits[index]
     poses = np.tile(machine.home, (_POSES, 1))
     poses[:, index] = np.linspace(low, high, _POSES + 2)[1:-1]
     levers = np.abs(machine.stroke_jacobian(poses)[:, index, index])
     speeds = np.abs(machine.piston_speeds(poses)[:, index]).max(axis=-1)
-    effort = machine.supply_pressure * machine.piston_areas[index, 0] * levers.max()
+    effort = (machine.holdable_pressures * machine.piston_areas)[index].max() * levers.max()
     return float(effort), float((speeds / levers).max())
 
 

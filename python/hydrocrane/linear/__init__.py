@@ -1,6 +1,7 @@
 """Linear models of a crane about a working point: matrices, responses, margins of the cylinders' loops, mode shapes."""
 
-from hydrocrane.analysis.linear import Modes, mode_map, modes, pose_grid
+from hydrocrane.analysis.linear import Modes, mode_map, modes
+from hydrocrane.analysis.poses import pose_grid
 from hydrocrane.linear.linearise import linearise
 from hydrocrane.linear.loops import Loop, PidGains, cylinder_loops, pid_gains
 from hydrocrane.linear.model import LinearModel

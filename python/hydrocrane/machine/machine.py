@@ -243,6 +243,15 @@ class Machine(Stated):
         """(n_cyl, 2) piston-side and rod-side area, m^2."""
         return np.array(self.core.areas, dtype=np.float64)
 
+    @cached_property
+    def holdable_pressures(self) -> Array:
+        """(n_cyl, 2) highest pressure at which piston side and rod side carry a load at rest, Pa.
+
+        The least of the highest pressure of the mains, at which the pump still gives its leakage, and the pressures to
+        which relief valves at the port are tight, with the tank's pressure on the other side.
+        """
+        return np.array(self.core.holdable, dtype=np.float64)
+
     # --- geometry -----------------------------------------------------------------------------------------------
 
     def strokes(self, q: ArrayLike) -> Array:
@@ -346,15 +355,24 @@ class Machine(Stated):
     def piston_speeds(self, q: ArrayLike, *, payload: float | None = None) -> Array:
         """Lowest and highest steady piston speed (..., n_cyl, 2) at full spool stroke under the load at rest, m/s.
 
-        Negative retracts. Zero if the supply cannot move the load.
+        Negative retracts. One piston moves and the other spools are closed; the whole circuit counts: pump and its
+        limits, compensators, load-holding and port valves, friction. Zero if the supply cannot move the load.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-mobile")
+        >>> slow = crane.changed({"pump.main.displacement": "5 ml"})
+        >>> q = crane.home
+        >>> print(bool((abs(slow.piston_speeds(q)) < abs(crane.piston_speeds(q))).any()))
+        True
         """
         return self._over(self.core.piston_speeds, self._joints(q), payload=payload)
 
     def spool_positions(self, shares: ArrayLike) -> Array:
         """Spool positions (..., n_cyl), m, that have signed `shares` (..., n_cyl) of the steady speed at full stroke.
 
-        A share is that of :meth:`piston_speeds`; positive extends, 0 is the middle. Overlaps and curves of the metering
-        edges are in it; dead bands and gains of `valve.<name>.command` are not.
+        A share is that of the speed through the valve alone; positive extends, 0 is the middle. Overlaps and curves of
+        the metering edges are in it; dead bands and gains of `valve.<name>.command` are not.
         Source: docs/theory/control/feed_forward.md.
 
         Examples
@@ -452,7 +470,9 @@ class Machine(Stated):
         chamber at the machine's back pressure; ``steady`` also opens the spools so that the pressures stay constant.
 
         If the supply cannot press a piston so far into its end stop, the piston rests on the stop instead: the state
-        then has another joint coordinate than `q`, and a ``DoubtfulResult`` says so.
+        then has another joint coordinate than `q`, and a ``DoubtfulResult`` says so. Another one says where the supply,
+        or a relief valve of a port, does not hold the load. The lower chamber has less than the back pressure where
+        that keeps such a valve closed.
 
         Raises
         ------
@@ -474,8 +494,9 @@ class Machine(Stated):
         mass = self.payload(payload)
         with translated(OutOfReachError):
             found = [self.core.equilibrium(np.ascontiguousarray(pose), mode, mass) for pose in table]
-        moved = [self.core.moved_starts(np.ascontiguousarray(pose), x) for pose, x in zip(table, found, strict=True)]
-        doubts = tuple(ResultWarning(*entry) for entries in moved for entry in entries)
+        pairs = zip(table, found, strict=True)
+        entries = [self.core.doubts_at_rest(np.ascontiguousarray(pose), x, mass) for pose, x in pairs]
+        doubts = tuple(ResultWarning(*entry) for of_pose in entries for entry in of_pose)
         return np.array(found, dtype=np.float64).reshape(*lead, len(self.state_names)), doubts
 
     def measure(

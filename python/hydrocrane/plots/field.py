@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 
 from hydrocrane.arrays import Array
-from hydrocrane.plots.style import FIELD
+from hydrocrane.plots.style import FIELD, GRID, MUTED
 
 
 def patches(tip: Array) -> tuple[Array, np.ndarray]:
@@ -73,3 +73,14 @@ def paint(axes: Axes, tip: Array, value: Array, *, largest: bool, limits: tuple[
     axes.add_collection(sheet)
     axes.autoscale_view()
     return sheet
+
+
+def hatch(axes: Axes, tip: Array, forbidden: np.ndarray) -> None:
+    """Hatch the plane where poses of the grid are forbidden; `tip` as in :func:`paint`."""
+    if tip.ndim == 2 or not forbidden.any():
+        return
+    corners, index = patches(tip)
+    out = forbidden.reshape(-1)[index].any(axis=1)
+    axes.add_collection(
+        PolyCollection(list(corners[out]), facecolor=GRID, edgecolor=MUTED, hatch="///", linewidth=0.0, zorder=1.2)
+    )

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.capacity import Height, at_height
 from hydrocrane.machine.machine import MachineLike, as_machine
-from hydrocrane.plots.field import paint
+from hydrocrane.plots.field import hatch, paint
 from hydrocrane.plots.style import COLOURS, INK, draw_crane, figure, styled, title
 from hydrocrane.plots.workspace import draw_boundary, metres
 
@@ -19,18 +20,25 @@ if TYPE_CHECKING:
     from hydrocrane.analysis.capacity import LoadChart
 
 
+# Most lines of equal payload.
+_LINES = 6
+
+
 @renamed_keyword("crane", "machine")
 @styled
 def load_chart(machine: MachineLike, chart: LoadChart, *, height: Height | None = None) -> Figure:
     """Left, the largest payload at each tip position; right, against reach: at the best and the worst height.
 
-    With `height`, as in ``LoadChart.against_reach``, only that curve.
+    Lines join positions of equal payload; forbidden positions are hatched. With `height`, as in
+    ``LoadChart.against_reach``, only that curve.
     """
     machine = as_machine(machine)
     fig, (area, curve) = figure(12.0, 5.4, ncols=2, width_ratios=[1.15, 1])
     # Near the pillar the payload is very large; the colours show the useful range.
     top = float(np.nanpercentile(chart.payload, 90))
     sheet = paint(area, chart.tip, chart.payload, largest=True, limits=(0.0, top))
+    hatch(area, chart.tip, chart.forbidden)
+    _iso_loads(area, chart, top)
     fig.colorbar(sheet, ax=area, label="payload [kg]", extend="max", shrink=0.85)
     draw_boundary(area, machine, colour=INK)
     draw_crane(area, machine.drawing(machine.home), alpha=0.9)
@@ -39,6 +47,16 @@ def load_chart(machine: MachineLike, chart: LoadChart, *, height: Height | None 
     _against_reach(curve, chart, height)
     title(fig, "Static load chart", f"{machine.name} at {chart.supply_pressure * 1e-5:.0f} bar")
     return fig
+
+
+def _iso_loads(axes: Axes, chart: LoadChart, top: float) -> None:
+    """Lines of equal payload, at round values up to the top of the colours."""
+    x, z, payload = chart.over_places()
+    if x.size < 2 or not np.isfinite(top):
+        return
+    levels = [level for level in MaxNLocator(_LINES).tick_values(0.0, top) if 0.0 < level <= top]
+    lines = axes.contour(x, z, np.minimum(payload, 2 * top), levels=levels, colors=INK, linewidths=0.8, zorder=1.3)
+    axes.clabel(lines, fontsize=7, fmt=lambda level: f"{level:g} kg")
 
 
 def _against_reach(axes: Axes, chart: LoadChart, height: Height | None) -> None:

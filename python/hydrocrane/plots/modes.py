@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.linear import FRICTION_WORDS
 from hydrocrane.machine.machine import MachineLike, as_machine
-from hydrocrane.plots.field import paint
+from hydrocrane.plots.field import hatch, paint
 from hydrocrane.plots.style import INK, MUTED, draw_crane, figure, styled, title
 from hydrocrane.plots.workspace import draw_boundary, metres
 
@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 @renamed_keyword("crane", "machine")
 @styled
 def mode_map(machine: MachineLike, modes: ModeMap) -> Figure:
-    """Slowest oscillation at each tip position (slowest over the poses that reach it), and the least damping."""
+    """Slowest oscillation at each tip position (slowest over the poses that reach it), and the least damping.
+
+    Forbidden positions are hatched.
+    """
     machine = as_machine(machine)
     fig, (left, right) = figure(12.0, 5.0, ncols=2)
     for panel, value, label in (
@@ -32,6 +35,7 @@ def mode_map(machine: MachineLike, modes: ModeMap) -> Figure:
         # The scale leaves out rare extremes near the limits.
         limits = np.nanpercentile(value, (2, 95))
         sheet = paint(panel, modes.tip, value, largest=False, limits=(float(limits[0]), float(limits[1])))
+        hatch(panel, modes.tip, modes.forbidden)
         fig.colorbar(sheet, ax=panel, label=label, extend="both", shrink=0.9)
         draw_boundary(panel, machine, colour=INK)
         draw_crane(panel, machine.drawing(machine.home), alpha=0.9)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from hydrocrane._moved import renamed_keyword
-from hydrocrane.analysis.linear import pose_grid
+from hydrocrane.analysis.poses import pose_grid
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import patches
 from hydrocrane.plots.style import COLOURS, GRID, MUTED, draw_crane, one_chart, styled, title

@@ -105,9 +105,9 @@ def test_a_wrong_height_is_refused(height):
 
 def test_the_picture_says_which_height_and_cuts_nothing(chart):
     for height, labels in (
-        (None, ["at the best height", "at the worst height within reach"]),
+        (None, ["at the best height", "at the worst permitted height"]),
         (0.5, ["at z = 0.5 m"]),
-        ("worst", ["at the worst height within reach"]),
+        ("worst", ["at the worst permitted height"]),
     ):
         axes = draw(chart.machine, chart, height=height).axes[1]
         assert [line.get_label() for line in axes.lines] == labels

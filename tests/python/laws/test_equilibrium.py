@@ -38,6 +38,7 @@ def test_nothing_accelerates(corrected, random_poses, mode, payload):
     if mode == "hold":
         poses = random_poses(corrected, 60, seed=51)
         rest, doubts = corrected.rest(poses, payload=payload)
+        doubts = [doubt for doubt in doubts if doubt.kind == "start-rests-on-stop"]
         # What the supply cannot press into an end stop rests on it, and says so.
         moved = part(corrected, rest, "q") != poses
         assert np.count_nonzero(moved) == len(doubts) and moved.any(axis=-1).mean() < 0.5

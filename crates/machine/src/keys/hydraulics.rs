@@ -424,6 +424,10 @@ pub static PUMP: &[Key] = &[
         .otherwise(REAL_PUMP)
         .usual(&[("300 rpm", "4000 rpm", 10.0)])
         .means("Speed of the shaft: constant, or with `droop` that without a load. Overrides of a scenario's phases change it in time."),
+    Key::quantity("rated-speed", &[ANGULAR_VELOCITY], Positive)
+        .otherwise("`speed`")
+        .usual(&[("300 rpm", "4000 rpm", 10.0)])
+        .means("Speed at which `volumetric-efficiency` is stated. The leakage follows from both, and stays where a phase or an override changes `speed`."),
     Key::quantity("droop", &[NUMBER], Positive)
         .otherwise("the speed is constant")
         .usual(&[("0.002", "0.3", 4.0)])
@@ -436,7 +440,7 @@ pub static PUMP: &[Key] = &[
     Key::quantity("volumetric-efficiency", &[NUMBER], Positive)
         .otherwise(REAL_PUMP)
         .usual(&[("0.7", "1", 3.0)])
-        .means("Volumetric efficiency at full displacement and supply pressure, at most 1."),
+        .means("Volumetric efficiency at full displacement, supply pressure and `rated-speed`, at most 1."),
     Key::quantity("hydromechanical-efficiency", &[NUMBER], Positive)
         .otherwise(REAL_PUMP)
         .usual(&[("0.7", "1", 3.0)])

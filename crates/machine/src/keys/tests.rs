@@ -33,6 +33,7 @@ const MACHINE_WITH_MORE: &str = r#"
     ls-margin = "20 bar"
     displacement = "45 ml"
     speed = "1500 rpm"
+    rated-speed = "1500 rpm"
     droop = "5 %"
     rated-torque = "150 N m"
     volumetric-efficiency = 0.95

@@ -32,6 +32,7 @@ impl PumpKind {
                 &[
                     "displacement",
                     "speed",
+                    "rated-speed",
                     "droop",
                     "rated-torque",
                     "volumetric-efficiency",
@@ -92,33 +93,42 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
 
 /// Warns if one section takes more than the pump gives.
 fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
-    let given = given(machine, mains);
+    let (idle, given) = (mains.pumps().map(idle).sum::<f64>(), given(machine, mains));
     let asked = machine.cylinders.iter().map(|c| (asked(machine, mains, &c.valve), &c.valve.name));
     let Some((most, valve)) = asked.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(most, _)| *most > given) else {
         return Ok(());
     };
-    let (given, most) = (60e3 * given, 60e3 * most);
+    let (idle, given, most) = (60e3 * idle, 60e3 * given, 60e3 * most);
+    let pressure = machine.supply.pressure.plain() / 1e5;
     pump_table(root, &mains.pump.name)?.required("displacement", "a volume")?.warn(
         format!(
-            "small: it gives {given:.1} l/min at most, and valve `{valve}` alone takes {most:.1} l/min at full stroke"
+            "small: it gives {idle:.1} l/min without a load and {given:.1} l/min at {pressure:.0} bar, and valve `{valve}` alone takes {most:.1} l/min at full stroke"
         ),
         "use a larger one, or expect the mains pressure to fall".into(),
     );
     Ok(())
 }
 
-/// Flow of all pumps at full displacement and the supply pressure, m^3/s.
+/// Flow of a pump at full displacement without a load, m^3/s.
+fn idle<T: Number>(pump: &Pump<T>) -> f64 {
+    pump.displacement.plain() / TAU * pump.speed.plain()
+}
+
+/// Flow of all pumps at the supply pressure and the displacement that their torque limits leave, m^3/s: the least that they give.
 pub fn given<T: Number>(machine: &Machine<T>, mains: &Mains<T>) -> f64 {
     mains.pumps().map(|pump| given_by(&machine.supply, pump)).sum()
 }
 
 fn given_by<T: Number>(supply: &Supply<T>, pump: &Pump<T>) -> f64 {
-    let idle = pump.displacement.plain() / TAU * pump.speed.plain();
     let rise = supply.pressure.plain() - supply.tank_pressure.plain();
-    let torque = pump.displacement.plain() / TAU * rise / pump.hydromechanical_efficiency.plain();
+    let (full, rubbing) = (pump.displacement.plain() / TAU * rise, 1.0 / pump.hydromechanical_efficiency.plain() - 1.0);
+    let limit = pump.control.as_ref().and_then(|control| control.torque_limit.as_ref());
+    let share = limit.map_or(1.0, |limit| (limit.plain() / full - rubbing).clamp(0.0, 1.0));
     // Speed loss of an engine at the supply pressure.
-    let lost = pump.engine.as_ref().map_or(0.0, |of| of.droop.plain() * torque / of.rated_torque.plain());
-    idle * (pump.volumetric_efficiency.plain() - lost.min(1.0))
+    let lost =
+        pump.engine.as_ref().map_or(0.0, |of| of.droop.plain() * full * (share + rubbing) / of.rated_torque.plain());
+    let leaking = (1.0 - pump.volumetric_efficiency.plain()) * pump.rated_speed.plain() / pump.speed.plain();
+    idle(pump) * (share * (1.0 - lost.min(1.0)) - leaking).max(0.0)
 }
 
 /// Flow that a section takes at full stroke, m^3/s. Its compensator leaves the edge its setting; without one the supply pressure falls
@@ -298,10 +308,12 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
         return Ok(None);
     }
     let control = (kind != PumpKind::Fixed).then(|| control(table, supply)).transpose()?;
+    let speed: T = table.quantity("speed")?;
     Ok(Some(Pump {
         name: name.into(),
         displacement: displacement(table)?,
-        speed: table.quantity("speed")?,
+        speed,
+        rated_speed: table.optional_quantity("rated-speed")?.unwrap_or(speed),
         engine: engine(table)?,
         volumetric_efficiency: efficiency(table, "volumetric-efficiency")?,
         hydromechanical_efficiency: efficiency(table, "hydromechanical-efficiency")?,

@@ -39,6 +39,8 @@ hydrocrane_num::stored!([] enum Compensator<f64> { 0: None {}, 1: Before { 0: f6
 
 /// p_round, Pa
 const ROUNDING: f64 = 0.2e5;
+/// What the rounded corner takes of the drop of the section with the highest load behind the spool, Pa.
+pub const TAKEN_AT_THE_CORNER: f64 = 0.25 * ROUNDING;
 /// Share of the whole drop below which the opening is no longer its root.
 const NEARLY_SHUT: f64 = 1e-3;
 

@@ -11,7 +11,7 @@
 //! | w, w_0 | speed of the shaft, and without a load                    | rad/s      |
 //! | s      | droop of the engine: fall of speed per torque, 0 where the speed is constant | rad/(s N m) |
 //! | dp     | pressure rise from the tank to the mains                  | Pa         |
-//! | k      | conductance of the leakage, from the volumetric efficiency at the set pressure: (1 - eta_v) D w / dp_set |
+//! | k      | conductance of the leakage, from the volumetric efficiency at the set pressure and the rated speed: (1 - eta_v) D w_r / dp_set |
 //! | c      | rubbing torque, from the hydromechanical efficiency at full displacement: 1/eta_hm - 1                   |
 //!
 //! A controlled pump turns its swivel towards what its control asks for, with one time constant:
@@ -90,10 +90,20 @@ impl<T: Real> PressureControl<T> {
     /// `tank` (Pa).
     #[inline(always)]
     pub fn swivel_rate(&self, pump: &Pump<T>, e: T, p: T, set: T, tank: T) -> T {
+        (self.wanted(pump, p, set, tank) - e) / self.time_constant
+    }
+
+    /// The share of the displacement that is asked for, likewise.
+    #[inline(always)]
+    pub fn wanted(&self, pump: &Pump<T>, p: T, set: T, tank: T) -> T {
         let by_pressure = (set - p) / self.range;
-        let by_torque = self.torque_limit / (pump.displacement * (p - tank).max(T::c(LEAST_RISE))) - pump.rubbing;
-        let wanted = by_pressure.min(by_torque).clamp(T::c(0.0), T::c(1.0));
-        (wanted - e) / self.time_constant
+        by_pressure.min(self.by_torque(pump, p, tank)).clamp(T::c(0.0), T::c(1.0))
+    }
+
+    /// The share of the displacement that takes the largest torque; it may be above 1 or below 0.
+    #[inline(always)]
+    pub fn by_torque(&self, pump: &Pump<T>, p: T, tank: T) -> T {
+        self.torque_limit / (pump.displacement * (p - tank).max(T::c(LEAST_RISE))) - pump.rubbing
     }
 }
 

@@ -30,6 +30,12 @@ impl<T: Real> ReliefValve<T> {
     pub fn flow(&self, p: T) -> T {
         self.gradient * smooth::rounded_positive_part(p - self.pressure, ROUNDING)
     }
+
+    /// Highest pressure, Pa, at which nothing flows.
+    #[inline(always)]
+    pub fn tight_to(&self) -> T {
+        self.pressure - ROUNDING
+    }
 }
 
 #[cfg(test)]

@@ -49,7 +49,8 @@ pub fn supply_rates(m: &Machine, mains: &Mains, x: &[f64], drawn: f64, signal: f
             .engine
             .as_ref()
             .map_or(pump.speed, |engine| (pump.speed * (1.0 - engine.droop * torque / engine.rated_torque)).max(0.0));
-        let leaking = (1.0 - pump.volumetric_efficiency) * per_angle(pump) * pump.speed / (m.supply.pressure - tank);
+        let leaking =
+            (1.0 - pump.volumetric_efficiency) * per_angle(pump) * pump.rated_speed / (m.supply.pressure - tank);
         share(k) * per_angle(pump) * speed - leaking * (p - tank)
     };
     let given: f64 = pumps.iter().enumerate().map(given).sum();

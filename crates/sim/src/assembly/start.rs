@@ -4,7 +4,7 @@ use super::AssemblyError;
 use crate::model::Model;
 use crate::supply::{overridden, place, unusual};
 use crate::warning::Warning;
-use crate::warnings::moved_starts;
+use crate::warnings::doubts_at_rest;
 use hydrocrane_machine::scenario::{Initial, Pressures, Scenario};
 use hydrocrane_machine::suggestion;
 use hydrocrane_plant::EquilibriumMode;
@@ -31,7 +31,7 @@ fn at_rest(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<f6
     let q = pose(initial, model)?;
     let Pressures::Explicit(stated) = &initial.pressures else {
         let x = model.equilibrium(&q, EquilibriumMode::Hold, payload)?;
-        let doubts = moved_starts(model, &q, &x);
+        let doubts = doubts_at_rest(model, &q, &x, payload);
         return Ok((x, doubts));
     };
     let names: Vec<&str> = model.machine().cylinders.iter().map(|c| c.name.as_str()).collect();

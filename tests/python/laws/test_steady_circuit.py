@@ -1,0 +1,212 @@
+"""The circuit in steady motion and at rest, against figures by hand and against runs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrocrane as hc
+
+TWO = Path(__file__).parents[2] / "data" / "two-slides.toml"
+LPM = 1e-3 / 60
+AREAS = np.pi / 4 * np.array([0.040**2, 0.040**2 - 0.025**2])
+NOMINAL = 20 * LPM / np.sqrt(8e5)
+SHARING = {f"valve.{name}.compensator": "behind-spool" for name in ("first", "second")}
+COUNTERBALANCE = {
+    "counterbalance.c.cylinder": "first",
+    "counterbalance.c.side": "piston-side",
+    "counterbalance.c.setting": "130 bar",
+    "counterbalance.c.pilot-ratio": 3,
+    "counterbalance.c.opening-pressure": "40 bar",
+    "counterbalance.c.nominal-flow": "4 l/min",
+    "counterbalance.c.nominal-pressure-drop": "10 bar",
+}
+
+TANK_LINE = {
+    "tank-line.volume": "1 l",
+    "tank-line.nominal-flow": "20 l/min",
+    "tank-line.nominal-pressure-drop": "20 bar",
+}
+
+
+def two(**overrides):
+    """The two slides; `_` in a key stands for its dots."""
+    return hc.load_machine(TWO, {key.replace("__", "-").replace("_", "."): value for key, value in overrides.items()})
+
+
+def driven(machine, *shares, joints=(-0.28, 0.0), duration=1.6, payload=None):
+    """A run with spools at shares of their stroke."""
+    commands = {
+        name: hc.Command([0.0, 0.1, 0.3, duration], [0.0, 0.0, 0.01 * share, 0.01 * share], "linear")
+        for name, share in zip(machine.cylinder_names, shares, strict=True)
+    }
+    start = dict(zip(machine.joint_names, joints, strict=True))
+    more = {} if payload is None else {"payload": payload}
+    return hc.simulate(hc.Scenario(machine=machine, joints=start, commands=commands, duration=duration, **more))
+
+
+def warned(run, kind):
+    return [warning for warning in run.warnings if warning.kind == kind]
+
+
+def test_by_hand_a_small_pump_sets_the_speed():
+    """A pump of 8 ml at full displacement, less its leakage, at the pressure of load, friction and both edges."""
+    idle, load = 8e-6 * 1500 / 60, 1000 * 9.81
+    v = idle / AREAS[0]
+    for _ in range(50):
+        back = (AREAS[1] * v / NOMINAL) ** 2
+        piston_side = (load + 20_000 * v + back * AREAS[1]) / AREAS[0]
+        mains = piston_side + (AREAS[0] * v / NOMINAL) ** 2
+        v = idle * (1 - 0.05 * mains / 250e5) / AREAS[0]
+    found = two(pump_main_displacement="8 ml").piston_speeds([0.0, 0.0])[0, 1]
+    assert found == pytest.approx(v, rel=2e-3)
+    assert found == pytest.approx(0.156, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sense"),
+    [
+        ({}, 1),
+        ({"pump.main.displacement": "8 ml"}, 1),
+        ({"pump.main.torque-limit": "10 N m"}, 1),
+        ({"pump.main.displacement": "10 ml", "pump.main.droop": 0.2, "pump.main.rated-torque": "15 N m"}, 1),
+        ({"pump.main.control-range": "25 bar", "pump.main.displacement": "8 ml"}, 1),
+        ({**SHARING, "pump.main.displacement": "8 ml"}, 1),
+        (TANK_LINE, 1),
+        (COUNTERBALANCE, -1),
+        ({}, -1),
+    ],
+)  # fmt: skip
+def test_speeds_are_those_of_a_run_at_full_spool(overrides, sense):
+    machine = hc.load_machine(TWO, overrides)
+    run = driven(machine, sense, 0.0, joints=(-0.28 * sense, 0.0))
+    reached = run.data["cylinder.first.v"].values[-20]
+    assert machine.piston_speeds([0.0, 0.0])[0, (sense + 1) // 2] == pytest.approx(reached, rel=0.02)
+
+
+def test_a_load_that_the_supply_cannot_move_stands():
+    speeds = two(supply_pressure="70 bar").piston_speeds([0.0, 0.0])
+    assert speeds[0, 1] == 0.0 and speeds[0, 0] < 0.0 and (speeds[1] != 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("overrides", "shares", "words"),
+    [
+        ({"pump.main.torque-limit": "15 N m"}, (0.9, 0.9), "torque limit"),
+        ({"pump.main.control-range": "25 bar", "pump.main.displacement": "8 ml"}, (0.9, 0.4), "before the pump"),
+        ({"pump.main.displacement": "15 ml"}, (0.9, 0.9), "full displacement"),
+        ({"pump.main.displacement": "27 ml", "pump.main.droop": 0.3, "pump.main.rated-torque": "20 N m"}, (0.9, 0.9),
+         "engine"),
+        ({"mains.relief-pressure": "90 bar"}, (0.9, 0.9), "relief valve"),
+        ({"pump.main.displacement": "15 ml", "priority.cylinder": "first", "priority.margin": "8 bar",
+          "priority.range": "3 bar"}, (0.9, 0.9), "priority"),
+    ],
+)  # fmt: skip
+def test_a_section_that_gets_less_than_its_spool_asks_for_says_so(overrides, shares, words):
+    machine = hc.load_machine(TWO, overrides)
+    run = driven(machine, *shares, joints=(-0.25, -0.25), duration=1.2)
+    last = run.data.isel(time=-1)
+    short = {c: float(last[f"cylinder.{c}.q1"]) / LPM for c in machine.cylinder_names}
+    asked = dict(zip(machine.cylinder_names, 20 * np.array(shares), strict=True))
+    starved = [c for c in short if short[c] < 0.9 * asked[c]]
+    texts = [warning.text for warning in warned(run, "pump-saturated")]
+    assert starved and len(texts) >= len(starved)
+    for cylinder in starved:
+        (text,) = [text for text in texts if f"`{cylinder}`" in text]
+        assert f"of the {asked[cylinder]:.2f} l/min" in text or f"of the {asked[cylinder]:.1f}" in text, text
+    assert any(words in text for text in texts), texts
+
+
+@pytest.mark.parametrize("overrides", [{}, SHARING])
+def test_a_pump_that_suffices_does_not_warn(overrides):
+    run = driven(hc.load_machine(TWO, overrides), 0.5, 0.9, joints=(-0.25, -0.25), duration=1.2)
+    assert not warned(run, "pump-saturated"), run.warnings
+
+
+def test_shared_flow_deep_in_saturation_states_its_error():
+    run = driven(hc.load_machine(TWO, {**SHARING, "pump.main.displacement": "4 ml"}), 0.9, 0.4)
+    texts = [warning.text for warning in warned(run, "pump-saturated")]
+    assert texts and all("off by up to" in text for text in texts)
+
+
+def test_the_leakage_stays_when_the_speed_changes():
+    def leaked(speed):
+        machine = two(**{"pump_main_rated__speed": "1500 rpm", "pump_main_speed": speed})
+        state = machine.equilibrium([0.0, 0.0])
+        state[machine.state_names.index("pump.main.displacement")] = 0.0
+        state[machine.state_names.index("mains.p")] = 200e5
+        return float(machine.outputs(state, [0.0, 0.0])["mains.pump_flow"])
+
+    assert leaked("1500 rpm") < 0.0 and leaked("700 rpm") == pytest.approx(leaked("1500 rpm"), rel=1e-12)
+
+
+def test_a_small_pump_is_reported_with_its_least_and_its_most():
+    machine = two(pump_main_displacement="10 ml", pump_main_droop=0.3, **{"pump_main_rated__torque": "20 N m"})
+    (text,) = [warning.text for warning in machine.warnings if "displacement" in warning.text]
+    assert "15.0 l/min without a load" in text and "at 250 bar" in text and "-" not in text.split("gives")[1]
+
+
+# --- at rest ----------------------------------------------------------------------------------------------------------
+
+RELIEF = {
+    "port-relief.l.cylinder": "lift",
+    "port-relief.l.side": "piston-side",
+    "port-relief.l.setting": "60 bar",
+    "port-relief.l.nominal-flow": "20 l/min",
+}
+
+
+def sunk(machine, q, payload):
+    start = dict(zip(machine.joint_names, q, strict=True))
+    run = hc.simulate(hc.Scenario(machine=machine, joints=start, payload=payload, duration=2.0))
+    return float(run.data["tip.z"].values[0] - run.data["tip.z"].values[-1]), run
+
+
+def test_a_load_chart_holds_when_it_is_loaded():
+    machine = hc.load_machine("rottne-f9-mobile", RELIEF)
+    chart, free = hc.load_chart(machine, samples=6), hc.load_chart("rottne-f9-mobile", samples=6)
+    both = np.isfinite(chart.payload) & np.isfinite(free.payload)
+    assert (chart.payload[both] <= free.payload[both]).all() and (chart.payload[both] < 0.9 * free.payload[both]).any()
+    limited = np.argwhere((chart.payload > 100.0) & (chart.payload < 900.0) & (chart.limiting == 0))
+    for place in limited[:: max(len(limited) // 3, 1)]:
+        q, payload = chart.q[tuple(place)], float(chart.payload[tuple(place)])
+        sinks, run = sunk(machine, q, payload)
+        assert not warned(run, "start-not-held")
+        sinks_more, overloaded = sunk(machine, q, 1.3 * payload)
+        assert warned(overloaded, "start-not-held")
+        assert abs(sinks) < 0.02 and sinks_more > abs(sinks), (q, payload, sinks, sinks_more)
+
+
+def test_a_start_that_is_not_held_says_what_it_needs_and_what_there_is():
+    run = hc.simulate("vertical-lift-open-loop", payload=900.0, duration=0.2)
+    (text,) = [warning.text for warning in warned(run, "start-not-held")]
+    needed = run.data["cylinder.lift.p1"].values[0] / 1e5
+    assert f"{needed:.0f} bar in the piston side of cylinder `lift`" in text and "140 bar" in text
+    machine = hc.load_machine("rottne-f9-mobile", RELIEF)
+    run = sunk(machine, machine.home, 400.0)[1]
+    (text,) = [warning.text for warning in warned(run, "start-not-held")]
+    assert "relief valve" in text and "lift" in text
+    with pytest.warns(hc.result_warning.DoubtfulResult, match="relief valve"):
+        machine.equilibrium(machine.home, payload=400.0)
+
+
+@pytest.mark.parametrize("over", [{}, RELIEF])
+def test_a_lower_back_pressure_keeps_a_relief_valve_closed(over):
+    """The stated one is 10 bar, and stays where no valve would open."""
+    machine = hc.load_machine("rottne-f9-mobile", over)
+    chart = hc.load_chart(machine, samples=6)
+    i = np.unravel_index(np.argmax((chart.limiting == 0) & (chart.payload > 50.0)), chart.payload.shape)
+    state, doubts = machine.rest(chart.q[i], payload=float(chart.payload[i]))
+    p1, p2 = state[[machine.state_names.index(f"cylinder.lift.p{side}") for side in (1, 2)]]
+    assert not doubts and p2 == pytest.approx(0.0 if over else 10e5, abs=1e3)
+    assert p1 == pytest.approx(59.5e5, rel=1e-6) if over else p1 > machine.holdable_pressures[0, 0]
+
+
+def test_a_chamber_at_vacuum_says_so():
+    """The load lowers its piston through 20 l/min at 8 bar faster than the compensated edge fills the rod side."""
+    run = driven(two(), 0.0, -1.0, joints=(0.0, 0.28), payload=600.0)
+    (warning,) = warned(run, "cavitation")
+    assert "rod side of cylinder `second`" in warning.text and "anti-cavitation" in warning.cure
+    valve = {"cylinder": "second", "side": "rod-side", "nominal-flow": "40 l/min", "nominal-pressure-drop": "0.5 bar"}
+    fed = hc.load_machine(TWO, {f"anti-cavitation.a.{key}": value for key, value in valve.items()})
+    assert not warned(driven(fed, 0.0, -1.0, joints=(0.0, 0.28), payload=600.0), "cavitation")
