@@ -5,6 +5,7 @@
 //! all others are plain. Pairs of a friction parameter are (extending, retracting).
 
 pub use crate::circuit::*;
+use crate::keys;
 use crate::number::Number;
 
 /// A complete machine: a planar chain of links, each moved by one cylinder.
@@ -355,6 +356,8 @@ pub enum Cavitation<T = f64> {
 pub struct Supply<T = f64> {
     /// Constant pressure, set pressure of the pump, or typical value of a prescribed pressure, Pa.
     pub pressure: T,
+    /// What the file states of it, whatever it is set to: by this the machine is built and its sensors are chosen, Pa.
+    pub rated: f64,
     pub tank_pressure: T,
     /// The pressure is a measured one, which a run prescribes.
     pub measured: bool,
@@ -480,7 +483,7 @@ pub struct Sensor {
 }
 
 /// Defaults of the sampled controllers.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Control {
     /// Time between samples, s.
     pub period: Option<f64>,
@@ -502,15 +505,14 @@ pub struct ThesisSteps {
     pub penalty: bool,
 }
 
-impl Default for ThesisSteps {
-    fn default() -> Self {
-        ThesisSteps { working_area: true, penalty: false }
-    }
-}
-
 impl Control {
-    /// A gain of a controller, if the file states it.
+    /// A gain of a controller: that of the file, else its declared default; `None` where it follows from other values.
     pub fn gain(&self, controller: &str, key: &str) -> Option<f64> {
+        self.stated(controller, key).or_else(|| keys::default_gain(controller, key))
+    }
+
+    /// A gain of a controller, if the file states it.
+    pub fn stated(&self, controller: &str, key: &str) -> Option<f64> {
         let (_, gains) = self.gains.iter().find(|(name, _)| name == controller)?;
         gains.iter().find(|(name, _)| name == key).map(|(_, value)| *value)
     }
