@@ -480,6 +480,39 @@ pub struct Sensor {
     pub kind: String,
     /// Numeric properties by key, SI.
     pub properties: Vec<(String, f64)>,
+    /// Path and place of its range, or of what it measures if it has none.
+    pub key: String,
+    pub place: String,
+}
+
+/// Names that data sheets have for the range of an analogue sensor.
+pub(crate) const RANGES: [&str; 3] = ["range", "full-scale", "span"];
+
+impl Sensor {
+    pub fn property(&self, key: &str) -> Option<f64> {
+        self.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value)
+    }
+
+    /// A property that is zero where nobody states it.
+    pub fn share(&self, key: &str) -> f64 {
+        self.property(key).unwrap_or(0.0)
+    }
+
+    /// Its range as the data sheet states it; zero without one.
+    pub fn range(&self) -> f64 {
+        RANGES.into_iter().find_map(|key| self.property(key)).unwrap_or(0.0)
+    }
+
+    /// Lowest and highest reading; `None` for sensors that turn on and on.
+    pub fn limits(&self) -> Option<[f64; 2]> {
+        let (range, middle) = (self.range(), self.share("offset"));
+        match self.kind.as_str() {
+            "incremental-encoder" => None,
+            "pressure-transmitter" => Some([0.0, range]),
+            "load-cell" => Some([-range, range]),
+            _ => Some([middle - 0.5 * range, middle + 0.5 * range]),
+        }
+    }
 }
 
 /// Defaults of the sampled controllers.

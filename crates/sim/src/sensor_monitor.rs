@@ -183,42 +183,33 @@ const NOISE: f64 = 8.0;
 
 /// Largest difference of two readings of the same quantity.
 fn scatter(sensor: &Sensor) -> f64 {
-    let property = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
     if sensor.kind == "incremental-encoder" {
-        let pulses = property("pulses").map(|pulses| std::f64::consts::TAU / (4.0 * pulses));
+        let pulses = sensor.property("pulses").map(|pulses| std::f64::consts::TAU / (4.0 * pulses));
         // One count, and the change of the division error over one.
-        return 1.1 * pulses.or_else(|| property("resolution")).unwrap_or(0.0);
+        return 1.1 * pulses.unwrap_or(sensor.share("resolution"));
     }
-    let code = property("bits").map_or(0.0, |bits| 1.0 / (portable::pow(2.0, bits) - 1.0));
-    let share = 2.0 * property("repeatability").unwrap_or(0.0) + NOISE * property("noise").unwrap_or(0.0) + code;
-    share * range(sensor)
+    let share = 2.0 * sensor.share("repeatability") + NOISE * sensor.share("noise");
+    share * sensor.range() + step(sensor)
 }
 
 /// Step of its converter; zero without one.
 fn step(sensor: &Sensor) -> f64 {
-    let bits = sensor.properties.iter().find(|(name, _)| name == "bits").map(|(_, value)| *value);
-    bits.map_or(0.0, |bits| range(sensor) / (portable::pow(2.0, bits) - 1.0))
+    sensor.property("bits").map_or(0.0, |bits| sensor.range() / (portable::pow(2.0, bits) - 1.0))
 }
 
 /// Bits that a repeated reading tells against a sensor: by the chance that the noise around a value in the middle of a step stays within
 /// it, and one at most, so that no reading counts for more than it is known to.
 fn told(sensor: &Sensor) -> f64 {
-    let noise = sensor.properties.iter().find(|(name, _)| name == "noise").map_or(0.0, |(_, value)| *value);
     let step = step(sensor);
     if step == 0.0 {
         return 1.0;
     }
-    let chance = portable::erf(step / (2.0 * std::f64::consts::SQRT_2 * noise * range(sensor)));
+    let noise = sensor.share("noise") * sensor.range();
+    let chance = portable::erf(step / (2.0 * std::f64::consts::SQRT_2 * noise));
     (-portable::log2(chance)).clamp(0.0, 1.0)
 }
 
 /// Largest error of its mean reading.
 fn accuracy(sensor: &Sensor) -> f64 {
-    let share = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map_or(0.0, |(_, value)| *value);
-    (share("accuracy") + share("linearity")) * range(sensor)
-}
-
-fn range(sensor: &Sensor) -> f64 {
-    let named = |key: &&str| sensor.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
-    ["range", "full-scale", "span"].iter().find_map(named).unwrap_or(0.0)
+    (sensor.share("accuracy") + sensor.share("linearity")) * sensor.range()
 }
