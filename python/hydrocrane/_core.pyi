@@ -66,7 +66,7 @@ __all__ = [
     "scenario_text",
     "read_commands",
     "read_supply",
-    "tip_gain_info",
+    "tip_gain_units",
 ]
 
 class MachineFileError(ValueError):
@@ -383,4 +383,4 @@ def resolve_rates(
     preferred: _Array,
     bounds: _Array,
 ) -> tuple[_Array, float]: ...
-def tip_gain_info() -> list[tuple[str, str, float]]: ...
+def tip_gain_units() -> list[tuple[str, str]]: ...

@@ -119,6 +119,15 @@ macro_rules! copied_by_clone {
 }
 pub(crate) use copied_by_clone;
 
+/// What a controller tells whoever runs the machine.
+#[cfg(feature = "std")]
+#[derive(Debug, Clone, PartialEq)]
+pub struct Told {
+    pub text: String,
+    /// Whether the crane stops for it, so that it does not do what it was told.
+    pub stops: bool,
+}
+
 /// A sampled controller.
 pub trait Controller: Send {
     /// Fixed time between samples, s.
@@ -168,7 +177,7 @@ pub trait Controller: Send {
     }
     /// What has happened since the last call that whoever runs the machine should know.
     #[cfg(feature = "std")]
-    fn notices(&mut self) -> Vec<String> {
+    fn notices(&mut self) -> Vec<Told> {
         Vec::new()
     }
 }

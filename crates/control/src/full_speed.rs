@@ -38,4 +38,14 @@ impl<const N: usize> ControllerModel<N> {
     pub fn unloaded_speed(&self, cylinder: usize, sense: f64) -> f64 {
         sense * steady_speed(&self.cylinders[cylinder], &self.supply_pressures(), 0.0, sense)
     }
+
+    /// The faster of both directions, no faster than the oil of the pump, m/s.
+    pub fn fastest(&self, cylinder: usize) -> f64 {
+        let fed = |sense: f64| {
+            self.pump.map_or(f64::INFINITY, |pump| {
+                pump.most(self.tank, self.tank) / self.cylinders[cylinder].drawing_area(sense)
+            })
+        };
+        [-1.0, 1.0].map(|sense| self.unloaded_speed(cylinder, sense).min(fed(sense))).into_iter().fold(0.0, f64::max)
+    }
 }

@@ -1,10 +1,10 @@
 //! A controller behind the monitor of its sensors, where there is a heap.  theory: docs/theory/control/plausibility.md
 
-use crate::controller::{Controller, Fault, Measurement, Stick};
+use crate::controller::{Controller, Fault, Measurement, Stick, Told};
 use crate::controller_model::ControllerModel;
 use crate::notice::Names;
 use crate::plausibility::Monitor;
-use crate::safe_state::{Guarded, SafeState};
+use crate::safe_state::{Guarded, SafeState, SensorNotice};
 use crate::valve_learning::LearntValve;
 
 pub struct Monitored<const N: usize> {
@@ -76,9 +76,12 @@ impl<const N: usize> Controller for Monitored<N> {
         self.known.controller.learnt()
     }
 
-    fn notices(&mut self) -> Vec<String> {
+    fn notices(&mut self) -> Vec<Told> {
         let (news, recovery) = (self.safe_state.take_news(), self.safe_state.monitor().recovery_time());
-        let told = news.iter().map(|notice| notice.text(&self.names, recovery));
+        let told = news.iter().map(|notice| Told {
+            text: notice.text(&self.names, recovery),
+            stops: matches!(notice, SensorNotice::Stops(..)),
+        });
         told.chain(self.known.controller.notices()).collect()
     }
 }

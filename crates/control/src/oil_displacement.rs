@@ -3,13 +3,17 @@
 //! A_1 dx = h (q_1 - q_int) - V_1/E_1 dp_1,     A_2 dx = h (q_2 - q_int + q_ext) + V_2/E_2 dp_2
 //!
 //! over a time h, from (94) and (95). Flows follow from commands, pressures and the valve law; load, payload and friction do not enter.
-//! Every term is an interval, as wide as late commands, valve tolerances and errors of the pressure sensors make it. Where the
-//! oil determines little, as in a chamber under vacuum, the interval is wide and makes no sensor suspect.
+//! Every term is an interval, as wide as late commands, valve tolerances, errors of the pressure sensors and a supply that is not
+//! measured make it. Where the oil determines little, as in a chamber under vacuum, the interval is wide and makes no sensor suspect.
 
 use crate::controller_model::CylinderModel;
-use crate::feed_forward::{Moment, SupplyPressures};
+use crate::feed_forward::Moment;
+use hydrocrane_physics::hydraulics::compensator::Compensator;
+use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::edge_flows::{EdgeFlows, PortPressures};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::port_valves::PortValves;
+use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 
 /// All values from `low` to `high`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,17 +83,39 @@ impl Interval {
     }
 }
 
-/// Accuracy of valves and pressure sensors.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// How well the oil of a cylinder is known: accuracy of valve and pressure sensors, and what the controller model leaves out.
+#[derive(Debug, Clone, Copy)]
 pub struct Trust {
     /// Error of the valve law, as a share of the flow.
     pub flow: f64,
     /// Largest error of a pressure reading, Pa, and of the difference of two readings of one pressure.
     pub pressure: [f64; 2],
     pub scatter: [f64; 2],
+    /// Lowest and highest pressures of the supply and of the tank line, Pa.
+    pub supply: [f64; 2],
+    pub tank: [f64; 2],
+    /// Whether the compensator of the section keeps the drop over a fed edge at each moment.
+    pub compensated: bool,
+    /// At the piston side and at the rod side.
+    pub port_valves: [PortValves<f64>; 2],
+    pub crossover: CrossoverRelief<f64>,
+    /// By how much more than the positions asked for those of the spool differ, as a share, and its hysteresis, m.
+    pub swing: f64,
+    pub play: f64,
 }
 
-hydrocrane_num::stored!([] Trust { flow: f64, pressure: [f64; 2], scatter: [f64; 2] });
+hydrocrane_num::stored!([] Trust {
+    flow: f64,
+    pressure: [f64; 2],
+    scatter: [f64; 2],
+    supply: [f64; 2],
+    tank: [f64; 2],
+    compensated: bool,
+    port_valves: [PortValves<f64>; 2],
+    crossover: CrossoverRelief<f64>,
+    swing: f64,
+    play: f64,
+});
 
 /// Displacement of a piston estimated by one chamber, m; sums of it stay as narrow as they can.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,16 +139,16 @@ impl OilDisplacement {
     }
 }
 
-/// Estimates by both chambers over the time `h` between two samples, with the spool (m) anywhere within `spool`.
+/// Estimates by both chambers over the time `h` between two samples, with the spool asked for positions (m) within `asked`.
 pub fn oil_displacements(
     c: &CylinderModel,
     fluid: &Fluid<f64>,
-    supply_pressures: &SupplyPressures,
     [before, now]: [&Moment; 2],
     h: f64,
-    spool: Interval,
+    asked: Interval,
     trust: &Trust,
 ) -> [OilDisplacement; 2] {
+    let spool = asked.widened(0.5 * trust.swing * (asked.high - asked.low) + trust.play, 0.0);
     let ranges: [Interval; 2] = hydrocrane_num::array::from_fn(|i| {
         let seen = Interval::spanning(before.p[i], now.p[i]).widened(trust.pressure[i], 0.0);
         // A transmitter reads zero for any vacuum.
@@ -132,13 +158,18 @@ pub fn oil_displacements(
             seen
         }
     });
-    let [q1, q2] = flows(c, supply_pressures, spool, &ranges);
-    let leaked = c.leakage.flows(ranges[0].middle(), ranges[1].middle(), supply_pressures.tank);
+    let [q1, q2] = flows(c, trust, spool, &ranges);
+    let leaked = c.leakage.flows(ranges[0].middle(), ranges[1].middle(), trust.tank[0]);
+    let crossed = Interval::spanning(
+        trust.crossover.flow(ranges[0].low, ranges[1].high),
+        trust.crossover.flow(ranges[0].high, ranges[1].low),
+    );
+    let passed = crossed.times(-1.0);
     // Of the seals' gaps little is known but the sense of their flow.
     let (internal, external) = (Interval::spanning(0.0, 2.0 * leaked.0), Interval::spanning(0.0, 2.0 * leaked.1));
     let inflow = [
-        q1.widened(0.0, trust.flow).plus(internal.times(-1.0)),
-        q2.widened(0.0, trust.flow).plus(internal.times(-1.0)).plus(external),
+        q1.widened(0.0, trust.flow).plus(internal.times(-1.0)).plus(passed),
+        q2.widened(0.0, trust.flow).plus(internal.times(-1.0)).plus(external).plus(passed),
     ];
     let (v1, v2) = c.chambers.volumes(0.5 * (before.stroke + now.stroke));
     let least = 1e-3 * c.chambers.mid_volume_1;
@@ -152,24 +183,27 @@ pub fn oil_displacements(
     })
 }
 
-/// q_1 and q_2 over all spools and pressures in question: both are monotone in the pressure and, on either side of the
-/// centre, in the spool.
-fn flows(c: &CylinderModel, supply_pressures: &SupplyPressures, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
+/// q_1 and q_2 with those of the port valves, over all spools and pressures in question: both are monotone in the pressures and, on
+/// either side of the centre, in the spool. A chamber takes most while its own pressure is low and those around it are high.
+fn flows(c: &CylinderModel, trust: &Trust, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
+    let compensator = if trust.compensated { c.valve.compensator } else { Compensator::None };
+    let valve = SpoolValve { compensator, ..c.valve };
     let mut flows = [Interval::NONE; 2];
-    for [a, b] in [[p[0].low, p[1].low], [p[0].high, p[1].high]] {
-        let SupplyPressures { supply, tank } = *supply_pressures;
+    for (a, b, around) in [(p[0].low, p[1].low, 1), (p[0].high, p[1].high, 0)] {
+        let (supply, tank) = (trust.supply[around], trust.tank[around]);
         let ports = PortPressures { supply, load: tank, tank, a, b, opening: None };
+        let [of_a, of_b] = [(0, a), (1, b)].map(|(side, p)| trust.port_valves[side].flow(p, tank));
         let mut include = |edges: EdgeFlows<f64>| {
-            for (flow, q) in flows.iter_mut().zip([edges.port_a(), edges.port_b()]) {
+            for (flow, q) in flows.iter_mut().zip([edges.port_a() - of_a, edges.port_b() + of_b]) {
                 *flow = flow.with(q);
             }
         };
-        include(c.valve.flows(spool.low, &ports));
+        include(valve.flows(spool.low, &ports));
         if spool.high > spool.low {
-            include(c.valve.flows(spool.high, &ports));
+            include(valve.flows(spool.high, &ports));
         }
         if spool.low < 0.0 && spool.high > 0.0 {
-            include(c.valve.closed(&ports));
+            include(valve.closed(&ports));
         }
     }
     flows

@@ -23,15 +23,15 @@ pub enum Kind {
     Frozen(f64),
 }
 
-/// Thresholds, SI.
-#[derive(Debug, Clone, PartialEq)]
+/// Thresholds, SI, most of them per cylinder.
+#[derive(Debug, Clone)]
 pub struct Settings<const N: usize> {
     /// Piston displacement between two samples that no other estimate confirms, m.
-    pub jump: f64,
+    pub jump: [f64; N],
     /// Piston displacement that an unchanged position reading must have missed, m.
-    pub frozen: f64,
-    /// Measured piston displacement over which no pressure stays the same to the last digit, m.
-    pub frozen_pressure: f64,
+    pub frozen: [f64; N],
+    /// What one repeated pressure reading tells while the piston moves, bits: up to 1, none where noise hides no step of the sensor.
+    pub told: [[f64; 2]; N],
     /// Change of a pressure that its reading need not show, Pa.
     pub resolution: [[f64; 2]; N],
     /// Time for which control goes on without a reading, s.
@@ -52,9 +52,9 @@ pub struct Settings<const N: usize> {
 }
 
 hydrocrane_num::stored!([const N: usize] Settings<N> {
-    jump: f64,
-    frozen: f64,
-    frozen_pressure: f64,
+    jump: [f64; N],
+    frozen: [f64; N],
+    told: [[f64; 2]; N],
     resolution: [[f64; 2]; N],
     ride_through: f64,
     recovery_time: f64,
@@ -94,8 +94,9 @@ struct Track {
     missed: [OilDisplacement; 2],
     /// The cylinder where each pressure reading last changed.
     changed: [Standing; 2],
-    /// Piston position since which it ought to have changed, m.
-    unexplained: [f64; 2],
+    /// Bits that readings have told against each pressure sensor since, and the piston position at the last of them, m.
+    told: [f64; 2],
+    stirred: [f64; 2],
 }
 
 /// What a cylinder was like: piston position (m), pressures (Pa), and force of the planned load (N; not a number if unknown).
@@ -127,12 +128,16 @@ struct Passage {
 }
 
 /// Least time between two samples that are compared, s: faster ones would drown in scatter.
-const INTERVAL: f64 = 0.01;
+pub const INTERVAL: f64 = 0.01;
 
 /// Slow and fast motion of a piston, by which its friction is judged, m/s.
 const SPEEDS: [f64; 2] = [0.01, 0.1];
 /// Share of the load that accelerations may add.
 const DYNAMIC: f64 = 0.25;
+/// Bits that make a repeated pressure reading a fault: one false alarm in 10^9 readings in motion, 115 days of them at 100 Hz.
+const MOST_TOLD: f64 = 30.0;
+/// Share of the displacement that counts as a jump beyond which a piston counts as moving: with its default, 1 % of its fastest motion.
+const STIR: f64 = 0.04;
 
 #[derive(Clone)]
 pub struct Monitor<const N: usize> {
@@ -206,7 +211,7 @@ impl<const N: usize> Monitor<N> {
             // What its reading did meanwhile tells nothing of the others.
             if let Some(track) = &mut tracks[signal.cylinder()] {
                 track.changed = [Standing { moment: track.moment, load: track.load }; 2];
-                track.unexplained = [track.moment.stroke; 2];
+                (track.told, track.stirred) = ([0.0; 2], [track.moment.stroke; 2]);
             }
             back.push(Returned { signal, kind, from });
             false
@@ -220,7 +225,7 @@ impl<const N: usize> Monitor<N> {
         // One unreadable joint must not hide the strokes of the others.
         let strokes = model.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
         // Only a coarse reading is explained by the load.
-        let coarse = self.settings.resolution.iter().flatten().any(|step| *step > 0.0);
+        let coarse = self.settings.told.iter().flatten().any(|bits| *bits < 1.0);
         let load = if coarse { model.cylinder_force(&q, &[0.0; N], model.payload) } else { [f64::NAN; N] };
         let mut found = OfSignals::new();
         for c in 0..N {
@@ -298,31 +303,31 @@ impl<const N: usize> Monitor<N> {
             reading,
             missed: [OilDisplacement::NOTHING; 2],
             changed: [now; 2],
-            unexplained: [moment.stroke; 2],
+            told: [0.0; 2],
+            stirred: [moment.stroke; 2],
         };
         let before = *self.tracks[c].get_or_insert(first);
         if t - before.t < INTERVAL * (1.0 - 1e-6) {
             return None;
         }
-        let supply_pressures = model.supply_pressures();
         let spool = self.spools(c, before.t);
         let moments = [&before.moment, &moment];
-        let estimates = oil_displacements(
-            &model.cylinders[c],
-            &model.fluid,
-            &supply_pressures,
-            moments,
-            t - before.t,
-            spool,
-            &self.settings.trust[c],
-        );
+        let estimates =
+            oil_displacements(&model.cylinders[c], &model.fluid, moments, t - before.t, spool, &self.settings.trust[c]);
         let missed = [0, 1].map(|i| before.missed[i].then(estimates[i]));
         let stands = [0, 1].map(|i| moment.p[i] == before.moment.p[i]);
-        let explained = |i: usize| self.explained(&model.cylinders[c], c, i, &now, &before.changed[i]);
+        let least = scatter + STIR * self.settings.jump[c];
+        let moves = [0, 1].map(|i| (moment.stroke - before.stirred[i]).abs() > least);
+        let told = |i: usize| match stands[i] {
+            true if moves[i] => self.told(&model.cylinders[c], (c, i), before.told[i], &now, &before.changed[i]),
+            true => before.told[i],
+            false => 0.0,
+        };
         let now = Track {
             missed: if reading == before.reading { missed } else { first.missed },
             changed: [0, 1].map(|i| if stands[i] { before.changed[i] } else { now }),
-            unexplained: [0, 1].map(|i| if stands[i] && !explained(i) { before.unexplained[i] } else { moment.stroke }),
+            told: [0, 1].map(told),
+            stirred: [0, 1].map(|i| if stands[i] && !moves[i] { before.stirred[i] } else { moment.stroke }),
             ..first
         };
         self.tracks[c] = Some(now);
@@ -340,7 +345,7 @@ impl<const N: usize> Monitor<N> {
     fn faults(&self, c: usize, passage: &Passage, scatter: f64) -> ArrayVec<(Signal, Kind), 2> {
         let jump = self.jump(c, passage);
         let frozen = || self.frozen_joint(c, &passage.now, scatter);
-        let stuck = || (0..2).filter_map(|side| self.frozen_pressure(c, side, &passage.now, scatter));
+        let stuck = || (0..2).filter_map(|side| self.frozen_pressure(c, side, &passage.now));
         match jump.or_else(frozen) {
             Some(found) => [found].into_iter().collect(),
             None => stuck().collect(),
@@ -348,7 +353,7 @@ impl<const N: usize> Monitor<N> {
     }
 
     fn jump(&self, c: usize, passage: &Passage) -> Option<(Signal, Kind)> {
-        let (jump, now, before) = (self.settings.jump, &passage.now, &passage.before);
+        let (jump, now, before) = (self.settings.jump[c], &passage.now, &passage.before);
         let [one, two] = &passage.oil;
         if one.gap(two) <= jump {
             let outvoted = one.between(two).gap(&passage.measured) > jump;
@@ -366,25 +371,34 @@ impl<const N: usize> Monitor<N> {
     fn frozen_joint(&self, c: usize, now: &Track, scatter: f64) -> Option<(Signal, Kind)> {
         let [one, two] = now.missed.map(|m| m.displacement());
         let missed = one.between(&two);
-        let frozen = self.settings.frozen;
+        let frozen = self.settings.frozen[c];
         let outvoted = one.gap(&two) <= frozen && missed.gap(&Interval::around(0.0, scatter)) > frozen;
         outvoted.then_some((Signal::Joint(c), Kind::Frozen(missed.middle())))
     }
 
-    fn frozen_pressure(&self, c: usize, side: usize, now: &Track, scatter: f64) -> Option<(Signal, Kind)> {
-        let travel = (now.moment.stroke - now.unexplained[side]).abs();
+    fn frozen_pressure(&self, c: usize, side: usize, now: &Track) -> Option<(Signal, Kind)> {
         // A vacuum reads zero for as long as it lasts.
         let vacuum = now.moment.p[side].abs() <= self.settings.trust[c].pressure[side];
-        let frozen = !vacuum && travel > self.settings.frozen_pressure + scatter;
+        let travel = now.moment.stroke - now.changed[side].moment.stroke;
+        let frozen = !vacuum && now.told[side] > MOST_TOLD;
         frozen.then_some((Signal::Pressure(c, side), Kind::Frozen(travel)))
+    }
+
+    /// Bits against a pressure sensor whose reading has repeated in motion, after those `before`.
+    fn told(&self, cylinder: &CylinderModel, at: (usize, usize), before: f64, now: &Standing, then: &Standing) -> f64 {
+        let (c, side) = at;
+        let own = self.settings.told[c][side];
+        match own < 1.0 && self.explained(cylinder, c, side, now, then) {
+            false => before + 1.0,
+            // Without noise a reading tells nothing while its step explains it.
+            true if own == 0.0 => 0.0,
+            true => before + own,
+        }
     }
 
     /// Whether the load, friction and the other chamber leave a pressure within the resolution of its sensor since `then`.
     fn explained(&self, cylinder: &CylinderModel, c: usize, side: usize, now: &Standing, then: &Standing) -> bool {
         let resolution = self.settings.resolution[c][side];
-        if resolution == 0.0 {
-            return false;
-        }
         let chambers = &cylinder.chambers;
         let areas = [chambers.area_1, -chambers.area_2];
         let other = areas[1 - side] * (now.moment.p[1 - side] - then.moment.p[1 - side]);
@@ -407,7 +421,7 @@ impl<const N: usize> Monitor<N> {
         passage: Option<&Passage>,
         scatter: f64,
     ) {
-        let near = scatter + self.settings.jump.min(0.5 * self.settings.frozen);
+        let near = scatter + self.settings.jump[c].min(0.5 * self.settings.frozen[c]);
         let first = self.tracks[c].is_some_and(|track| track.t == t);
         for suspect in &mut self.suspects {
             if suspect.signal.cylinder() != c {
@@ -418,7 +432,7 @@ impl<const N: usize> Monitor<N> {
             let fits = match (suspect.kind, suspect.signal) {
                 // After a short gap the piston cannot be but where the oil says.
                 (Kind::NoReading | Kind::OutOfRange, Signal::Joint(_)) if readable && short => match passage {
-                    Some(p) if p.contradicted(self.settings.jump) => {
+                    Some(p) if p.contradicted(self.settings.jump[c]) => {
                         suspect.kind = Kind::Jump(p.now.reading - p.before.reading);
                         suspect.expected = p.before.moment.stroke + p.total[0].between(&p.total[1]).middle();
                         false

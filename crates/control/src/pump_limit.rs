@@ -18,7 +18,7 @@ const PLANNED: f64 = 0.9;
 
 impl PumpModel {
     /// Largest flow while the pressure of the mains is `p` (Pa), m^3/s.
-    fn most(&self, p: f64, tank: f64) -> f64 {
+    pub fn most(&self, p: f64, tank: f64) -> f64 {
         let rise = (p - tank).max(0.0);
         // Without any rise the quotient is infinite or no number: min takes full displacement.
         let by_torque = self.torque_limit / (self.pump.displacement * rise) - self.pump.rubbing;
@@ -28,7 +28,7 @@ impl PumpModel {
 
 impl CylinderModel {
     /// Area through which the section draws from the supply while the piston moves at `v` (m/s), m^2.
-    fn drawing_area(&self, v: f64) -> f64 {
+    pub fn drawing_area(&self, v: f64) -> f64 {
         match v > 0.0 {
             true => self.chambers.area_1 - self.valve.regenerative * self.chambers.area_2,
             false => self.chambers.area_2,

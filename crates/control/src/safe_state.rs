@@ -275,16 +275,17 @@ impl SensorNotice {
 impl Names {
     /// What a sensor is called, and what is wrong with it.
     fn fault(&self, signal: Signal, kind: Kind) -> (String, String) {
-        let (name, size) = match signal {
-            Signal::Joint(i) if self.revolute[i] => {
-                (format!("`joint.{}.q`", self.joints[i]), (180.0 / core::f64::consts::PI, "deg"))
+        let joint = |i: usize| format!("`joint.{}.q`", self.joints[i]);
+        let (name, quantity, size) = match signal {
+            Signal::Joint(i) if self.revolute[i] => (joint(i), "position", (180.0 / core::f64::consts::PI, "deg")),
+            Signal::Joint(i) => (joint(i), "position", (1e3, "mm")),
+            Signal::Pressure(c, side) => {
+                (format!("`cylinder.{}.p{}`", self.cylinders[c], side + 1), "pressure", (1e-5, "bar"))
             }
-            Signal::Joint(i) => (format!("`joint.{}.q`", self.joints[i]), (1e3, "mm")),
-            Signal::Pressure(c, side) => (format!("`cylinder.{}.p{}`", self.cylinders[c], side + 1), (1e-5, "bar")),
         };
         let why = match kind {
             Kind::NoReading => "gives no reading".to_string(),
-            Kind::OutOfRange => "is out of range: the machine cannot have this position".to_string(),
+            Kind::OutOfRange => format!("is out of range: the machine cannot have this {quantity}"),
             Kind::Jump(by) => {
                 format!("jumped by {:.3} {} in one sample, which no other reading confirms", by * size.0, size.1)
             }

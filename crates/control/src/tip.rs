@@ -22,7 +22,7 @@ use crate::standstill::Standstill;
 use crate::wanted::Wanted;
 use crate::weighing::Weighing;
 #[cfg(feature = "std")]
-use crate::{notice::Names, reach, valve_learning::LearntValve};
+use crate::{controller::Told, notice::Names, reach, valve_learning::LearntValve};
 use hydrocrane_num::Vec2;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -592,7 +592,9 @@ impl<const N: usize> Controller for Tip<N> {
     }
 
     #[cfg(feature = "std")]
-    fn notices(&mut self) -> Vec<String> {
-        self.take_notices().iter().map(|notice| notice.text(&self.names)).collect()
+    fn notices(&mut self) -> Vec<Told> {
+        let news = self.take_notices();
+        let told = |notice: &Notice| Told { text: notice.text(&self.names), stops: false };
+        news.iter().map(told).collect()
     }
 }

@@ -10,7 +10,7 @@ use crate::resources::{Resources, MACHINE};
 use crate::variable::{Kind, Use, Variable};
 use hydrocrane_machine::{Machine, Template};
 use hydrocrane_sim::controller::{Measurement, Stick};
-use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, LEVER, TIP_GAINS};
+use hydrocrane_sim::controllers::{tip_gains, LEVER};
 use hydrocrane_sim::{build, EquilibriumMode, Model, Sensors};
 use std::sync::Arc;
 
@@ -190,7 +190,7 @@ impl ControllerPart {
         if fault.is_some() {
             self.command.fill(0.0);
         }
-        let mut told = going.controller.notices();
+        let mut told: Vec<String> = going.controller.notices().into_iter().map(|told| told.text).collect();
         told.extend(fault.clone().filter(|_| fault != going.fault));
         (going.fault, going.samples) = (fault, going.samples + 1);
         self.going = Some(going);
@@ -211,11 +211,10 @@ impl ControllerPart {
 
 /// Gains of a controller, including defaults.
 fn gains(machine: &Machine, controller: &str) -> Vec<Parameter> {
-    let own = TIP_GAINS.iter().filter(|_| controller == "tip");
-    own.map(|(name, _)| {
-        let value = tip_gain(machine, name);
+    let own = tip_gains(machine).filter(|_| controller == "tip");
+    own.map(|(name, unit, value)| {
         let key = format!("control.tip.{name}");
-        Parameter { key, element: None, unit: tip_gain_unit(name).to_string(), value, start: value }
+        Parameter { key, element: None, unit: unit.to_string(), value, start: value }
     })
     .collect()
 }

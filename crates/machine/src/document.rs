@@ -30,6 +30,8 @@ pub enum Place {
 pub struct Origin {
     pub class: Option<(String, Place)>,
     pub source: String,
+    /// What the file states in the place of an override.
+    pub of_file: Option<Scalar>,
 }
 
 #[derive(Debug, Clone)]
@@ -229,6 +231,7 @@ impl Builder<'_> {
         Ok(Arc::new(Origin {
             class: class.or_else(|| outer.class.clone()),
             source: source.map_or_else(|| outer.source.clone(), |(text, _)| text),
+            of_file: None,
         }))
     }
 

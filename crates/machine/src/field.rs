@@ -114,6 +114,14 @@ impl<'a> Field<'a> {
         Ok(self.log.number(&self.path, None, value))
     }
 
+    /// What the file states in the place of an override, else this value.
+    pub fn quantity_of_file(&self) -> Result<f64> {
+        let quantity = self.kind().quantity();
+        let of_file = self.origin.of_file.as_ref().and_then(|value| self.signed(value, self.place, &quantity).ok());
+        let (_, si) = of_file.map_or_else(|| self.signed(self.value, self.place, &quantity), Ok)?;
+        Ok(si)
+    }
+
     fn plain_quantity_of(&self, quantity: &Quantity) -> Result<f64> {
         debug_assert!(self.key.allows(quantity), "`{}` is declared as another quantity", self.path);
         self.record()?;

@@ -101,7 +101,11 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
             .error(ErrorKind::WrongType, key, "a table, not a value")
             .help("name one of the values below it"));
     }
-    let origin = Origin { class: Some(("setting".into(), place.clone())), source: "override".into() };
+    let of_file = match &node.kind {
+        NodeKind::Value { value, origin } => origin.of_file.clone().or_else(|| Some(value.clone())),
+        NodeKind::Table(_) => None,
+    };
+    let origin = Origin { class: Some(("setting".into(), place.clone())), source: "override".into(), of_file };
     node.kind = NodeKind::Value { value: scalar(value, place), origin: Arc::new(origin) };
     node.place = place.clone();
     Ok(())

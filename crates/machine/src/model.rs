@@ -5,6 +5,7 @@
 //! all others are plain. Pairs of a friction parameter are (extending, retracting).
 
 pub use crate::circuit::*;
+use crate::keys;
 use crate::number::Number;
 
 /// A complete machine: a planar chain of links, each moved by one cylinder.
@@ -360,6 +361,8 @@ pub enum Cavitation<T = f64> {
 pub struct Supply<T = f64> {
     /// Constant pressure, set pressure of the pump, or typical value of a prescribed pressure, Pa.
     pub pressure: T,
+    /// What the file states of it, whatever it is set to: by this the machine is built and its sensors are chosen, Pa.
+    pub rated: f64,
     pub tank_pressure: T,
     /// The pressure is a measured one, which a run prescribes.
     pub measured: bool,
@@ -484,10 +487,43 @@ pub struct Sensor {
     pub kind: String,
     /// Numeric properties by key, SI.
     pub properties: Vec<(String, f64)>,
+    /// Path and place of its range, or of what it measures if it has none.
+    pub key: String,
+    pub place: String,
+}
+
+/// Names that data sheets have for the range of an analogue sensor.
+pub(crate) const RANGES: [&str; 3] = ["range", "full-scale", "span"];
+
+impl Sensor {
+    pub fn property(&self, key: &str) -> Option<f64> {
+        self.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value)
+    }
+
+    /// A property that is zero where nobody states it.
+    pub fn share(&self, key: &str) -> f64 {
+        self.property(key).unwrap_or(0.0)
+    }
+
+    /// Its range as the data sheet states it; zero without one.
+    pub fn range(&self) -> f64 {
+        RANGES.into_iter().find_map(|key| self.property(key)).unwrap_or(0.0)
+    }
+
+    /// Lowest and highest reading; `None` for sensors that turn on and on.
+    pub fn limits(&self) -> Option<[f64; 2]> {
+        let (range, middle) = (self.range(), self.share("offset"));
+        match self.kind.as_str() {
+            "incremental-encoder" => None,
+            "pressure-transmitter" => Some([0.0, range]),
+            "load-cell" => Some([-range, range]),
+            _ => Some([middle - 0.5 * range, middle + 0.5 * range]),
+        }
+    }
 }
 
 /// Defaults of the sampled controllers.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Control {
     /// Time between samples, s.
     pub period: Option<f64>,
@@ -509,15 +545,14 @@ pub struct ThesisSteps {
     pub penalty: bool,
 }
 
-impl Default for ThesisSteps {
-    fn default() -> Self {
-        ThesisSteps { working_area: true, penalty: false }
-    }
-}
-
 impl Control {
-    /// A gain of a controller, if the file states it.
+    /// A gain of a controller: that of the file, else its declared default; `None` where it follows from other values.
     pub fn gain(&self, controller: &str, key: &str) -> Option<f64> {
+        self.stated(controller, key).or_else(|| keys::default_gain(controller, key))
+    }
+
+    /// A gain of a controller, if the file states it.
+    pub fn stated(&self, controller: &str, key: &str) -> Option<f64> {
         let (_, gains) = self.gains.iter().find(|(name, _)| name == controller)?;
         gains.iter().find(|(name, _)| name == key).map(|(_, value)| *value)
     }

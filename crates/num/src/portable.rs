@@ -4,7 +4,7 @@
 //! that saturates amplifies such a bit, so that the same drive would end elsewhere in a browser. What the laws evaluate in lanes
 //! stands in [`elementary`](crate::elementary); the rest is taken from `libm`, a Rust port of musl's library.
 
-pub use libm::{acos, atan2, cos, exp, hypot, log10, pow, sin};
+pub use libm::{acos, atan2, cos, erf, exp, hypot, log10, log2, pow, sin};
 pub use libm::{log as ln, sincos as sin_cos};
 
 /// The nearest whole number, halves away from zero, and the square root: both exact to the last bit, so that the processor's own serve.

@@ -89,10 +89,10 @@ impl<const N: usize> Crane<N> {
         crane.safe = crane.safe_ranges();
         crane.check_mass_matrix()?;
         crane.require_finite()?;
-        for low in crane.low_settings() {
+        for unusual in [crane.low_settings(), crane.short_ranges()].concat() {
             // A machine that is built again already has its warnings.
-            if !crane.machine.warnings.contains(&low) {
-                crane.machine.warnings.push(low);
+            if !crane.machine.warnings.contains(&unusual) {
+                crane.machine.warnings.push(unusual);
             }
         }
         Ok(crane)

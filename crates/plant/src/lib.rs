@@ -28,6 +28,7 @@ pub mod precision;
 #[cfg(feature = "reference")]
 pub mod reference;
 pub mod rhs;
+mod sensor_ranges;
 mod shared_states;
 pub mod shortfall;
 mod state_space;

@@ -1,7 +1,7 @@
 //! Parts of tip control, for studies from Python.
 
 use crate::arrays::{row, rows, vector, Row, Rows};
-use hydrocrane_sim::controllers::{tip_gain_unit, TIP_GAINS};
+use hydrocrane_sim::controllers;
 use hydrocrane_sim::RateWish;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
@@ -31,8 +31,8 @@ pub fn resolve_rates<'py>(
     }
 }
 
-/// Key, SI unit and default of each gain of the controller `tip`.
+/// Key and SI unit of each gain of the controller `tip`.
 #[pyfunction]
-pub fn tip_gain_info() -> Vec<(&'static str, &'static str, f64)> {
-    TIP_GAINS.iter().map(|(key, default)| (*key, tip_gain_unit(key), *default)).collect()
+pub fn tip_gain_units() -> Vec<(&'static str, &'static str)> {
+    controllers::tip_gain_units().collect()
 }

@@ -62,6 +62,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::json_schema, m)?)?;
     m.add_function(wrap_pyfunction!(files::key_list, m)?)?;
     m.add_function(wrap_pyfunction!(control::resolve_rates, m)?)?;
-    m.add_function(wrap_pyfunction!(control::tip_gain_info, m)?)?;
+    m.add_function(wrap_pyfunction!(control::tip_gain_units, m)?)?;
     Ok(())
 }

@@ -502,8 +502,8 @@ impl Machine {
     #[getter]
     fn tip_gains<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
-        for (key, _) in controllers::TIP_GAINS {
-            out.set_item(key, controllers::tip_gain(self.model.machine(), key))?;
+        for (key, _, value) in controllers::tip_gains(self.model.machine()) {
+            out.set_item(key, value)?;
         }
         Ok(out)
     }

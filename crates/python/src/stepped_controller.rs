@@ -57,7 +57,7 @@ impl SteppedController {
         if fault.is_some() {
             command.fill(0.0);
         }
-        Ok((command, fault, inner.notices()))
+        Ok((command, fault, inner.notices().into_iter().map(|told| told.text).collect()))
     }
 
     #[getter]

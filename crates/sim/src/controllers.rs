@@ -48,7 +48,10 @@ pub(crate) fn parameters<const N: usize>(
 ) -> Result<Parameters<N>, String> {
     let model = controller_model(crane);
     let monitor = match monitored {
-        Some(delay) => Some(sensor_monitor::settings(crane, delay, build(crane, name)?.reads_pressures())),
+        Some(delay) => {
+            let built = build(crane, name)?;
+            Some(sensor_monitor::settings(crane, &model, built.period(), delay, built.reads_pressures()))
+        }
         None => None,
     };
     Ok(Parameters { model, controller: kind(crane, &model, name)?, monitor })
@@ -67,44 +70,32 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
     })
 }
 
-/// Distance from a keep-out region that allows for the difference of tip and set-point, m.
-const KEEP_OUT_MARGIN: f64 = 0.05;
-
-/// Default gains of `tip`, SI, tuned on the laboratory crane.
-pub const TIP_GAINS: [(&str, f64); 15] = [
-    ("stick-bandwidth", 15.0),
-    ("path-rate", 30.0),
-    ("limit-rate", 2.0),
-    ("keep-out-margin", KEEP_OUT_MARGIN),
-    ("telescope-centring", 0.5),
-    ("position-gain", 4.0),
-    ("damping-ratio", 0.4),
-    ("quiet-speed", 7e-4),
-    ("observer-bandwidth", 5.0),
-    ("pressure-bandwidth", 85.0),
-    ("reserve", 0.95),
-    ("rest-band", 2e-4),
-    ("learning-time", 10.0),
-    ("lag-limit", 0.03),
-    ("settling-time", 0.5),
-];
-
-/// One gain of `tip`: the machine's, else that of [`TIP_GAINS`].
-pub fn tip_gain(machine: &Machine, key: &str) -> f64 {
-    let default = TIP_GAINS.iter().find(|(name, _)| *name == key).map_or(f64::NAN, |(_, value)| *value);
-    machine.control.gain("tip", key).unwrap_or(default)
+/// A gain of a controller, or a threshold of the sensor monitor, that has a declared default.
+///
+/// # Panics
+/// If none is declared.
+pub(crate) fn gain(machine: &Machine, controller: &str, key: &str) -> f64 {
+    let value = machine.control.gain(controller, key);
+    value.unwrap_or_else(|| panic!("`control.{controller}.{key}` is declared without a default"))
 }
 
-/// SI unit of a gain of `tip` in the file format; empty for a plain number.
-pub fn tip_gain_unit(key: &str) -> &'static str {
-    let gains = hydrocrane_machine::CONTROLLERS.iter().find(|(name, _)| *name == "tip").map_or(&[][..], |(_, g)| g);
-    gains.iter().find(|gain| gain.name == key).and_then(|gain| gain.kind()).map_or("", |kind| kind.unit)
+/// The gains of `tip` that have a default: key, SI unit (empty for a plain number) and value for a machine.
+pub fn tip_gains(machine: &Machine) -> impl Iterator<Item = (&'static str, &'static str, f64)> + '_ {
+    let with_default = tip_gain_units();
+    with_default.map(|(key, unit)| (key, unit, gain(machine, CONTROLLERS[0], key)))
+}
+
+/// Keys and SI units of the same.
+pub fn tip_gain_units() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let (_, keys) = hydrocrane_machine::CONTROLLERS[0];
+    let with_default = keys.iter().filter(|key| !key.defaults.is_empty());
+    with_default.filter_map(|key| Some((key.name, key.kind()?.unit)))
 }
 
 /// Settings of `tip` for a machine.
 pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &ControllerModel<N>) -> tip::Settings<N> {
     let telescope = controller_model.mechanics.joints.map(|j| !j.revolute);
-    let gain = |key: &str| tip_gain(machine, key);
+    let gain = |key: &str| gain(machine, "tip", key);
     let centring = gain("telescope-centring");
     let estimates = machine.control.estimates_pressures;
     let period = machine.control.period.unwrap_or(0.01);
@@ -163,10 +154,6 @@ fn keep_out(machine: &Machine, margin: f64, rate: f64) -> KeepOut {
 
 /// Number of candidates of the penalty search on each side of the telescope's position.
 const EXTENSION_CANDIDATES: usize = 10;
-/// Weights of the penalty (131) per joint, with the joint's range as the unit of its coordinate: a motion over the
-/// range has the same cost for each joint. The distance from the middle costs a tenth of that, so the telescope moves
-/// when boom and jib are near their ends, and not at each motion of them.
-const PENALTY_WEIGHTS: [(&str, f64); 2] = [("motion-weight", 1.0), ("middle-weight", 0.1)];
 
 /// Settings of `heinze-pid`: printed gains, 1 m/s at full stick, the set-point moved at every sample and kept in the
 /// working area, the telescope at zero, unless the machine says otherwise.
@@ -175,16 +162,15 @@ pub fn heinze_settings<const N: usize>(
     controller_model: &ControllerModel<N>,
 ) -> heinze_pid::Settings<N> {
     let errata = &machine.errata;
-    let gain = |key: &str, default: f64| machine.control.gain("heinze-pid", key).unwrap_or(default);
+    let gain = |key: &str| gain(machine, "heinze-pid", key);
     let period = machine.control.period.unwrap_or(2e-4);
-    let limit_rate = gain("limit-rate", 2.0);
-    let area =
-        WorkingArea { keep_out: keep_out(machine, gain("keep-out-margin", KEEP_OUT_MARGIN), limit_rate), limit_rate };
+    let limit_rate = gain("limit-rate");
+    let area = WorkingArea { keep_out: keep_out(machine, gain("keep-out-margin"), limit_rate), limit_rate };
     let steps = machine.control.thesis;
     heinze_pid::Settings {
         period,
-        set_point_interval: gain("set-point-interval", period),
-        full_speed: gain("full-speed", 1.0),
+        set_point_interval: machine.control.gain("heinze-pid", "set-point-interval").unwrap_or(period),
+        full_speed: gain("full-speed"),
         gains: heinze_pid::printed_gains(),
         extension: match steps.penalty {
             true => Extension::Penalty {
@@ -202,12 +188,15 @@ pub fn heinze_settings<const N: usize>(
     }
 }
 
+/// Weights of the penalty (131) per joint, with the joint's range as the unit of its coordinate: a motion over the
+/// range has the same cost for each joint. By default the distance from the middle costs a tenth of that, so the telescope moves
+/// when boom and jib are near their ends, and not at each motion of them.
 fn penalty_weights<const N: usize>(machine: &Machine, controller_model: &ControllerModel<N>) -> Weights<N> {
-    let [motion, middle] = PENALTY_WEIGHTS.map(|(table, default)| {
+    let [motion, middle] = ["motion-weight", "middle-weight"].map(|table| {
         hydrocrane_num::array::from_fn(|i| {
             let [low, high] = controller_model.joint_limits[i];
             let key = format!("{table}.{}", machine.joints[i].name);
-            machine.control.gain("heinze-pid", &key).unwrap_or(default) / (high - low).powi(2)
+            gain(machine, "heinze-pid", &key) / (high - low).powi(2)
         })
     });
     Weights { motion, middle }

@@ -64,7 +64,6 @@ pub use playback::{Playback, PlayedStage};
 pub use run::{simulate, simulate_sampled, SampledRun};
 pub use sampled::{Event, SampledPlan, Samples, FAILURES_IN_A_ROW};
 pub use sensing::{FaultKind, SensorFault, SensorMode, Sensors};
-pub use sensor_monitor::PLAUSIBILITY;
 pub use simulator::Simulator;
 pub use stick::{StickKind, Sticks};
 pub use tip_rates::{resolve_rates, RateWish};

@@ -13,6 +13,7 @@ use crate::outcome::{Outcome, OutcomeKind};
 use crate::recorder::Recorder;
 use crate::sampled::{plan_fault, Event, Sampled, SampledPlan, Samples, Sampling};
 use crate::schedule::Schedule;
+use crate::warnings::sensor_stop;
 use hydrocrane_control::controller::Controller;
 
 /// The source of the spool commands.
@@ -105,7 +106,10 @@ pub fn simulate_phases<'a>(
             _ => break outcome,
         }
     };
-    let run = recorder.finish(outcome, Some((&going.stepper, &driven, &mut going.watch)));
+    let mut run = recorder.finish(outcome, Some((&going.stepper, &driven, &mut going.watch)));
+    let (stops, events) = events.into_iter().partition::<Vec<Event>, _>(|event| event.stops);
+    run.warnings.extend(stops.into_iter().map(sensor_stop));
+    run.warnings.sort_by(|a, b| a.time.total_cmp(&b.time));
     PhasedRun { run, samples, events }
 }
 

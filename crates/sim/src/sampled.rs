@@ -10,7 +10,7 @@ use crate::event_loop::Events;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::sensing::Sensors;
 use crate::stick::{Hand, Sticks, ROUNDING};
-use hydrocrane_control::controller::{Controller, Fault};
+use hydrocrane_control::controller::{Controller, Fault, Told};
 use hydrocrane_control::valve_learning::LearntValve;
 use hydrocrane_ode::Stepper;
 
@@ -32,6 +32,14 @@ pub struct Event {
     /// s
     pub time: f64,
     pub text: String,
+    /// Whether the controller stops the crane for it: a warning of the run.
+    pub stops: bool,
+}
+
+impl Event {
+    fn new(time: f64, text: String) -> Self {
+        Event { time, text, stops: false }
+    }
 }
 
 /// Readings and commands, one row per sample.
@@ -157,7 +165,7 @@ impl Sampled {
         self.hand.move_to(now);
         if let Some(goal) = self.hand.refused() {
             let text = format!("the goal {} is ignored: a stick is deflected; release it first", goal.name());
-            self.events.push(Event { time: now, text });
+            self.events.push(Event::new(now, text));
         }
         let mut command = std::mem::take(&mut self.command);
         command.fill(0.0);
@@ -166,7 +174,7 @@ impl Sampled {
             self.hand.arrive();
         }
         let notices = controller.notices().into_iter();
-        self.events.extend(notices.map(|text| Event { time: now, text }));
+        self.events.extend(notices.map(|Told { text, stops }| Event { time: now, text, stops }));
         self.given_up = matches!(answer, Err(Fault::Fatal(_)));
         let fault = match answer {
             Err(fault) => Some(fault.to_string()),
@@ -189,7 +197,7 @@ impl Sampled {
         let Some(text) = fault else {
             if self.failing > 0 {
                 let text = format!("the controller gives commands again after {} samples", self.failing);
-                self.events.push(Event { time: now, text });
+                self.events.push(Event::new(now, text));
             }
             self.failing = 0;
             return;
@@ -197,7 +205,7 @@ impl Sampled {
         command.fill(0.0);
         if self.failing == 0 || text != self.last_fault {
             let then = if self.given_up { "the run ends" } else { "the spools go to neutral" };
-            self.events.push(Event { time: now, text: format!("{text}; {then}") });
+            self.events.push(Event::new(now, format!("{text}; {then}")));
         }
         self.failing += 1;
         self.last_fault = text;

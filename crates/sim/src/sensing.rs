@@ -261,9 +261,7 @@ impl Channel {
 
 /// One sensor as its file describes it. Its errors depend only on the seed and its name.
 fn device(sensor: &file::Sensor, seed: u64) -> Device {
-    let property = |key: &str| sensor.properties.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
-    let share = |key: &str| property(key).unwrap_or(0.0);
-    let range = ["range", "full-scale", "span"].into_iter().find_map(property).unwrap_or(0.0);
+    let (property, share, range) = (|key: &str| sensor.property(key), |key: &str| sensor.share(key), sensor.range());
     let bits = property("bits").map(|bits| bits as u32);
     let quality = Quality {
         accuracy: share("accuracy"),
@@ -283,7 +281,7 @@ fn device(sensor: &file::Sensor, seed: u64) -> Device {
             Device::Pressure(PressureTransmitter::new(scale, bits, share("rise-time"), quality, random))
         }
         "load-cell" => Device::Force(LoadCell::new(range, bits, accuracy_of_cell(quality), random)),
-        _ => Device::Wire(WirePotentiometer::new(range, bits, quality, random)),
+        _ => Device::Wire(WirePotentiometer::new(range, share("offset"), bits, quality, random)),
     }
 }
 

@@ -4,6 +4,7 @@ use crate::driven::Driven;
 use crate::ledger::ledger_terms;
 use crate::model::Model;
 use crate::oil_lost::OilLost;
+use crate::sampled::Event;
 use crate::sensing::unmeasured;
 use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
@@ -14,7 +15,7 @@ use hydrocrane_plant::outputs::energies;
 use hydrocrane_plant::shortfall::{Limit, Shortfall};
 use hydrocrane_plant::statics::{HeldBy, Unheld};
 
-/// Default rated pressure of a chamber, as a multiple of the supply pressure.
+/// Default rated pressure of a chamber, as a multiple of the supply pressure that the file states.
 const RATING: f64 = 1.5;
 /// Pressure below vacuum that is rounding, Pa.
 const VACUUM_ROUNDING: f64 = 1e3;
@@ -310,9 +311,11 @@ impl Found {
                     bar(value),
                     bar(watch.ratings[c])
                 ),
-                "carry less or move the spool more gently; if the cylinder is rated for it, state \
-                 `cylinder.<name>.pressure-rating`"
-                    .to_string(),
+                format!(
+                    "carry less or move the spool more gently; if the cylinder is rated for it, state \
+                     `cylinder.{}.pressure-rating`",
+                    machine.cylinders[c].name
+                ),
             ),
             Finding::BelowVacuum(c) => (
                 "pressure-below-vacuum",
@@ -444,6 +447,18 @@ pub fn without_sensors(machine: &Machine, time: f64, reads_pressures: bool, tip:
     })
 }
 
+/// Warning that a controller has stopped the crane because of a sensor.
+pub(crate) fn sensor_stop(Event { time, text, .. }: Event) -> Warning {
+    Warning {
+        time,
+        kind: "sensor-stop",
+        text,
+        cure: "if the sensor is in order, state its errors in its `[sensor]` table, and those of valves and supply in \
+               `[control.plausibility]`"
+            .to_string(),
+    }
+}
+
 /// Warnings on an equilibrium `x` that was asked for in the pose `q` with `payload` (kg): joints that rest on their end stops instead, and
 /// loads that the circuit cannot hold.
 pub fn doubts_at_rest(model: &dyn Model, q: &[f64], x: &[f64], payload: f64) -> Vec<Warning> {
@@ -507,5 +522,5 @@ fn limited(limit: Limit) -> (&'static str, &'static str) {
 
 /// The rating of each cylinder of a machine, Pa.
 pub(crate) fn pressure_ratings(machine: &Machine) -> Vec<f64> {
-    machine.cylinders.iter().map(|c| c.pressure_rating.unwrap_or(RATING * machine.supply.pressure)).collect()
+    machine.cylinders.iter().map(|c| c.pressure_rating.unwrap_or(RATING * machine.supply.rated)).collect()
 }

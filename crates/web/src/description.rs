@@ -6,7 +6,7 @@ use crate::ground;
 use crate::offered;
 use hydrocrane_machine::bundled_machines;
 use hydrocrane_machine::scenario::StickMode;
-use hydrocrane_sim::controllers::{tip_gain, tip_gain_unit, CONTROLLERS, TIP_GAINS};
+use hydrocrane_sim::controllers::{tip_gains, CONTROLLERS};
 use hydrocrane_sim::total_terms;
 use serde_json::{json, Value};
 
@@ -90,12 +90,11 @@ fn gains(drive: &Drive) -> Vec<Value> {
     if drive.request.law() != CONTROLLERS[0] {
         return Vec::new();
     }
-    let machine = drive.model().machine();
-    let entry = |key: &str| {
+    let entry = |(key, unit, value)| {
         let key_of_file = format!("control.{}.{key}", CONTROLLERS[0]);
-        json!({ "name": key, "key": key_of_file, "unit": tip_gain_unit(key), "value": tip_gain(machine, key) })
+        json!({ "name": key, "key": key_of_file, "unit": unit, "value": value })
     };
-    TIP_GAINS.iter().map(|(key, _)| entry(key)).collect()
+    tip_gains(drive.model().machine()).map(entry).collect()
 }
 
 fn shapes(drive: &Drive) -> Vec<Value> {

@@ -38,7 +38,7 @@ pub fn comfortable(mut request: Request) -> Result<Request, Problem> {
     }
     if request.full_speed.is_none() {
         for mode in modes(&machine).into_iter().filter(|mode| CONTROLLERS.contains(mode)) {
-            if machine.control.gain(mode, "full-speed").is_none() {
+            if machine.control.stated(mode, "full-speed").is_none() {
                 request.overrides.insert(format!("control.{mode}.full-speed"), Value::from(COMFORTABLE));
             }
         }

@@ -20,7 +20,7 @@ from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 # The gains of the piston loops; the others are limits and shares, which a search must not change.
 TUNED = ("position-gain", "damping-ratio", "observer-bandwidth", "pressure-bandwidth")
-UNITS = {key: unit for key, unit, _ in _core.tip_gain_info()}
+UNITS = dict(_core.tip_gain_units())
 # Gains of the PI.
 PI_UNITS = {"proportional": "1/s", "integral": "1/s^2", "pressure": "m/(s Pa)", "corner": "rad/s"}
 CONTROLLERS = ("tip", "pi")

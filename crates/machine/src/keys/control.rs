@@ -56,7 +56,7 @@ const TIP: &[Key] = &[
         .means("Gain that moves the telescope towards the middle of its range."),
     gain("position-gain", &[PER_SECOND]).defaults(&["4 1/s"]).means("Piston velocity per position error."),
     gain("damping-ratio", &[NUMBER])
-        .defaults(&["0.25"])
+        .defaults(&["0.4"])
         .means("Damping ratio that the valves add to the modes of the crane on its oil.")
         .source("theory/control/damping.md"),
     gain("quiet-speed", &[VELOCITY])
@@ -117,24 +117,21 @@ static MIDDLE_WEIGHT: &[Key] = &[gain("<joint>", &[NUMBER])
 
 const THRESHOLDS: &[Key] = &[
     gain("jump", &[LENGTH])
-        .defaults(&["0.5 mm"])
+        .otherwise("`flow-tolerance` of the way of each piston at its fastest in one sample")
         .means("Displacement of a piston in one sample, shown by only one of three residuals, that counts as a fault."),
     gain("frozen", &[LENGTH])
-        .defaults(&["1 mm"])
+        .otherwise("twice the displacement that counts as a jump")
         .means("Travel of a piston during which its position reading may stay the same."),
-    gain("frozen-pressure", &[LENGTH])
-        .defaults(&["10 mm"])
-        .means("Travel of a piston during which a pressure reading may stay the same."),
     gain("flow-tolerance", &[NUMBER]).defaults(&["0.25"]).means("Error of the valve law, share of the flow."),
     gain("pressure-tolerance", &[NUMBER])
         .defaults(&["0.03"])
-        .means("Smallest assumed error of pressures, share of the supply pressure."),
+        .means("Smallest assumed error of pressures, share of the supply pressure of the file."),
     gain("stroke-margin", &[NUMBER])
         .defaults(&["0.05"])
         .means("Plausible piston reading beyond the end of the stroke, share of the stroke."),
     gain("pressure-limit", &[NUMBER])
         .defaults(&["2"])
-        .means("Highest plausible pressure, relative to the supply pressure times the ratio of the areas."),
+        .means("Highest plausible pressure, relative to the supply pressure of the file, or the present one if higher, times the ratio of the areas."),
     gain("recovery-time", &[TIME])
         .defaults(&["0.5 s"])
         .means("Time for which a sensor must read plausibly before it is used again."),

@@ -90,7 +90,7 @@ pub static CYLINDER: &[Key] = &[
         .means("Leakage conductance from the rod side to the outside."),
     Key::table("end-stop", END_STOP).required().means("The stops at both ends of the stroke."),
     Key::quantity("pressure-rating", &[PRESSURE], Positive)
-        .otherwise("1.5 times the supply pressure")
+        .otherwise("1.5 times the supply pressure of the file")
         .means("Pressure that the chambers are rated for; a run warns above it."),
     Key::table("printed", PRINTED_CYLINDER).otherwise("none").means("Values of the printed program, for `[errata]`."),
 ];

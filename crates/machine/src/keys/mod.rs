@@ -337,6 +337,18 @@ impl Key {
     }
 }
 
+/// Declared default of a gain of a controller or a threshold of the sensor monitor, SI; `key` may name a table before a point.
+pub fn default_gain(controller: &str, key: &str) -> Option<f64> {
+    let (_, keys) = CONTROLLERS.into_iter().chain([PLAUSIBILITY]).find(|(name, _)| *name == controller)?;
+    let (table, key) = key.split_once('.').unwrap_or(("", key));
+    let own = match find(keys, table).map(|found| &found.value) {
+        Some(Value::Table(own)) => own,
+        _ => keys,
+    };
+    let declared = find(own, key)?;
+    declared.default_in(declared.kind()?.quantity().dimension)
+}
+
 /// The declaration of `name` among `keys`.
 pub fn find(keys: &'static [Key], name: &str) -> Option<&'static Key> {
     keys.iter().find(|key| key.name == name).or_else(|| keys.iter().find(|key| key.is_for_any_name()))

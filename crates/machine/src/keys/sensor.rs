@@ -1,6 +1,6 @@
 //! `[sensor]`.
 
-use super::Sign::Positive;
+use super::Sign::{Any, Positive};
 use super::{Key, Kind};
 use crate::quantities::{ANGLE, FORCE, LENGTH, NUMBER, PRESSURE, TIME, VOLTAGE};
 
@@ -24,6 +24,10 @@ pub static SENSOR: &[Key] = &[
     Key::quantity("span", MEASURED, Positive)
         .otherwise(RANGE)
         .means("The same, named as in data sheets of potentiometers."),
+    Key::quantity("offset", &[LENGTH], Any)
+        .defaults(&["0 m"])
+        .means("Wire potentiometers: position in the middle of the range.")
+        .source("theory/sensor/wire_potentiometer.md"),
     Key::quantity("pulses", &[NUMBER], Positive)
         .otherwise("this, or `resolution`")
         .usual(&[("1", "1e7", 10.0)])

@@ -9,24 +9,25 @@ use crate::sections::{reference, Result};
 const HEINZE_WEIGHTS: [&str; 2] = ["motion-weight", "middle-weight"];
 
 pub fn read<T>(root: &Reader, joints: &[Joint<T>]) -> Result<Control> {
-    let Some(table) = root.table("control")? else { return Ok(Control::default()) };
+    let table = root.table_or_empty("control")?;
     let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
-    let mut control = Control { period: table.optional_quantity("period")?, ..Control::default() };
+    let (tip, thesis) = (table.table_or_empty("tip")?, table.table_or_empty("heinze-pid")?);
+    let height_joint = tip.optional("height-joint")?;
+    let mut gains = Vec::new();
     for (name, keys) in CONTROLLERS.into_iter().chain([PLAUSIBILITY]) {
-        let Some(own) = table.table(name)? else { continue };
-        let mut gains = read_gains(&own, keys)?;
+        let mut own = read_gains(&table.table_or_empty(name)?, keys)?;
         if name == "heinze-pid" {
-            gains.extend(read_weights(&own, &names)?);
-            control.thesis = read_switches(&own)?;
+            own.extend(read_weights(&thesis, &names)?);
         }
-        if name == "tip" {
-            control.estimates_pressures = own.choice_or_default("pressures", &[false, true])?;
-            let field = own.optional("height-joint")?;
-            control.height_joint = field.map(|field| reference::index(&field, "joint", &names)).transpose()?;
-        }
-        control.gains.push((name.to_string(), gains));
+        gains.push((name.to_string(), own));
     }
-    Ok(control)
+    Ok(Control {
+        period: table.optional_quantity("period")?,
+        gains,
+        thesis: read_switches(&thesis)?,
+        estimates_pressures: tip.choice_or_default("pressures", &[false, true])?,
+        height_joint: height_joint.map(|field| reference::index(&field, "joint", &names)).transpose()?,
+    })
 }
 
 fn read_switches(table: &Reader) -> Result<ThesisSteps> {

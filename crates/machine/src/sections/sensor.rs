@@ -2,7 +2,7 @@
 
 use crate::document::join;
 use crate::errors::ErrorKind;
-use crate::model::{Cylinder, Joint, Sensor};
+use crate::model::{Cylinder, Joint, Sensor, RANGES};
 use crate::nearest::suggestion;
 use crate::quantities::{ANGLE, FORCE, LENGTH, PRESSURE, TIME, VOLTAGE};
 use crate::reader::{Field, Reader};
@@ -14,7 +14,7 @@ const KINDS: [(&str, &[&str]); 4] = [
     ("incremental-encoder", &["pulses", "resolution", "division-error"]),
     ("pressure-transmitter", &["range", "full-scale", "span", "noise", "bits", "live-zero"]),
     ("load-cell", &["range", "full-scale", "span", "sensitivity", "noise", "bits"]),
-    ("wire-potentiometer", &["range", "full-scale", "span", "sensitivity", "noise", "bits"]),
+    ("wire-potentiometer", &["range", "full-scale", "span", "offset", "sensitivity", "noise", "bits"]),
 ];
 const COMMON: [&str; 5] = ["accuracy", "linearity", "repeatability", "rise-time", "supply-voltage"];
 const JOINT_SIGNALS: [&str; 2] = ["q", "qd"];
@@ -27,7 +27,9 @@ pub fn read<T>(root: &Reader, joints: &[Joint<T>], cylinders: &[Cylinder<T>]) ->
         let measures = table.required("measures", "a signal, for example \"joint.boom.q\"")?;
         check_signal(&measures, &signals)?;
         let properties = properties(&table, kind, own)?;
-        Ok(Sensor { name: name.into(), measures: measures.text()?.into(), kind: kind.into(), properties })
+        let range = RANGES.iter().find(|key| table.has(key)).copied().unwrap_or("measures");
+        let (key, place) = table.required(range, "")?.origin();
+        Ok(Sensor { name: name.into(), measures: measures.text()?.into(), kind: kind.into(), properties, key, place })
     };
     root.named_tables("sensor")?.into_iter().map(read).collect()
 }
@@ -51,7 +53,7 @@ fn check_complete(table: &Reader, kind: &str) -> Result<()> {
         if !table.has("pulses") && !table.has("resolution") {
             return Err(table.missing("pulses", "give the pulses per turn, for example 1000"));
         }
-    } else if !["range", "full-scale", "span"].iter().any(|key| table.has(key)) {
+    } else if !RANGES.iter().any(|key| table.has(key)) {
         return Err(table.missing("range", format!("give {}", property(kind, "range").example())));
     }
     let live_zero = table.optional_quantity("live-zero")?.unwrap_or(0.0_f64);
@@ -80,7 +82,7 @@ fn property(kind: &str, key: &str) -> Quantity {
         _ => LENGTH.quantity(),
     };
     match key {
-        "range" | "full-scale" | "span" | "resolution" => measured,
+        "range" | "full-scale" | "span" | "offset" | "resolution" => measured,
         // Electrical degrees: 360 to a pulse.
         "division-error" => ANGLE.quantity(),
         "rise-time" => TIME.quantity(),

@@ -56,6 +56,7 @@ pub fn read<T: Number>(root: &Reader) -> Result<Supply<T>> {
     let table = required_table(root, "supply")?;
     let mut supply: Supply<T> = Supply {
         pressure: table.quantity("pressure")?,
+        rated: table.required("pressure", "a pressure")?.quantity_of_file()?,
         tank_pressure: table.quantity("tank-pressure")?,
         measured: table.choice_or_default("measured", &[true, false])?,
         mains: None,

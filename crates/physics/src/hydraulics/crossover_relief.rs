@@ -19,6 +19,8 @@ pub struct CrossoverRelief<T> {
     pub from: [Option<ReliefValve<T>>; 2],
 }
 
+hydrocrane_num::stored!([] CrossoverRelief<f64> { from: [Option<ReliefValve<f64>>; 2] });
+
 impl<T: Copy> CrossoverRelief<T> {
     /// The same valves with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> CrossoverRelief<U> {

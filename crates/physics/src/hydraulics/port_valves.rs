@@ -46,6 +46,8 @@ pub struct PortValves<T> {
     pub anti_cavitation: Option<AntiCavitation<T>>,
 }
 
+hydrocrane_num::stored!([] PortValves<f64> { relief: Option<ReliefValve<f64>>, anti_cavitation: Option<AntiCavitation<f64>> });
+
 impl<T: Copy> PortValves<T> {
     /// The same valves with `f` of every number.
     pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> PortValves<U> {

@@ -1,7 +1,7 @@
 //! Wire potentiometer.                              theory: docs/theory/sensor/wire_potentiometer.md
 //!
 //! A wire turns a potentiometer: 1250 mm, linear within 0.25 %, repeatable within 0.03 %        thesis (2.2.3.3, Figure 94)
-//! The middle of its range sits at the middle of what it measures.
+//! Where its range lies, whoever mounts it decides: `middle`.
 //!     w = clamp(w, x - |h|, x + |h|),   y = x + sign(h) (w - x)
 //! Where a reading depends on the way it was reached, it is off by h once the drum has followed; h is drawn once, within
 //! the repeatability of the data sheet: it lags where h > 0 and leads where h < 0.
@@ -20,9 +20,9 @@ pub struct WirePotentiometer {
 }
 
 impl WirePotentiometer {
-    /// Range in m.
-    pub fn new(range: f64, bits: Option<u32>, quality: Quality, random: RandomStream) -> Self {
-        let converter = Converter { low: -0.5 * range, high: 0.5 * range, bits };
+    /// Range and the position in its middle, m.
+    pub fn new(range: f64, middle: f64, bits: Option<u32>, quality: Quality, random: RandomStream) -> Self {
+        let converter = Converter { low: middle - 0.5 * range, high: middle + 0.5 * range, bits };
         let mut sensor = Analogue::new(converter, Quality { repeatability: 0.0, ..quality }, random);
         let hysteresis = range * quality.repeatability * sensor.random.symmetric();
         WirePotentiometer { sensor, hysteresis, drum: None }
@@ -60,9 +60,10 @@ mod tests {
         let bound = 1.25 * (0.0025 + 0.0003);
         let mut largest: f64 = 0.0;
         for seed in 0..200 {
-            let mut sensor = WirePotentiometer::new(1.25, None, QUALITY, RandomStream::new(seed, "x"));
+            let middle = if seed % 2 == 0 { 0.0 } else { 0.6 };
+            let mut sensor = WirePotentiometer::new(1.25, middle, None, QUALITY, RandomStream::new(seed, "x"));
             for i in 0..=40 {
-                let x = -0.6 + 0.03 * f64::from(i);
+                let x = middle - 0.6 + 0.03 * f64::from(i);
                 largest = largest.max((sensor.read(x) - x).abs());
             }
         }
@@ -71,7 +72,7 @@ mod tests {
 
     /// Readings at the middle, reached from below and from above.
     fn both_ways(seed: u64) -> [f64; 2] {
-        let mut sensor = WirePotentiometer::new(1.25, None, HYSTERESIS, RandomStream::new(seed, "x"));
+        let mut sensor = WirePotentiometer::new(1.25, 0.0, None, HYSTERESIS, RandomStream::new(seed, "x"));
         let mut middle = |from: f64| {
             sensor.read(from);
             sensor.read(0.0)
@@ -97,7 +98,7 @@ mod tests {
     fn a_motion_within_the_play_moves_a_lagging_reading_not_at_all() {
         let seed = (0..).find(|&seed| both_ways(seed)[0] < -0.5 * 0.0003 * 1.25).expect("a lagging one");
         let play = both_ways(seed)[1];
-        let mut sensor = WirePotentiometer::new(1.25, None, HYSTERESIS, RandomStream::new(seed, "x"));
+        let mut sensor = WirePotentiometer::new(1.25, 0.0, None, HYSTERESIS, RandomStream::new(seed, "x"));
         sensor.read(-0.1);
         let start = sensor.read(0.0);
         assert_eq!(sensor.read(-1.9 * play), start);
