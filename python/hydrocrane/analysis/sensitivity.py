@@ -231,6 +231,13 @@ class Sensitivities:
         keys = ", ".join(parameter.key for parameter in self.parameters)
         return f"<Sensitivities by {keys}: {self.outcome.kind} at {self.outcome.time:.4g} s>"
 
+    def _repr_html_(self) -> str:
+        words = "change per 100 % of" if self.relative else "derivative by"
+        lines = [f"{p.key}  {words} {p.value:.6g} {p.unit}".rstrip() for p in self.parameters]
+        end = f"{self.outcome.kind}  at {self.outcome.time:.4g} s, {len(self._raw['signals'])} signals"
+        doubts = [f"warning: {ResultWarning(*entry)}" for entry in self._raw["warnings"]]
+        return card(f"Sensitivities of {self._experiment.plan.name}", [*lines, end, *doubts], "sensitivities.data")
+
     @property
     def outcome(self) -> Outcome:
         """How and when the run ended."""

@@ -100,9 +100,11 @@ def bode(
         loaded = load_machine(checked_machine(machine), overrides(settings))
         found = cylinder_loops(loaded, pose(loaded, at), payload=payload, friction=friction.value, side=side.value)
         say(margins_table(found))
+        if found[0].advice:
+            warn(found[0].advice)
         figure = plots.loop_gains(found)
     else:
-        options = _options(inputs, outputs or ["tip.z"], mode, side, friction, payload)
+        options = _options(inputs, outputs or [plots.bode.OUTPUT], mode, side, friction, payload)
         model = _linearised(machine, at, settings, options)
         _warn(model)
         figure = plots.bode(model)
