@@ -87,6 +87,8 @@ export interface Description {
   ground: { height: number; supports: Support[] } | null;
   /** How far the underside of a load hangs below the tip: m, and m per root of its mass, m/kg^0.5. */
   hang: [number, number];
+  /** What is drawn at the tip. */
+  tool: "hook" | "grapple" | "bucket";
   workspace: Point[][];
 }
 

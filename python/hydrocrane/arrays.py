@@ -26,7 +26,7 @@ _NUMBERS, _ENTRIES, _LETTERS = 6, 4, 80
 
 
 def brief(self: DataclassInstance) -> str:
-    """The ``__repr__`` of dataclasses that hold arrays: one line, with arrays by their shape and results by their kind."""
+    """The ``__repr__`` of dataclasses that hold arrays: one line, arrays by shape and results by kind."""
     shown = ", ".join(f"{field.name}={_shown(getattr(self, field.name))}" for field in fields(self) if field.repr)
     return f"{type(self).__name__}({shown})"
 

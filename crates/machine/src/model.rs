@@ -448,6 +448,8 @@ pub struct Payload<T = f64> {
     /// ground touches.
     pub hang: T,
     pub hang_growth: T,
+    /// What pictures show at the tip.
+    pub tool: &'static str,
 }
 
 /// Flat ground with flat supports on it.

@@ -131,11 +131,7 @@ pub fn parse_scenario(text: &str, origin: &str, overrides: &[(String, OverrideVa
 ///
 /// # Errors
 /// The first problem met, with its place and cure.
-pub fn parse_scenario_with(
-    text: &str,
-    origin: &str,
-    files: &[(String, String)],
-) -> Result<Scenario> {
+pub fn parse_scenario_with(text: &str, origin: &str, files: &[(String, String)]) -> Result<Scenario> {
     build(&load::in_memory(text, origin, &[]), &[], files)
 }
 
@@ -164,11 +160,7 @@ impl MachineSource<'_> {
     }
 }
 
-fn build(
-    source: &Source,
-    overrides: &[(String, OverrideValue)],
-    given: &[(String, String)],
-) -> Result<Scenario> {
+fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(String, String)]) -> Result<Scenario> {
     let mut tree = document::parse(&source.file)?;
     let tables = tree.entries().unwrap_or_default();
     let of_a_machine = |key: &str| ["machine", "link", "extends", "include"].contains(&key);

@@ -123,7 +123,8 @@ impl Request {
         request.check_numbers()?;
         request.check_agreement()?;
         if let Some(text) = request.text.take() {
-            let files = [vec![(request.machine.clone(), text)], std::mem::take(&mut request.files).into_iter().collect()];
+            let files =
+                [vec![(request.machine.clone(), text)], std::mem::take(&mut request.files).into_iter().collect()];
             let whole = whole_text_of(&request.machine, &files.concat()).map_err(|error| Problem::file(&error))?;
             request.text = Some(whole);
         }

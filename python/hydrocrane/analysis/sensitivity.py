@@ -22,6 +22,7 @@ from hydrocrane._core_types import SensitivityRecord
 from hydrocrane._moved import former_attribute, renamed_keyword
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, translated, unknown
+from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.dataset import run_dataset
 from hydrocrane.results.outcome import Outcome

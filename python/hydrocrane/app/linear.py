@@ -91,6 +91,7 @@ def bode(
 
     mpl.use("Agg")
     from hydrocrane import plots
+    from hydrocrane.plots.bode import OUTPUT
     from hydrocrane.plots.style import checked_suffix, write
 
     path = checked_suffix(output or Path(f"{Path(machine).stem}-bode.png"))
@@ -104,7 +105,7 @@ def bode(
             warn(found[0].advice)
         figure = plots.loop_gains(found)
     else:
-        options = _options(inputs, outputs or [plots.bode.OUTPUT], mode, side, friction, payload)
+        options = _options(inputs, outputs or [OUTPUT], mode, side, friction, payload)
         model = _linearised(machine, at, settings, options)
         _warn(model)
         figure = plots.bode(model)

@@ -57,7 +57,7 @@ fn machine(text: &str) -> Result<Reply, String> {
     };
     run(&machine, model.as_ref())?;
     for controller in ["lever", "tip"] {
-        drive(&json!({ "machine": "fuzz.toml", "text": text, "controller": controller }), Some(text))?;
+        drive(&json!({ "machine": "fuzz.toml", "text": text, "controller": controller }))?;
     }
     Ok(Reply::Ran)
 }
