@@ -57,7 +57,7 @@ export class Bar {
     reset.id = "reset";
     reset.removeAttribute("aria-label");
     const save = button("Save", "Save this drive since the last reset as a scenario, which hydrocrane simulate repeats", act.save, "files");
-    const replay = button("Replay …", "Replay a saved drive or another scenario; choose its machine file and its logs with it", act.replay, "files");
+    const replay = button("Replay …", "Replay a saved drive or another scenario; choose its machine file and its logs with it, or drop them here", act.replay, "files");
     room.append(
       make("h1", {}, "hydrocrane", this.name),
       group,

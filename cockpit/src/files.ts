@@ -1,42 +1,82 @@
-/** Files that somebody chooses. */
+/** Files that somebody chooses, or drops on the page. */
 
 import { make } from "./elements";
+import type { Request } from "./messages";
 
 /** Largest file that is read, bytes. */
 const LARGEST = 8_000_000;
-/** Files that are read at once: a scenario, its machine, its logs. */
-const MOST_FILES = 8;
+/** Files that are read at once: a scenario, its machine with what this extends, its logs. */
+const MOST_FILES = 16;
+/** The table or key that makes a file a scenario. */
+const SCENARIO = /^[ \t]*(\[[ \t]*)?["']?scenario["']?[ \t]*[\].=]/m;
 
-type Files = { name: string; text: string }[];
+type Texts = [name: string, text: string][];
 
-/** A hidden input that hands on the names and texts of the files that somebody chooses. */
-export function fileInput(id: string, act: (files: Files) => void, refuse: (message: string) => void): HTMLInputElement {
-  const file = make("input", { type: "file", accept: ".toml", id, hidden: true });
+/** What the files of somebody ask for; an error where that is nothing. */
+export async function askedBy(files: Iterable<File>): Promise<Request> {
+  const chosen = [...files];
+  if (chosen.length > MOST_FILES) throw new Error(`${chosen.length} files: choose ${MOST_FILES} at most, a scenario and what it names.`);
+  const large = chosen.find(({ size }) => size > LARGEST);
+  if (large) throw new Error(`${large.name} has ${(large.size / 1e6).toFixed(0)} MB: a machine or scenario has ${LARGEST / 1e6} MB at most.`);
+  return asked(await Promise.all(chosen.map(read)));
+}
+
+async function read(file: File): Promise<[string, string]> {
+  try {
+    return [file.name, await file.text()];
+  } catch {
+    throw new Error(`${file.name} cannot be read: choose files, not folders.`);
+  }
+}
+
+function asked(texts: Texts): Request {
+  const tables = texts.filter(([name]) => /\.toml$/i.test(name));
+  if (!tables.length) throw new Error("There is no machine and no scenario among these files: choose one whose name ends in .toml.");
+  const scenarios = tables.filter(([, text]) => SCENARIO.test(text));
+  const [scenario] = scenarios;
+  if (scenario) {
+    if (scenarios.length > 1) throw new Error(`${listed(scenarios)} are scenarios: choose one of them.`);
+    return { scenario: scenario[1], "scenario-name": scenario[0], files: others(texts, scenario) };
+  }
+  // The machine is the file that no other one extends or includes.
+  const named = ([name]: [string, string]): boolean => tables.some(([other, text]) => other !== name && names(text, name));
+  const machines = tables.filter((table) => !named(table));
+  const [machine] = machines;
+  if (!machine || machines.length > 1) throw new Error(`${listed(tables)} are machines: choose one, with the files that it extends.`);
+  return { machine: machine[0], text: machine[1], files: others(texts, machine) };
+}
+
+function names(text: string, name: string): boolean {
+  return [`"${name}"`, `/${name}"`, `'${name}'`, `/${name}'`].some((quoted) => text.includes(quoted));
+}
+
+function others(texts: Texts, one: [string, string]): Record<string, string> {
+  return Object.fromEntries(texts.filter((other) => other !== one));
+}
+
+function listed(texts: Texts): string {
+  return texts.map(([name]) => name).join(" and ");
+}
+
+/** A hidden input for files. */
+export function fileInput(id: string, act: (files: Iterable<File>) => void): HTMLInputElement {
+  const file = make("input", { type: "file", accept: ".toml,.csv,.tsv,.txt,.dat,.log", id, hidden: true, multiple: true });
   file.addEventListener("change", () => {
-    const chosen = [...(file.files ?? [])].slice(0, MOST_FILES);
+    const chosen = [...(file.files ?? [])];
     file.value = "";
-    const large = chosen.find(({ size }) => size > LARGEST);
-    if (large) return refuse(`${large.name} has ${(large.size / 1e6).toFixed(0)} MB: a machine or scenario has ${LARGEST / 1e6} MB at most.`);
-    void Promise.all(chosen.map(async (one) => ({ name: one.name, text: await one.text() }))).then(act);
+    if (chosen.length) act(chosen);
   });
   return file;
 }
 
-/** `machine`: text of the machine file that the scenario names, and `logs` those of its logs, where they were chosen with it. */
-type Replay = (scenario: string, machine: string | null, logs: Record<string, string>) => void;
-
-/** A hidden input for a scenario to be replayed, with its machine file and its logs. */
-export function driveInput(act: Replay, refuse: (message: string) => void): HTMLInputElement {
-  const replay = (files: Files): void => {
-    const tables = files.filter(({ name }) => /\.toml$/i.test(name));
-    const scenario = tables.find(({ text }) => /^\s*\[scenario\]/m.test(text)) ?? tables[0];
-    if (!scenario) return refuse("There is no scenario among these files: choose one whose name ends in .toml.");
-    const machine = tables.find((other) => other !== scenario);
-    const logs = files.filter((file) => !tables.includes(file)).map(({ name, text }): [string, string] => [name, text]);
-    act(scenario.text, machine?.text ?? null, Object.fromEntries(logs));
-  };
-  const file = fileInput("drive-file", replay, refuse);
-  file.multiple = true;
-  file.accept += ",.csv,.tsv,.txt,.dat,.log";
-  return file;
+/** Takes files that are dropped anywhere on the page. */
+export function takeDrops(act: (files: Iterable<File>) => void): void {
+  const carries = (event: DragEvent): boolean => event.dataTransfer?.types.includes("Files") ?? false;
+  // Without this a browser leaves the page for the file.
+  window.addEventListener("dragover", (event) => carries(event) && event.preventDefault());
+  window.addEventListener("drop", (event) => {
+    if (!carries(event)) return;
+    event.preventDefault();
+    act([...(event.dataTransfer?.files ?? [])]);
+  });
 }

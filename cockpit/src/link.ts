@@ -35,9 +35,10 @@ async function through(
   return new Uint8Array(await new Blob(parts).arrayBuffer());
 }
 
-/** The address for a scenario and the text of its machine; an error where it would be too long. */
-export async function linkOf(scenario: string, machine: string | null): Promise<string> {
-  const whole = machine === null ? scenario : JSON.stringify({ scenario, text: machine });
+/** The address for a scenario and the file of its machine, if any; an error where it would be too long. */
+export async function linkOf(scenario: string, files: Record<string, string>): Promise<string> {
+  const alone = !Object.keys(files).length;
+  const whole = alone ? scenario : JSON.stringify({ scenario, files });
   const packed = await through(new TextEncoder().encode(whole), new CompressionStream("deflate-raw"));
   let letters = "";
   packed.forEach((byte) => (letters += String.fromCharCode(byte)));
@@ -45,8 +46,8 @@ export async function linkOf(scenario: string, machine: string | null): Promise<
   const address = `${location.origin}${location.pathname}#${MARK}${text}`;
   if (address.length <= LONGEST) return address;
   const [size, most] = [address.length, LONGEST].map((letters) => `${Math.ceil(letters / 1000)} kB`);
-  const what = machine === null ? "The drive is" : "The drive with its machine file is";
-  const cure = machine === null ? "send the file" : "send it with the machine file";
+  const what = alone ? "The drive is" : "The drive with its machine file is";
+  const cure = alone ? "send the file" : "send it with the machine file";
   throw new Error(`${what} too long for a link: ${size}, where ${most} are safe. Save the scenario and ${cure}.`);
 }
 
@@ -62,7 +63,8 @@ export async function requestOf(hash: string): Promise<Request | null> {
     const whole = new TextDecoder("utf-8", { fatal: true }).decode(await through(packed, new DecompressionStream("deflate-raw"), MOST_TEXT));
     if (!whole.startsWith("{")) return { scenario: whole };
     const both = JSON.parse(whole) as Record<string, unknown>;
-    return { scenario: String(both["scenario"]), text: String(both["text"]) };
+    const files = Object.entries(both["files"] as object).map(([name, text]) => [name, String(text)]);
+    return { scenario: String(both["scenario"]), files: Object.fromEntries(files) as Record<string, string> };
   } catch (error) {
     if (error instanceof TooLong) throw new Error(tooLong);
     throw new Error("The link holds no drive that can be read; was it cut short?");

@@ -5,7 +5,7 @@ import { addDriveButtons, addViewButtons, Bar, showLegend, showScale, type Clock
 import { drawable } from "./bounds";
 import { Charts } from "./charts";
 import { download } from "./elements";
-import { driveInput } from "./files";
+import { askedBy, fileInput, takeDrops } from "./files";
 import type { Deed } from "./gamepad";
 import { Ghosts } from "./ghost";
 import { Hint } from "./hint";
@@ -102,7 +102,7 @@ class CockpitPage {
   private newPanel(): Panel {
     return new Panel(part("panel"), {
       change: (changes) => this.change(changes),
-      open: (request) => this.open({ ...COMFORT, controller: this.asked.controller ?? this.request.controller ?? "tip", ...request }),
+      open: (request) => this.drive(request),
       weigh: (mass) => this.weigh(mass),
       load: (mass) => this.load(mass),
       share: () => this.send({ do: "save", share: true }),
@@ -112,7 +112,7 @@ class CockpitPage {
         this.picture.stale = true;
       },
       data: () => this.data(),
-      refuse: (message) => this.refuse(message),
+      files: (files) => void this.take(files),
     });
   }
 
@@ -123,13 +123,11 @@ class CockpitPage {
       reset: () => this.reset(),
       speed: (speed: number) => this.keepTime(speed, this.paused),
       save: () => this.send({ do: "save", share: false }),
-      replay: () => drive.click(),
+      replay: () => chosen.click(),
       theme: () => this.switchTheme(),
     };
-    const open = (scenario: string, machine: string | null, logs: Record<string, string>): void =>
-      this.open({ scenario, text: machine ?? this.request.text ?? null, logs });
-    const drive = driveInput(open, (message) => this.refuse(message));
-    document.body.append(drive);
+    const chosen = fileInput("drive-file", (files) => void this.take(files));
+    document.body.append(chosen);
     return new Bar(part("bar"), act, looks);
   }
 
@@ -141,6 +139,7 @@ class CockpitPage {
     // A crane does not go on by itself while nobody watches.
     document.addEventListener("visibilitychange", () => document.hidden && this.dropGoal());
     window.addEventListener("hashchange", () => void this.follow());
+    takeDrops((files) => void this.take(files));
     for (const change of ["gamepadconnected", "gamepaddisconnected"]) {
       window.addEventListener(change, () => this.run || this.panel.plugged());
     }
@@ -199,6 +198,28 @@ class CockpitPage {
     this.send({ do: "open", request: { ...request, "keep-state": false } });
   }
 
+  /** Another machine, driven as the one before. */
+  private drive(request: Request): void {
+    this.open({ ...COMFORT, controller: this.asked.controller ?? this.request.controller ?? "tip", ...request });
+  }
+
+  /** A machine or a scenario of somebody's own. The machine at hand is there for a scenario that names it. */
+  private async take(files: Iterable<File>): Promise<void> {
+    if (this.run) return this.tell("A run is shown here: `hydrocrane live` drives machines and replays scenarios.");
+    try {
+      const request = await askedBy(files);
+      if (request.scenario) this.open({ ...request, files: { ...this.ownFile(this.request), ...request.files } });
+      else this.drive(request);
+    } catch (error) {
+      this.refuse((error as Error).message);
+    }
+  }
+
+  /** The machine file of a request, where it has one. */
+  private ownFile({ machine, text }: Request): Record<string, string> {
+    return machine && text ? { [machine]: text } : {};
+  }
+
   /** A fresh start with a load at the tip, kg, in place of what the machine's own would be. */
   private load(payload: number): void {
     const { "payload.mass": _, ...overrides } = this.request.overrides ?? {};
@@ -252,7 +273,7 @@ class CockpitPage {
       case "rows":
         this.replaying = message.replaying;
         if (message.anew) this.clearWay();
-        return this.take(message.latest, message.history, message.width, message.pace);
+        return this.see(message.latest, message.history, message.width, message.pace);
       case "refused":
         this.setGoal(null);
         this.request = this.granted;
@@ -290,7 +311,7 @@ class CockpitPage {
     // What stands in keeps the message why.
     if (this.description && this.asked !== USUAL) this.notices.clear(fresh);
     this.description = description;
-    const { scenario: _, logs: __, ...request } = description.request;
+    const { scenario: _, ...request } = description.request;
     this.request = this.granted = request;
     this.warnOfDifferences(description);
     this.history.begin(description.signals, !fresh);
@@ -427,7 +448,7 @@ class CockpitPage {
     }
   }
 
-  private take(latest: Float64Array, history: Float64Array, width: number, pace: Pace): void {
+  private see(latest: Float64Array, history: Float64Array, width: number, pace: Pace): void {
     // Rows of the drive before, still on their way.
     if (!this.description || width < this.description.signals.length) return;
     this.row = latest;
@@ -459,14 +480,14 @@ class CockpitPage {
 
   private saved(text: string): void {
     download("drive.toml", text, "application/toml");
-    const own = this.request.text ? ` Keep it in the same folder as ${this.request.machine}.` : "";
+    const own = this.granted.text ? ` Keep it in the same folder as ${this.granted.machine}.` : "";
     this.tell(`Saved as drive.toml. \`hydrocrane simulate drive.toml\` repeats the drive.${own}`);
   }
 
   private async shared(text: string): Promise<void> {
     let address: string;
     try {
-      address = await linkOf(text, this.request.text ?? null);
+      address = await linkOf(text, this.ownFile(this.granted));
     } catch (error) {
       return this.refuse((error as Error).message);
     }

@@ -87,6 +87,8 @@ export interface Description {
   ground: { height: number; supports: Support[] } | null;
   /** How far the underside of a load hangs below the tip: m, and m per root of its mass, m/kg^0.5. */
   hang: [number, number];
+  /** What is drawn at the tip. */
+  tool: "hook" | "grapple" | "bucket";
   workspace: Point[][];
 }
 
@@ -97,6 +99,8 @@ export type Overrides = Partial<Record<MachineKey, number | string | boolean>>;
 export interface Request {
   machine?: string;
   text?: string | null;
+  /** Texts of further files: what the machine extends; of a scenario, its machine and its logs. */
+  files?: Record<string, string>;
   overrides?: Overrides;
   friction?: number;
   joints?: Record<string, number>;
@@ -112,10 +116,9 @@ export interface Request {
   delay?: number;
   /** Whether the ground that is drawn carries, where the machine states none of its own. */
   ground?: boolean;
-  /** A scenario to be replayed; it stands for everything else but the `text` of its machine. */
+  /** A scenario to be replayed, which stands for everything else but the `files`, and what errors call it. */
   scenario?: string;
-  /** Texts of the logs that the scenario names. */
-  logs?: Record<string, string>;
+  "scenario-name"?: string;
   "keep-state"?: boolean;
 }
 

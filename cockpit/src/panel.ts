@@ -18,8 +18,8 @@ export interface Actions {
   weigh: (mass: number) => void;
   /** Back to the start with a load at the tip, kg. */
   load: (mass: number) => void;
-  /** What cannot be done, and why. */
-  refuse: (message: string) => void;
+  /** Files that somebody has chosen. */
+  files: (files: Iterable<File>) => void;
   share: () => void;
   data: () => void;
   /** Back to the start with something to do, or nothing. */
@@ -115,10 +115,7 @@ export class Panel {
     const bundled = machines.map(({ name }): [string, string] => [name, name]);
     const name = machine.source;
     const own: [string, string][] = this.request.text ? [[name, name]] : [];
-    const open = ([chosen]: { name: string; text: string }[]): void => {
-      if (chosen) this.act.open({ machine: chosen.name, text: chosen.text });
-    };
-    const file = fileInput("machine-file", open, this.act.refuse);
+    const file = fileInput("machine-file", this.act.files);
     return section(
       "Machine",
       this.knob(
@@ -126,7 +123,7 @@ export class Panel {
         () => this.description.machine.source,
       ),
       make("p", { className: "hint" }, machine.title),
-      button("Open a machine file …", "Open a machine file from this computer", () => file.click()),
+      button("Open a machine file …", "Open a machine file from this computer, with the files that it extends; or drop it here", () => file.click()),
       file,
     );
   }

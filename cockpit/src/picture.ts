@@ -6,7 +6,7 @@ import { BUNK, GROUND, HALF, LOG, type Logs } from "./logs";
 import type { Cylinder, Description, Joint, Point, Shape } from "./messages";
 import { palette, scaleColour, type Palette } from "./palette";
 import { reachOf, type Reach } from "./reach";
-import { drawGrapple, drawLog, drawSoil, drawVehicle, drawWeight, groundLevel, piled, polygon, tapered, type Brush } from "./scenery";
+import { drawBucket, drawGrapple, drawHook, drawLog, drawSoil, drawVehicle, drawWeight, groundLevel, piled, polygon, tapered, type Brush } from "./scenery";
 import type { Task } from "./tasks";
 import { View } from "./view";
 
@@ -32,6 +32,12 @@ const NEAR = 0.01;
 
 interface Figure extends Shape {
   line: Point[];
+}
+
+/** What holds a load, null on a rig, and the link that it hangs from. */
+interface Held {
+  tool: Description["tool"] | null;
+  link: Point[];
 }
 
 /** What holds a joint at `q`, null where nothing does. */
@@ -115,7 +121,9 @@ export class Picture {
     this.drawCrane(description, figures, read, colours);
     const tip = figures.find((figure) => figure.kind === "tip")?.line[0];
     if (!tip) return;
-    if (this.logs) this.drawLoad(this.logs, tip, read("payload"), description.controllers.includes("tip"), brush);
+    const tool = description.controllers.includes("tip") ? description.tool : null;
+    const link = figures.findLast(({ kind }) => kind === "link")?.line ?? [tip];
+    if (this.logs) this.drawLoad(this.logs, tip, read("payload"), { tool, link }, brush);
     this.drawTip(tip, read, colours);
   }
 
@@ -282,12 +290,15 @@ export class Picture {
     c.stroke();
   }
 
-  /** What hangs from the tip: a crane has a grapple, with or without a log, and a rig its weight. */
-  private drawLoad(logs: Logs, tip: Point, payload: number, crane: boolean, brush: Brush): void {
+  /** What hangs from the tip: a grapple with or without a log, a bucket, or a hook or a rig's rod with its weight. */
+  private drawLoad(logs: Logs, tip: Point, payload: number, { tool, link }: Held, brush: Brush): void {
     const { ground, lying } = logs;
     const length = ground.hanging(payload || lying[0]?.mass || LOG);
     const room = tip[1] - (logs.support(tip[0]) ?? -Infinity);
-    if (!crane) {
+    if (tool === "bucket") {
+      drawBucket(brush, tip, link, payload);
+    } else if (tool !== "grapple") {
+      if (tool === "hook") drawHook(brush, tip, length);
       if (payload) drawWeight(brush, tip, length, payload);
     } else {
       const radius = payload ? ground.radius(payload) : 0;
@@ -370,7 +381,11 @@ export class Picture {
 
   private beam(line: Point[], [first, last]: [number, number], colours: Palette): void {
     const c = this.context;
-    const path = tapered(line, first, last);
+    const [begin, end] = [line[0]!, line.at(-1)!];
+    const plate = line.length > 2 && begin[0] === end[0] && begin[1] === end[1];
+    // A closed outline is a plate with eyes around its pins.
+    const path = plate ? tapered(line, last, last) : tapered(line, first, last);
+    if (plate) path.addPath(polygon(line));
     c.strokeStyle = colours.steelEdge;
     c.lineWidth = this.pixels(2);
     c.stroke(path);

@@ -166,6 +166,40 @@ export function drawGrapple({ c, colours, pixels }: Brush, tip: Point, { length,
   c.restore();
 }
 
+/** A hook on a line, `length` long. */
+export function drawHook({ c, colours, pixels }: Brush, [x, z]: Point, length: number): void {
+  const size = Math.min(0.12, 0.3 * length);
+  const end = z - length + size;
+  c.strokeStyle = colours.steelEdge;
+  c.lineWidth = Math.max(0.025, pixels(2));
+  c.beginPath();
+  c.moveTo(x, z);
+  c.lineTo(x, end + size);
+  c.arc(x, end, size / 2, 0.5 * Math.PI, 1.9 * Math.PI, false);
+  c.stroke();
+}
+
+/** A bucket at the end of a link, which opens towards its foot; what is in it is its load. */
+export function drawBucket({ c, colours, pixels }: Brush, tip: Point, link: Point[], payload: number): void {
+  const foot = link[0] ?? tip;
+  const reach = Math.hypot(tip[0] - foot[0], tip[1] - foot[1]);
+  const size = Math.min(Math.max(0.3 * reach, 0.15), 1.2);
+  c.save();
+  c.translate(...tip);
+  c.rotate(Math.atan2(tip[1] - foot[1], tip[0] - foot[0]) || 0);
+  const shell = new Path2D();
+  shell.moveTo(0, 0.06 * size);
+  shell.bezierCurveTo(0.75 * size, 0.1 * size, 0.85 * size, -0.75 * size, 0.1 * size, -0.95 * size);
+  shell.lineTo(-0.08 * size, -0.85 * size);
+  shell.closePath();
+  c.fillStyle = payload ? colours.load : colours.steel;
+  c.fill(shell);
+  c.strokeStyle = colours.steelEdge;
+  c.lineWidth = pixels(2);
+  c.stroke(shell);
+  c.restore();
+}
+
 /** A block of steel on a rod, as rigs lift it, whose underside is `length` below the tip. */
 export function drawWeight({ c, colours, pixels }: Brush, [x, z]: Point, length: number, mass: number): void {
   const side = Math.min(Math.cbrt(mass / STEEL), length);

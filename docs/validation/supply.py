@@ -69,7 +69,7 @@ SHARES = {
     "delivered to the valves": "ledger.mains.delivered",
     "relief valve": "ledger.mains.relief",
     "leakage of the pump": "ledger.mains.pump_leakage",
-    "rubbing in the pump": "ledger.mains.rubbing",
+    "mechanical loss of the pump": "ledger.mains.mechanical_loss",
 }
 
 
@@ -125,13 +125,13 @@ def table(found: dict[str, hc.Run]) -> list[str]:
     ideal = found["constant pressure"]
     lines = [
         "| supply | shaft, kJ | delivered, kJ | of it lost at metering edges, kJ | relief, kJ | pump leakage, kJ "
-        "| rubbing, kJ | least pressure, bar | tip ends off the ideal supply's, mm |",
+        "| mechanical loss, kJ | least pressure, bar | tip ends off the ideal supply's, mm |",
         "|" + "---|" * 9,
     ]
     for name, run in found.items():
         off = np.hypot(last(run, "tip.x") - last(ideal, "tip.x"), last(run, "tip.z") - last(ideal, "tip.z"))
         numbers = [last(run, "ledger.mains.shaft"), delivered(run), losses_at_edges(run)]
-        numbers += [last(run, f"ledger.mains.{term}") for term in ("relief", "pump_leakage", "rubbing")]
+        numbers += [last(run, f"ledger.mains.{term}") for term in ("relief", "pump_leakage", "mechanical_loss")]
         least = run.data["mains.p"].min().item() / 1e5 if "mains.p" in run.data else 140.0
         cells = [f"{number / 1e3:.2f}" if np.isfinite(number) else "-" for number in numbers]
         lines.append(f"| {name} | " + " | ".join(cells) + f" | {least:.0f} | {1e3 * off:.1f} |")
@@ -140,12 +140,12 @@ def table(found: dict[str, hc.Run]) -> list[str]:
 
 def table_of_the_path(found: dict[str, hc.Run]) -> list[str]:
     lines = [
-        "| supply | shaft, kJ | metering edges, kJ | compensators, kJ | relief, kJ | pump leakage and rubbing, kJ "
-        "| tip off its path, mm |",
+        "| supply | shaft, kJ | metering edges, kJ | compensators, kJ | relief, kJ "
+        "| pump leakage and mechanical loss, kJ | tip off its path, mm |",
         "|" + "---|" * 7,
     ]
     for name, run in found.items():
-        of_pump = last(run, "ledger.mains.pump_leakage") + last(run, "ledger.mains.rubbing")
+        of_pump = last(run, "ledger.mains.pump_leakage") + last(run, "ledger.mains.mechanical_loss")
         ledger = (last(run, f"ledger.{term}") for term in ("valves.compensators", "mains.relief"))
         numbers = [last(run, "ledger.mains.shaft"), losses_at_edges(run), *ledger, of_pump]
         off = abs(run.data["tip.deviation"].values)

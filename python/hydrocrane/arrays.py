@@ -6,7 +6,9 @@ leading axes are the batch; several arguments broadcast over the leading axes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +16,39 @@ from numpy.typing import ArrayLike, NDArray
 from hydrocrane import _core
 from hydrocrane.errors import InputError
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 Array = NDArray[np.float64]
+
+# Most numbers of an array, entries of a collection and letters of a text that a line shows.
+_NUMBERS, _ENTRIES, _LETTERS = 6, 4, 80
+
+
+def brief(self: DataclassInstance) -> str:
+    """The ``__repr__`` of dataclasses that hold arrays: one line, arrays by shape and results by kind."""
+    shown = ", ".join(f"{field.name}={_shown(getattr(self, field.name))}" for field in fields(self) if field.repr)
+    return f"{type(self).__name__}({shown})"
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, np.ndarray) and value.size > _NUMBERS:
+        return f"<array {' x '.join(map(str, value.shape))}>"
+    if isinstance(value, np.ndarray):
+        return np.array2string(value, precision=4, separator=", ").replace("\n", "")
+    if isinstance(value, Mapping):
+        return f"<{len(value)}: {_few(list(map(str, value)))}>"
+    if isinstance(value, list | tuple):
+        few = len(value) <= _ENTRIES and all(isinstance(entry, str | int | float) for entry in value)
+        return repr(value) if few else f"<{len(value)} {type(value[0]).__name__}>" if value else repr(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return f"<{type(value).__name__}>"
+    text = repr(value)
+    return text if len(text) <= _LETTERS else f"<{type(value).__name__}>"
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join([*names[:_ENTRIES], *(["..."] if len(names) > _ENTRIES else [])])
 
 
 def real_array(value: ArrayLike, name: str) -> Array:

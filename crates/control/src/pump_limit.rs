@@ -21,7 +21,7 @@ impl PumpModel {
     pub fn most(&self, p: f64, tank: f64) -> f64 {
         let rise = (p - tank).max(0.0);
         // Without any rise the quotient is infinite or no number: min takes full displacement.
-        let by_torque = self.torque_limit / (self.pump.displacement * rise) - self.pump.rubbing;
+        let by_torque = self.torque_limit / (self.pump.displacement * rise) - self.pump.mechanical_loss;
         self.pump.flow(1.0_f64.min(by_torque).max(0.0), rise).max(0.0)
     }
 }
@@ -59,7 +59,7 @@ mod tests {
 
     fn pump() -> PumpModel {
         // 20 cm^3 per radian at 100 rad/s: 2 l/s, of which 5 % leak at 200 bar.
-        let pump = Pump { displacement: 20e-6, speed: 100.0, droop: 0.0, leakage: 0.05 * 2e-3 / 200e5, rubbing: 0.1 };
+        let pump = Pump { displacement: 20e-6, speed: 100.0, droop: 0.0, leakage: 0.05 * 2e-3 / 200e5, mechanical_loss: 0.1 };
         PumpModel { pump, torque_limit: f64::INFINITY, highest: 200e5, margin: None }
     }
 

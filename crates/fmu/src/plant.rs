@@ -69,7 +69,7 @@ impl PlantPart {
     pub fn open(resources: &Resources) -> Result<Self, String> {
         let template = Template::of_text(&resources.machine, MACHINE).map_err(|error| error.to_string())?;
         let text = resources.scenario.as_deref().unwrap_or_default();
-        let scenario = parse_scenario_with(text, SCENARIO, Some(&resources.machine), &[]);
+        let scenario = parse_scenario_with(text, SCENARIO, &[(MACHINE.into(), resources.machine.clone())]);
         let scenario = scenario.map_err(|error| error.to_string())?;
         let machine = template.build(&[]).map_err(|error| error.to_string())?;
         let parameters = parameters(&machine, &resources.settings.parameters)?;

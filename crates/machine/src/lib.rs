@@ -31,7 +31,7 @@ mod whole;
 pub use bundled::{bundled_machines, bundled_scenarios};
 pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
 pub use keys::{Key, CONTROLLERS, PLAUSIBILITY};
-pub use load::{load, parse, Template};
+pub use load::{load, parse, whole_text, whole_text_of, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use nearest::suggestion;

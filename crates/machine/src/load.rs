@@ -17,10 +17,19 @@ use crate::whole;
 
 type Result<T> = std::result::Result<T, MachineError>;
 
-/// A file's text and the folder that paths inside it are relative to (`None`: bundled).
+/// Names and texts of files in place of those on disk.
+pub type Given = [(String, String)];
+
+/// A file's text and where the files lie that it names: in a folder, or among those `given` (both empty: bundled).
 pub struct Source {
     pub file: Arc<SourceFile>,
     pub folder: Option<PathBuf>,
+    pub given: Arc<Given>,
+}
+
+/// A text in memory with the files that it may name.
+pub fn in_memory(text: &str, origin: &str, given: &Given) -> Source {
+    Source { file: Arc::new(SourceFile { name: origin.into(), text: text.into() }), folder: None, given: given.into() }
 }
 
 /// Loads the machine `source`, a bundled name or a path, with `overrides` by dotted key in place of its values.
@@ -54,8 +63,38 @@ pub fn parse(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) ->
 
 /// As [`parse`], for overrides written in a file.
 pub fn parse_with(text: &str, origin: &str, overrides: &[Override]) -> Result<Machine> {
-    let file = Arc::new(SourceFile { name: origin.into(), text: text.into() });
-    build(Cow::Owned(machine_tree(&Source { file, folder: None })?), overrides)
+    build(Cow::Owned(machine_tree(&in_memory(text, origin, &[]))?), overrides)
+}
+
+/// As [`load_with`], for a machine among the files `given`.
+pub fn load_given(name: &str, given: &Given, overrides: &[Override]) -> Result<Machine> {
+    build(Cow::Owned(machine_tree(&open_given(name, given)?)?), overrides)
+}
+
+/// The text of the machine `source`, a path, with the content of all files that it needs beside it.
+///
+/// # Errors
+/// The first problem met.
+pub fn whole_text(source: &str) -> Result<String> {
+    in_one(&read(Path::new(source))?)
+}
+
+/// As [`whole_text`], for a machine among the files `given`.
+pub fn whole_text_of(name: &str, given: &Given) -> Result<String> {
+    in_one(&open_given(name, given)?)
+}
+
+/// A file that needs no other one stays as it is, so that errors in it keep their lines.
+fn in_one(source: &Source) -> Result<String> {
+    let tree = document::parse(&source.file)?;
+    let extended = |node: &Node| match &node.kind {
+        NodeKind::Value { value: Scalar::Text(name), .. } => is_path(name),
+        _ => true,
+    };
+    if root_entry(&tree, "include").is_none() && !root_entry(&tree, "extends").is_some_and(extended) {
+        return Ok(source.file.text.clone());
+    }
+    Template { tree: Cow::Owned(machine_tree(source)?), bundled: None }.to_toml(&[])
 }
 
 fn build(tree: Cow<Node>, overrides: &[Override]) -> Result<Machine> {
@@ -147,8 +186,7 @@ impl Template {
     /// # Errors
     /// What is wrong with the text, its values excepted.
     pub fn of_text(text: &str, origin: &str) -> Result<Self> {
-        let file = Arc::new(SourceFile { name: origin.into(), text: text.into() });
-        Ok(Self { tree: Cow::Owned(machine_tree(&Source { file, folder: None })?), bundled: None })
+        Ok(Self { tree: Cow::Owned(machine_tree(&in_memory(text, origin, &[]))?), bundled: None })
     }
 
     /// The machine with `changes` as the text of a single file, with the content of all extended and included files.
@@ -256,8 +294,7 @@ fn included(source: &Source, tree: &Node) -> Result<Vec<Node>> {
 
 /// The tree of one included file: tables of an incomplete machine.
 fn part_of(source: &Source, name: &str, place: &Place) -> Result<Node> {
-    let folder = source.folder.clone().unwrap_or_default();
-    let file = read(&folder.join(name)).map_err(|error| relocate(&error, place, "include"))?;
+    let file = beside(source, name).map_err(|error| relocate(&error, place, "include"))?;
     let tree = document::parse(&file.file)?;
     for key in ["extends", "include"] {
         if let Some(node) = root_entry(&tree, key) {
@@ -270,10 +307,39 @@ fn part_of(source: &Source, name: &str, place: &Place) -> Result<Node> {
 }
 
 fn open_extended(source: &Source, name: &str) -> Result<Source> {
-    match &source.folder {
-        Some(folder) if is_path(name) => read(&folder.join(name)),
-        _ => open(name, "machine", bundled_machines()),
+    if is_path(name) {
+        return beside(source, name);
     }
+    open(name, "machine", bundled_machines())
+}
+
+/// The file that `source` names.
+fn beside(source: &Source, name: &str) -> Result<Source> {
+    match &source.folder {
+        Some(folder) => read(&folder.join(name)),
+        None => open_given(name, &source.given),
+    }
+}
+
+/// A file among those `given`.
+pub fn open_given(name: &str, files: &Given) -> Result<Source> {
+    if let Some((own, text)) = given(files, name) {
+        return Ok(in_memory(text, own, files));
+    }
+    let names: Vec<&str> = files.iter().map(|(own, _)| own.as_str()).collect();
+    let there = if names.is_empty() { "nothing".into() } else { listed(&names) };
+    let message = format!("is not among the files at hand: there is {there}");
+    Err(MachineError::new(ErrorKind::UnreadableFile, Location::Source(name.into()), message)
+        .help(format!("choose `{}` together with the file that names it", file_name(name))))
+}
+
+/// The file `given` that has this name, whatever folder it is in.
+pub fn given<'a>(files: &'a Given, name: &str) -> Option<&'a (String, String)> {
+    files.iter().find(|(own, _)| file_name(own) == file_name(name))
+}
+
+fn file_name(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
 /// The same problem, reported where the name was written.
@@ -332,7 +398,7 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
     match bundled.iter().find(|(name, _)| *name == source) {
         Some((name, text)) => {
             let file = SourceFile { name: format!("{name}.toml"), text: (*text).into() };
-            Ok(Source { file: Arc::new(file), folder: None })
+            Ok(Source { file: Arc::new(file), folder: None, given: Arc::new([]) })
         }
         None => {
             let all = [("machine", bundled_machines()), ("scenario", bundled_scenarios())];
@@ -367,7 +433,7 @@ fn read(path: &Path) -> Result<Source> {
     }
     let text = decode(&name, bytes)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    Ok(Source { file: Arc::new(SourceFile { name, text }), folder: Some(folder) })
+    Ok(Source { file: Arc::new(SourceFile { name, text }), folder: Some(folder), given: Arc::new([]) })
 }
 
 fn decode(name: &str, bytes: Vec<u8>) -> Result<String> {

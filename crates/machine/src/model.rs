@@ -43,6 +43,20 @@ pub struct Machine<T = f64> {
     pub warnings: Vec<Unusual>,
 }
 
+impl Machine {
+    /// A digest of the values and choices that the file states (FNV-1a, 64 bits), whatever their order and notation, and
+    /// however many files they stand in.
+    pub fn contents(&self) -> String {
+        let bits = |value: &f64| format!("{:x}", value.to_bits());
+        let values = self.provenance.iter().map(|entry| (&entry.key, entry.value.si.iter().map(bits).collect()));
+        let words = self.words.iter().map(|(key, word)| (key, vec![word.clone()]));
+        let mut stated: Vec<(&String, Vec<String>)> = values.chain(words).collect();
+        stated.sort();
+        let digest = |digest: u64, byte: u8| (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        format!("{:016x}", format!("{stated:?}").bytes().fold(0xcbf2_9ce4_8422_2325, digest))
+    }
+}
+
 /// A value outside its usual range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unusual {
@@ -444,6 +458,8 @@ pub struct Payload<T = f64> {
     /// ground touches.
     pub hang: T,
     pub hang_growth: T,
+    /// What pictures show at the tip.
+    pub tool: &'static str,
 }
 
 /// Flat ground with flat supports on it.

@@ -28,7 +28,7 @@ pub use value::{check_quantity, choices};
 pub use written::Unwritable;
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
-use crate::document::{self, Node, NodeKind, SourceFile};
+use crate::document::{self, Node, NodeKind};
 use crate::errors::{ErrorKind, MachineError};
 use crate::keys;
 use crate::load::{self, is_path, Source};
@@ -75,6 +75,8 @@ pub struct Scenario {
     pub seed: u64,
     /// Version of hydrocrane that recorded it, if it is a drive of the cockpit.
     pub recorded_by: Option<String>,
+    /// [`Machine::contents`] of the file that it was recorded on; the machine must have the same.
+    pub recorded_on: Option<String>,
     /// Allowed but unusual values of the file, in the order in which they are read.
     pub warnings: Vec<Unusual>,
 }
@@ -113,7 +115,7 @@ pub const FIXED_STEPS: &str = "hc-rosenbrock-3";
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    build(&load::open(source, "scenario", bundled_scenarios())?, overrides, None, &[])
+    build(&load::open(source, "scenario", bundled_scenarios())?, overrides, &[])
 }
 
 /// As [`load_scenario`], for text in memory; `origin` is what errors call it.
@@ -121,50 +123,44 @@ pub fn load_scenario(source: &str, overrides: &[(String, OverrideValue)]) -> Res
 /// # Errors
 /// The first problem met, with its place and cure.
 pub fn parse_scenario(text: &str, origin: &str, overrides: &[(String, OverrideValue)]) -> Result<Scenario> {
-    build(&in_memory(text, origin), overrides, None, &[])
+    build(&load::in_memory(text, origin, &[]), overrides, &[])
 }
 
-/// As [`parse_scenario`], with the text `machine` of the machine file that the scenario names, if any, and the names
-/// and texts of its `logs`.
+/// As [`parse_scenario`], with the names and texts of the `files` that the scenario names: its machine, what this extends
+/// and includes, and its logs.
 ///
 /// # Errors
 /// The first problem met, with its place and cure.
-pub fn parse_scenario_with(
-    text: &str,
-    origin: &str,
-    machine: Option<&str>,
-    logs: &[(String, String)],
-) -> Result<Scenario> {
-    build(&in_memory(text, origin), &[], machine, logs)
-}
-
-fn in_memory(text: &str, origin: &str) -> Source {
-    Source { file: std::sync::Arc::new(SourceFile { name: origin.into(), text: text.into() }), folder: None }
+pub fn parse_scenario_with(text: &str, origin: &str, files: &[(String, String)]) -> Result<Scenario> {
+    build(&load::in_memory(text, origin, &[]), &[], files)
 }
 
 /// Source of a scenario's machine.
-struct MachineSource {
+struct MachineSource<'a> {
     /// Bundled name or path.
     name: String,
-    /// Text in place of the file of that name.
-    text: Option<String>,
+    /// Files in place of those on disk; `None`: the scenario lies there itself.
+    given: Option<&'a [(String, String)]>,
 }
 
-impl MachineSource {
+impl MachineSource<'_> {
     fn load(&self, overrides: &[Override]) -> Result<Machine> {
-        match &self.text {
-            Some(text) => load::parse_with(text, &self.name, overrides),
+        match self.given.filter(|_| is_path(&self.name)) {
+            Some(files) => load::load_given(&self.name, files, overrides),
             None => load::load_with(&self.name, overrides),
+        }
+    }
+
+    /// Whether there is such a machine.
+    fn open(&self) -> Result<Source> {
+        match self.given.filter(|_| is_path(&self.name)) {
+            Some(files) => load::open_given(&self.name, files),
+            None => load::open(&self.name, "machine", bundled_machines()),
         }
     }
 }
 
-fn build(
-    source: &Source,
-    overrides: &[(String, OverrideValue)],
-    machine_text: Option<&str>,
-    given: &[(String, String)],
-) -> Result<Scenario> {
+fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(String, String)]) -> Result<Scenario> {
     let mut tree = document::parse(&source.file)?;
     let tables = tree.entries().unwrap_or_default();
     let of_a_machine = |key: &str| ["machine", "link", "extends", "include"].contains(&key);
@@ -186,8 +182,7 @@ fn build(
     let machine_overrides = overrides_in(&root, "overrides")?;
     let name = machine_source(source, head.text("machine")?);
     let files = Files { folder: source.folder.as_deref(), given };
-    let text = machine_text.filter(|_| is_path(&name)).map(str::to_string);
-    let machine_source = MachineSource { name, text };
+    let machine_source = MachineSource { name, given: source.folder.is_none().then_some(given) };
     let machine = machine(&head, &machine_source, &machine_overrides)?;
     let payload = head.optional_quantity("payload")?;
     let joystick = closed_loop::joystick(&root, &machine, &files)?;
@@ -220,6 +215,7 @@ fn build(
         solver: solver(&root)?,
         seed: seed(&head)?,
         recorded_by: head.optional("recorded-by")?.map(|field| field.text().map(str::to_string)).transpose()?,
+        recorded_on: head.optional("recorded-on")?.map(|field| field.text().map(str::to_string)).transpose()?,
         warnings: log.unusual(),
     })
 }
@@ -255,9 +251,14 @@ fn machine_source(source: &Source, name: &str) -> String {
 /// The machine, for its names. An error inside its own file keeps its place there; a wrong name is reported here.
 fn machine(head: &Reader, source: &MachineSource, overrides: &[Override]) -> Result<Machine> {
     let place = head.required("machine", "the name of a machine")?;
-    if source.text.is_none() {
-        let opened = load::open(&source.name, "machine", bundled_machines());
-        opened.map_err(|error| load::relocate(&error, place.place, "scenario.machine"))?;
+    source.open().map_err(|error| load::relocate(&error, place.place, "scenario.machine"))?;
+    if let Some(recorded) = head.optional("recorded-on")? {
+        let found = source.load(&[])?.contents();
+        if recorded.text()? != found {
+            let message = format!("the drive was recorded on another `{}` than this one, `{found}`", source.name);
+            let cure = "give the file as it was, or leave `recorded-on` out to drive this one with the same sticks";
+            return Err(recorded.error(ErrorKind::ConflictingKeys, message).help(cure));
+        }
     }
     source.load(overrides)
 }

@@ -58,14 +58,42 @@ pub fn draw<const N: usize>(machine: &Machine, plant: &Plant<f64, N>, q: &[f64; 
     shapes
 }
 
-/// The outline given in the file, else a line from the link's joint to the next one or to the tip.
+/// The outline given in the file, else the closed convex line around the link's joint, its points and the next joint or
+/// the tip; a plain line where these lie on one.
 fn outline(machine: &Machine, link: usize) -> Vec<[f64; 2]> {
     let l = &machine.links[link];
     if !l.outline.is_empty() {
         return l.outline.clone();
     }
     let end = machine.joints.get(link).map_or(machine.tip.position, |next| next.at);
-    vec![[0.0, 0.0], end]
+    let points = l.points.iter().map(|point| point.position);
+    around([[0.0, 0.0], end].into_iter().chain(points).collect())
+}
+
+/// The convex hull of points (Andrew's monotone chain), closed, or a line where it has no area.
+fn around(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    points.dedup();
+    let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        let mut chain: Vec<[f64; 2]> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain[..] {
+                if turn(a, b, point) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain
+    };
+    let lower = half(&mut points.iter().copied());
+    let upper = half(&mut points.iter().rev().copied());
+    if lower.len() == 2 && upper.len() == 2 {
+        return lower;
+    }
+    lower.into_iter().chain(upper.into_iter().skip(1)).collect()
 }
 
 fn world<const N: usize>(pose: &ChainPose<f64, N>, link: usize, p: [f64; 2]) -> [f64; 2] {
@@ -104,4 +132,17 @@ fn cylinder<const N: usize>(
     let mouth = [barrel[0] + share * dx, barrel[1] + share * dz];
     shapes.push(Shape { kind: ShapeKind::CylinderBarrel, name: description.name.clone(), line: vec![barrel, mouth] });
     shapes.push(Shape { kind: ShapeKind::CylinderRod, name: description.name.clone(), line: vec![mouth, rod] });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::around;
+
+    #[test]
+    fn a_link_is_drawn_around_all_its_pins() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.25], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+        assert_eq!(around(square.to_vec()), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]]);
+        assert_eq!(around(vec![[2.0, 2.0], [0.0, 0.0], [1.0, 1.0]]), [[0.0, 0.0], [2.0, 2.0]]);
+        assert_eq!(around(vec![[3.0, 4.0], [3.0, 4.0]]), [[3.0, 4.0]]);
+    }
 }

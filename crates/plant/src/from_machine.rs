@@ -107,7 +107,7 @@ fn pump<T: Number>(p: &file::Pump<T>, rise: T) -> Pump<T> {
         speed: p.speed,
         droop: p.engine.as_ref().map_or(T::c(0.0), |engine| engine.droop * p.speed / engine.rated_torque),
         leakage: (T::c(1.0) - p.volumetric_efficiency) * displacement * p.rated_speed / rise,
-        rubbing: T::c(1.0) / p.hydromechanical_efficiency - 1.0,
+        mechanical_loss: T::c(1.0) / p.hydromechanical_efficiency - 1.0,
     }
 }
 

@@ -10,7 +10,7 @@
 //! then that of its own drop. Relief and anti-cavitation valves of the ports are two more losses, cross-over relief valves, the
 //! resistance of the lines, the priority elements of sections that give way and hoses that leak are others. With a pump, the energy of the mains is stored too:
 //! ```text
-//! d(mains)/dt = shaft + suction + elastic - rubbing - pump leakage - relief - delivered
+//! d(mains)/dt = shaft + suction + elastic - mechanical loss - pump leakage - relief - delivered
 //! ```
 //! where `delivered` is the `supply` of all cylinders. A tank line stores energy as well:
 //! ```text
@@ -83,7 +83,7 @@ pub const LEAK_TERMS: [Term; 1] = [(
 pub const SUPPLY_TERMS: [Term; 7] = [
     ("shaft", "work of the shaft on the pump", 1.0),
     ("suction", "work of the tank on what the pump draws less what the relief valve returns", 1.0),
-    ("rubbing", "hydromechanical loss of the pump", -1.0),
+    ("mechanical_loss", "hydromechanical loss of the pump", -1.0),
     ("pump_leakage", "loss of the leakage of the pump", -1.0),
     ("relief", "loss of the relief valve", -1.0),
     ("delivered", "work of the mains on the valves", -1.0),

@@ -2,6 +2,7 @@
 
 use crate::crane::Crane;
 use crate::limits::in_words;
+use crate::workspace::forbidden;
 use hydrocrane_machine::model::{HoldingKind, Unusual};
 
 /// Least ratio of the setting of a counterbalance valve to the highest load pressure, as manufacturers recommend.
@@ -19,7 +20,7 @@ struct Loaded<const N: usize> {
 
 impl<const N: usize> Crane<N> {
     /// Settings of counterbalance valves below [`MARGIN`] times the highest pressure of a load at rest. Poses in which
-    /// the supply cannot lift the load are left out. Builds for the smallest chains only have no such valves.
+    /// the supply cannot lift the load, or whose tip is where it must not be, are left out. Builds for the smallest chains only have no such valves.
     pub(crate) fn low_settings(&self) -> Vec<Unusual> {
         if !cfg!(feature = "chains") {
             return Vec::new();
@@ -71,6 +72,10 @@ impl<const N: usize> Crane<N> {
                 rest /= along;
                 lower + (upper - lower) * i as f64 / (along - 1) as f64
             });
+            let tip = self.plant().mechanics.tip_position(&self.plant().mechanics.pose(&q));
+            if forbidden(&self.machine, [tip.x, tip.z]) {
+                continue;
+            }
             let forces = self.plant().static_force(&q, self.machine.payload.mass);
             for (c, (found, force)) in highest.iter_mut().zip(forces).enumerate() {
                 let chambers = &self.plant().cylinders[c].chambers;

@@ -1,9 +1,23 @@
 //! Boundary of the area that the tip can reach (thesis 3.1.3).
 
+use hydrocrane_machine::Machine;
 use hydrocrane_physics::dynamics::Mechanics;
 
 /// Points per edge of the joint rectangle.
 const POINTS: usize = 120;
+
+/// Whether a place (x, z), m, is in a region that the tip must keep out of, or in the ground.
+pub fn forbidden(machine: &Machine, [x, z]: [f64; 2]) -> bool {
+    let within = |corners: &[[f64; 2]]| {
+        let before = corners.iter().cycle().skip(corners.len().saturating_sub(1));
+        // Edges that a ray to the right crosses.
+        let crossed = before
+            .zip(corners)
+            .filter(|(a, b)| (a[1] > z) != (b[1] > z) && x < a[0] + (z - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
+        crossed.count() % 2 == 1
+    };
+    machine.keep_out.iter().any(|(_, corners)| within(corners)) || machine.ground.as_ref().is_some_and(|g| z < g.height)
+}
 
 /// Closed curves of the tip around the rectangle of the first two revolute joints, one for each combination of
 /// end positions of the other joints, and the paths of the other joints that join their corners; where the chain

@@ -234,3 +234,9 @@ pub fn json_schema(kind: &str) -> PyResult<String> {
 pub fn key_list(kind: &str) -> PyResult<String> {
     Ok(kind_of_file(kind)?.key_list())
 }
+
+/// The text of a machine file with the content of all files that it needs.
+#[pyfunction]
+pub fn machine_text(path: &str) -> PyResult<String> {
+    hydrocrane_machine::whole_text(path).map_err(|error| file_error(&error))
+}

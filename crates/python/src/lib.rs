@@ -61,6 +61,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(sensors::measure, m)?)?;
     m.add_function(wrap_pyfunction!(files::json_schema, m)?)?;
     m.add_function(wrap_pyfunction!(files::key_list, m)?)?;
+    m.add_function(wrap_pyfunction!(files::machine_text, m)?)?;
     m.add_function(wrap_pyfunction!(control::resolve_rates, m)?)?;
     m.add_function(wrap_pyfunction!(control::tip_gain_units, m)?)?;
     Ok(())

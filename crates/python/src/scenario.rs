@@ -158,6 +158,7 @@ impl ScenarioEntry<'_> {
             solver: self.solver.solver(),
             seed: self.seed,
             recorded_by: None,
+            recorded_on: None,
             warnings: Vec::new(),
         })
     }

@@ -47,7 +47,7 @@ fn together(one: &Pump<f64>, other: &Pump<f64>) -> Pump<f64> {
         // Both droops at a torque that the pumps share by their displacements.
         droop: mean(one.droop * one.displacement, other.droop * other.displacement) / displacement,
         leakage: one.leakage + other.leakage,
-        rubbing: mean(one.rubbing, other.rubbing),
+        mechanical_loss: mean(one.mechanical_loss, other.mechanical_loss),
     }
 }
 

@@ -42,6 +42,7 @@ pub fn of(drive: &Drive) -> Value {
         "keep-out": machine.keep_out.iter().map(|(name, corners)| json!({ "name": name, "corners": corners })).collect::<Vec<_>>(),
         "ground": ground::description(machine),
         "hang": ground::hang(machine),
+        "tool": machine.payload.tool,
         "workspace": model.workspace(),
     })
 }

@@ -111,7 +111,7 @@ pub fn begin(request: Request) -> Result<Drive, Problem> {
     };
     let limits = stage.model.joint_limits();
     let pose: Vec<f64> = stated.iter().zip(limits).map(|(q, l)| q.unwrap_or(0.5 * (l.lower + l.upper))).collect();
-    let payload = request.payload.unwrap_or(machine.payload.mass);
+    let payload = request.payload.unwrap_or(machine.payload.mass).max(DRAWN_LOG);
     let pose = clear_of_the_ground(&request, stage.model.as_ref(), pose, payload);
     let scenario = request.scenario(&machine, &overrides, &pose)?;
     let assembly = at_start(&scenario, SETTINGS, vec![stage]).map_err(problem)?;
@@ -146,7 +146,10 @@ fn stated_pose(scenario: &Scenario, machine: &Machine, found: &[f64]) -> Vec<f64
     joints.map(|(joint, found)| stated(&joint.name).unwrap_or(*found)).collect()
 }
 
-/// If the request has no start pose, the first joint raises the default one until the load is clear of the ground.
+/// kg; a tool that carries nothing is drawn as long as with this load, `LOG` in `cockpit/src/logs.ts`.
+const DRAWN_LOG: f64 = 40.0;
+
+/// If the request has no start pose, the first joint raises the default one until load and tool are clear of the ground.
 fn clear_of_the_ground(request: &Request, model: &dyn Model, pose: Vec<f64>, payload: f64) -> Vec<f64> {
     const PARTS: u32 = 50;
     let stated = request.joints.contains_key(&model.machine().joints[0].name);

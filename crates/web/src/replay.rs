@@ -5,7 +5,7 @@ use crate::problem::{problem, Problem};
 use crate::request::{Request, HEIGHT};
 use crate::scenario::{solver, SETTINGS};
 use hydrocrane_machine::scenario::{without_hoses, Burst, Scenario, SensorQuality, Stage, StickMode};
-use hydrocrane_machine::{parse_scenario_with, OverrideValue};
+use hydrocrane_machine::{bundled_machines, parse_scenario_with, whole_text_of, OverrideValue};
 use hydrocrane_sim::assembly::{assemble, Assembly, Machines};
 use hydrocrane_sim::controllers::LEVER;
 use hydrocrane_sim::CHAINS;
@@ -19,19 +19,20 @@ pub struct Replay {
     pub requests: VecDeque<Request>,
 }
 
-/// What a scenario repeats. `asked` brings the text of the machine file that it names, where it is one of somebody's own, and
-/// its logs.
+/// What a scenario repeats. `asked` brings the files that it names: its machine, where it is one of somebody's own, and its
+/// logs.
 pub fn of(text: &str, asked: &Request) -> Result<Replay, Problem> {
-    let machine = asked.text.as_deref();
-    let logs: Vec<(String, String)> = asked.logs.iter().map(|(name, log)| (name.clone(), log.clone())).collect();
-    let parsed = parse_scenario_with(text, "drive.toml", machine, &logs);
+    let files: Vec<(String, String)> = asked.files.iter().map(|(name, text)| (name.clone(), text.clone())).collect();
+    let parsed = parse_scenario_with(text, asked.scenario_name.as_deref().unwrap_or("drive.toml"), &files);
     let mut scenario = parsed.map_err(|error| Problem::file(&error))?;
     if let Some(log) = unread(&scenario) {
         return Err(Problem::plain(format!("the cockpit reads logs that are text; save {log} as CSV")));
     }
     scenario.solver = solver();
     let name = scenario.machine.trim_start_matches("./").to_string();
-    let text = machine.filter(|_| scenario.machine.ends_with(".toml"));
+    let bundled = bundled_machines().iter().any(|(known, _)| *known == name);
+    let text = if bundled { None } else { Some(whole_text_of(&name, &files).map_err(|error| Problem::file(&error))?) };
+    let text = text.as_deref();
     let mut machines = Machines { machine: &name, text };
     let assembly = assemble(&scenario, SETTINGS, &mut machines).map_err(problem)?;
     let request = |stage: &Stage| friction_level::settled(request(&scenario, stage, &name, text));

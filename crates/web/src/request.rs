@@ -6,7 +6,8 @@ use crate::problem::{problem, Problem};
 use crate::values::stated;
 use hydrocrane_machine::scenario::{Burst, BurstEntry, StickMode};
 use hydrocrane_machine::{
-    bundled_scenarios, load, parse, parse_scenario, scenario, Machine, OverrideValue, CONTROLLERS, MOST_SEED,
+    bundled_scenarios, load, parse, parse_scenario, scenario, whole_text_of, Machine, OverrideValue, CONTROLLERS,
+    MOST_SEED,
 };
 use hydrocrane_sim::assembly::AssemblyError;
 use hydrocrane_sim::controllers::LEVER;
@@ -23,6 +24,9 @@ pub struct Request {
     #[serde(default)]
     pub machine: String,
     pub text: Option<String>,
+    /// Names and texts of further files: what the machine extends and includes; of a scenario, its machine and its logs.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub files: BTreeMap<String, String>,
     /// Machine keys to change.
     #[serde(default)]
     pub overrides: Map<String, Value>,
@@ -52,11 +56,9 @@ pub struct Request {
     pub dead_zone: f64,
     #[serde(default)]
     pub ramp: f64,
-    /// A scenario to replay; it replaces everything above except the `text` of its machine.
+    /// A scenario to replay, which replaces everything above except the `files`, and what errors call it.
     pub scenario: Option<String>,
-    /// Texts of the logs that the scenario names.
-    #[serde(default)]
-    pub logs: BTreeMap<String, String>,
+    pub scenario_name: Option<String>,
     /// Whether the drawn ground is solid, if the machine states no ground.
     #[serde(default)]
     pub ground: bool,
@@ -92,6 +94,7 @@ impl Request {
         Request {
             machine: String::new(),
             text: None,
+            files: BTreeMap::new(),
             overrides: Map::new(),
             friction: one(),
             joints: Map::new(),
@@ -105,7 +108,7 @@ impl Request {
             dead_zone: 0.0,
             ramp: 0.0,
             scenario: None,
-            logs: BTreeMap::new(),
+            scenario_name: None,
             ground: false,
             keep_state: false,
         }
@@ -115,10 +118,16 @@ impl Request {
         if text.len() > LONGEST_REQUEST {
             return Err(Problem::plain(format!("the request is longer than {} MiB", LONGEST_REQUEST >> 20)));
         }
-        let request: Request = serde_json::from_str(text)
+        let mut request: Request = serde_json::from_str(text)
             .map_err(|error| Problem::plain(format!("the request cannot be read: {error}")))?;
         request.check_numbers()?;
         request.check_agreement()?;
+        if let Some(text) = request.text.take() {
+            let files =
+                [vec![(request.machine.clone(), text)], std::mem::take(&mut request.files).into_iter().collect()];
+            let whole = whole_text_of(&request.machine, &files.concat()).map_err(|error| Problem::file(&error))?;
+            request.text = Some(whole);
+        }
         Ok(request)
     }
 
@@ -212,6 +221,11 @@ impl Request {
             machine = self.load(&changes)?;
         }
         Ok((machine, changes))
+    }
+
+    /// The machine without changes.
+    pub fn plain_machine(&self) -> Result<Machine, Problem> {
+        self.load(&[])
     }
 
     fn load(&self, changes: &[(String, OverrideValue)]) -> Result<Machine, Problem> {

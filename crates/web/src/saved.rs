@@ -45,6 +45,7 @@ pub fn scenario(drive: &Drive) -> Result<String, Problem> {
         goals: goals(live.sticks(), end),
         phases,
         recorded_by: Some(env!("CARGO_PKG_VERSION").into()),
+        recorded_on: request.text.is_some().then(|| request.plain_machine()).transpose()?.map(|own| own.contents()),
         ..begun.clone()
     };
     let machines: Vec<&Machine> = parts.iter().map(|(played, _)| played.model.machine()).collect();

@@ -67,6 +67,7 @@ impl Request {
             solver: solver(),
             seed: self.seed,
             recorded_by: None,
+            recorded_on: None,
             warnings: Vec::new(),
         })
     }

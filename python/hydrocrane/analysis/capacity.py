@@ -15,9 +15,10 @@ import numpy as np
 
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.poses import forbidden, pose_grid
-from hydrocrane.arrays import Array, rows
+from hydrocrane.arrays import Array, brief, rows
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.notebook import card
 
 Height = Literal["best", "worst"] | float
 # Number of reaches of a curve, of heights at each, and of bisections for the end of the reachable heights.
@@ -68,10 +69,19 @@ class LoadChart:
     machine: Machine = field(repr=False)
     ceiling: float = 1e5
 
+    __repr__ = brief
+
     @property
     def crane(self) -> Machine:
         """The same as `machine`, under its former name."""
         return self.machine
+
+    def _repr_html_(self) -> str:
+        reach, best = self.against_reach()
+        worst = self.against_reach("worst")[1]
+        rows = spread(reach.size, 10)
+        lines = [f"{reach[i]:.2f} m  {best[i]:.0f} kg at the best height, {worst[i]:.0f} kg at the worst" for i in rows]
+        return card(f"Load chart of {self.machine.name} at {self.supply_pressure * 1e-5:.4g} bar", lines)
 
     def against_reach(self, height: Height = "best") -> tuple[Array, Array]:
         """Reach (r,), m, and the payload (r,), kg, that the crane holds there.
@@ -224,6 +234,11 @@ class Places:
         if self._turning:
             return np.hypot(arm[..., 0], arm[..., 1])
         return np.asarray(arm @ np.array([-self._along[1], self._along[0]]))
+
+
+def spread(count: int, rows: int) -> list[int]:
+    """Indices of so many rows at most, evenly spread over `count`."""
+    return sorted({round(i * (count - 1) / max(rows - 1, 1)) for i in range(rows)})
 
 
 def at_height(height: Height) -> str:

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.poses import forbidden, pose_grid
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.poses import poses
+from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.scenario import Scenario
 
@@ -74,10 +75,20 @@ class Modes:
     friction: str = "held"
     warnings: tuple[ResultWarning, ...] = ()
 
+    __repr__ = brief
+
     @property
     def record_interval(self) -> Array:
         """(k,) interval that records ten points per period of each mode, s."""
         return _shows_well(self.frequency)
+
+    def _repr_html_(self) -> str:
+        rows = zip(self.frequency, self.damping, self.state, strict=True)
+        lines = [f"{frequency:.4g} Hz  damping ratio {damping:.3g}, {state}" for frequency, damping, state in rows]
+        doubts = [f"warning: {warning}" for warning in self.warnings]
+        return card(
+            f"Natural modes {FRICTION_WORDS[self.friction]}", [*lines, *doubts], "modes.frequency, modes.damping"
+        )
 
 
 @renamed_keyword("crane", "machine")
@@ -149,6 +160,8 @@ class Oscillations:
     state: tuple[str, ...]
     eigenvalues: np.ndarray
     shapes: np.ndarray
+
+    __repr__ = brief
 
     @property
     def record_interval(self) -> Array:
@@ -341,6 +354,8 @@ class ModeMap:
     forbidden: np.ndarray
     friction: str = "held"
     warnings: tuple[ResultWarning, ...] = ()
+
+    __repr__ = brief
 
 
 @renamed_keyword("crane", "machine")

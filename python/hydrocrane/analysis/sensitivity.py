@@ -22,6 +22,7 @@ from hydrocrane._core_types import SensitivityRecord
 from hydrocrane._moved import former_attribute, renamed_keyword
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, translated, unknown
+from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.dataset import run_dataset
 from hydrocrane.results.outcome import Outcome
@@ -230,6 +231,13 @@ class Sensitivities:
     def __repr__(self) -> str:
         keys = ", ".join(parameter.key for parameter in self.parameters)
         return f"<Sensitivities by {keys}: {self.outcome.kind} at {self.outcome.time:.4g} s>"
+
+    def _repr_html_(self) -> str:
+        words = "change per 100 % of" if self.relative else "derivative by"
+        lines = [f"{p.key}  {words} {p.value:.6g} {p.unit}".rstrip() for p in self.parameters]
+        end = f"{self.outcome.kind}  at {self.outcome.time:.4g} s, {len(self._raw['signals'])} signals"
+        doubts = [f"warning: {ResultWarning(*entry)}" for entry in self._raw["warnings"]]
+        return card(f"Sensitivities of {self._experiment.plan.name}", [*lines, end, *doubts], "sensitivities.data")
 
     @property
     def outcome(self) -> Outcome:

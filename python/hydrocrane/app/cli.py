@@ -6,6 +6,7 @@ Heavy imports happen inside the commands, so that ``--help`` answers at once.
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
@@ -110,8 +111,16 @@ def simulate(
         raise InputError(f"--output is a folder, and `{output}` is a file; choose another name")
     with waiting("simulating"):
         run = hc.simulate(plan, machine=machine, verify=verify, **changes)
-    paths = _write_run(run, output, suffixes, film)
-    say(run.summary(), "", "written:", *(f"  {path}" for path in paths))
+    paths: list[Path] = []
+    try:
+        # Data first: a picture that fails must not cost the run.
+        for path in _write_run(run, output, suffixes, film):
+            paths.append(path)
+    except (KeyboardInterrupt, OSError):
+        _say_written(run, paths)
+        warn("not everything was written")
+        raise
+    _say_written(run, paths)
     if run.warnings:
         warn(f"the run may be wrong: {len(run.warnings)} warning{'s' * (len(run.warnings) > 1)}, see above")
     if not run.outcome.completed:
@@ -138,22 +147,28 @@ def _data_suffixes(name: str, also: list[str], film: str) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _write_run(run: Run, folder: Path, suffixes: list[str], film: str) -> list[Path]:
-    """Data first: a picture that fails must not cost the run."""
+def _say_written(run: Run, paths: list[Path]) -> None:
+    say(run.summary(), "", "written:" if paths else "nothing was written", *(f"  {path}" for path in paths))
+
+
+def _write_run(run: Run, folder: Path, suffixes: list[str], film: str) -> Iterator[Path]:
+    """Write data, charts and film; tells each file once it is there."""
     name = run.columns.attrs["scenario"]
-    paths = [run.save(folder / f"{name}{suffix}") for suffix in suffixes]
+    for suffix in suffixes:
+        yield run.save(folder / f"{name}{suffix}")
     if not run.columns.rows:
-        return paths
+        return
     headless()
     with waiting("drawing charts"):
         for cylinder in run.cylinder_names:
-            paths.append(folder / f"{name}-{cylinder}.png")
-            run.plot(cylinder, path=paths[-1])
+            path = folder / f"{name}-{cylinder}.png"
+            run.plot(cylinder, path=path)
+            yield path
     if film != "none":
         with bar("drawing the animation") as progress:
-            paths.append(folder / f"{name}.{film}")
-            run.animate(paths[-1], progress=progress)
-    return paths
+            path = folder / f"{name}.{film}"
+            run.animate(path, progress=progress)
+            yield path
 
 
 @app.command(epilog="Example:  hydrocrane animate results/vertical-lift-open-loop.nc -o lift.gif --speed 2")
@@ -347,15 +362,22 @@ def _root(
 
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Entry point: a wrong input is one message on stderr and exit status 2."""
+    import os
     import warnings
 
     from hydrocrane.errors import HydrocraneError
 
     warnings.showwarning = lambda message, *_, **__: warn(str(message))
     try:
-        app(arguments)
+        try:
+            app(arguments)
+        finally:
+            sys.stdout.flush()
     except HydrocraneError as error:
         complain(str(error))
     except OSError as error:
-        complain(f"{error.strerror}: {error.filename}" if error.filename else str(error))
+        complain(f"{error.strerror}: {error.filename or 'what is printed cannot be written'}")
+        if error.filename is None:
+            # Python would try to write it again at the end.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(2)

@@ -2,25 +2,49 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from rich.console import Console, RenderableType
+    from rich.table import Table
 
 
 def say(*parts: RenderableType) -> None:
     """Print strings and rich objects, one per line."""
     from rich.console import Console
+    from rich.table import Table
     from rich.text import Text
 
     # A pipe has no width of its own; tables need room for their columns.
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 150)
+    wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 150
+    console = Console(highlight=False, width=wide)
     for part in parts:
         # Plain strings may hold square brackets, which must not be read as markup.
-        console.print(Text(part) if isinstance(part, str) else part, soft_wrap=isinstance(part, str))
+        shown = _fitted(part, console) if isinstance(part, Table) else part
+        console.print(Text(shown) if isinstance(shown, str) else shown, soft_wrap=isinstance(shown, str))
+
+
+def _fitted(table: Table, console: Console) -> Table:
+    """The table, or where its columns would break words, each of its rows as a block of headings and values."""
+    from rich.table import Table
+    from rich.text import Text
+
+    if console.measure(table).minimum <= console.width:
+        return table
+    blocks = Table(title=table.title, title_justify="left", box=None, pad_edge=False, show_header=False)
+    blocks.add_column(style="bold", no_wrap=True)
+    blocks.add_column(overflow="fold")
+    rows = list(zip(*(list(column.cells) for column in table.columns), strict=True))
+    for at, row in enumerate(rows):
+        if at:
+            blocks.add_row("", "")
+        for column, cell in zip(table.columns, row, strict=True):
+            blocks.add_row(Text(str(column.header)), cell)
+    return blocks
 
 
 def complain(message: str) -> None:

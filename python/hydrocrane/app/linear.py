@@ -92,6 +92,7 @@ def bode(
 
     mpl.use("Agg")
     from hydrocrane import plots
+    from hydrocrane.plots.bode import OUTPUT
     from hydrocrane.plots.style import checked_suffix, write
 
     path = checked_suffix(output or Path(f"{Path(machine).stem}-bode.png"))
@@ -103,9 +104,11 @@ def bode(
         say(f"pose: {in_words(loaded, q)}")
         found = cylinder_loops(loaded, q, payload=payload, friction=friction.value, side=side.value)
         say(margins_table(found))
+        if found[0].advice:
+            warn(found[0].advice)
         figure = plots.loop_gains(found)
     else:
-        options = _options(inputs, outputs or ["tip.z"], mode, side, friction, payload)
+        options = _options(inputs, outputs or [OUTPUT], mode, side, friction, payload)
         model = _linearised(machine, at, settings, options)
         _warn(model)
         figure = plots.bode(model)

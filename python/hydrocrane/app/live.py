@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -37,31 +36,21 @@ def drive_request(target: str, settings: Mapping[str, Override]) -> Request:
     # The hoses of the machine are tight; those of the scenario burst in the page.
     own = machine_request(plan.changed(bursts=()).load_machine())
     name = f"./{own['machine']}" if "text" in own else None
-    asked: Request = {key: own[key] for key in ("machine", "text") if key in own}
-    return {**asked, "scenario": plan.to_toml(machine=name)}
+    files = {own["machine"]: own["text"]} if "text" in own else {}
+    return {"scenario": plan.to_toml(machine=name), "scenario-name": Path(target).name, "files": files}
 
 
 def machine_request(machine: Machine) -> Request:
-    """A machine as the page is asked for it."""
+    """A machine as the page is asked for it: in one file, because the page has no folder to look for others in."""
+    from hydrocrane import _core
+    from hydrocrane.errors import translated
+
     path = Path(machine.source)
     request: Request = {"machine": machine.source, "overrides": dict(machine.overrides)}
     if path.suffix == ".toml":
-        text = path.read_text(encoding="utf-8")
-        _check_alone(path, tomllib.loads(text))
-        request |= {"machine": path.name, "text": text}
+        with translated():
+            request |= {"machine": path.name, "text": _core.machine_text(str(path))}
     return request
-
-
-def _check_alone(path: Path, tree: Mapping[str, object]) -> None:
-    """The page has no folder to look for other files in."""
-    included = tree.get("include", [])
-    others = [*(included if isinstance(included, list) else []), *([tree["extends"]] if "extends" in tree else [])]
-    for other in map(str, others):
-        if "/" in other or "\\" in other or other.endswith(".toml"):
-            raise InputError(
-                f"{path} needs `{other}`, and the cockpit takes a machine in one file: extend a bundled machine by its "
-                "name, and copy what is included into the file"
-            )
 
 
 def cockpit_server(target: str | None = None, settings: Mapping[str, Override] | None = None, port: int = 0) -> Server:

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hydrocrane import _core
-from hydrocrane.analysis.capacity import Height, at_height
+from hydrocrane.analysis.capacity import Height, at_height, spread
 from hydrocrane.machine.poses import SHOWN, in_words
 from hydrocrane.machine.stated import PROVENANCE_CLASSES
 from hydrocrane.scenario.solver import named
@@ -202,7 +202,6 @@ def load_table(chart: LoadChart, height: Height | None = None, rows: int = 10) -
         table.add_column(heading, justify="right")
     reach = chart.against_reach(shown[0])[0]
     columns = [chart.against_reach(which)[1] for which in shown]
-    picked = sorted({round(i * (reach.size - 1) / max(rows - 1, 1)) for i in range(rows)})
-    for i in picked:
+    for i in spread(reach.size, rows):
         table.add_row(f"{reach[i]:.2f}", *("-" if column[i] != column[i] else f"{column[i]:.0f}" for column in columns))
     return table

@@ -12,7 +12,7 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, brief
 from hydrocrane.control.joystick import Stick
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
@@ -55,6 +55,8 @@ class Observation:
     p: Array
     tip: Array
     measured: dict[str, float]
+
+    __repr__ = brief
 
 
 @runtime_checkable

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, real_array, scenario_quantity
+from hydrocrane.arrays import Array, brief, real_array, scenario_quantity
 from hydrocrane.errors import InputError, unknown
 
 if TYPE_CHECKING:
@@ -51,6 +51,8 @@ class Stick:
     mode: str
     axes: Array
     full_speed: float | None = None
+
+    __repr__ = brief
 
     @property
     def velocity(self) -> Array:
@@ -113,6 +115,8 @@ class Joystick:
     full_speed: float | None = None
     ramp: float = 0.0
     precision: Array = field(default_factory=lambda: np.empty(0))
+
+    __repr__ = brief
 
     if TYPE_CHECKING:
         # Any array_like is accepted.

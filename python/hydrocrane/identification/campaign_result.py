@@ -9,6 +9,7 @@ from functools import partial
 from os import PathLike
 from pathlib import Path
 
+from hydrocrane.arrays import brief
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.identification.block import head, interval, parameter_row, signature
@@ -92,6 +93,8 @@ class Identification:
     comparison: FrictionComparison | None = None
     dynamic: DynamicFit | None = None
     warnings: list[str] = field(default_factory=list)
+
+    __repr__ = brief
 
     @property
     def cylinder(self) -> str:

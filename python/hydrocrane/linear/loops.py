@@ -6,13 +6,14 @@ stepping the controller, so they are those of a run.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane.analysis.linear import Friction
-from hydrocrane.arrays import Array, check_positive, real_array
+from hydrocrane.arrays import Array, brief, check_positive, real_array
 from hydrocrane.control.controllers import DEFAULT_PERIOD, Observation
 from hydrocrane.control.joystick import Stick
 from hydrocrane.control.named import NamedController
@@ -36,6 +37,8 @@ _ERROR = 1e-4
 _LOWEST = 1e-6
 # Tolerance of the spectral radius for rounding and a lossless mode of the oil.
 _RADIUS = 1.0 + 1e-9
+# Halvings of all gains that are tried to make the loops stable.
+_HALVINGS = 12
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,8 @@ class Loop:
         Whether all loops closed together decay; from the eigenvalues, not from the margins.
     radius : float
         Largest magnitude of those eigenvalues, per sample.
+    advice : str
+        Why all loops together are unstable and what makes them stable; empty if they are.
     """
 
     cylinder: str
@@ -88,6 +93,9 @@ class Loop:
     margins: Margins
     stable: bool
     radius: float
+    advice: str = ""
+
+    __repr__ = brief
 
     @property
     def growth(self) -> float:
@@ -180,7 +188,8 @@ def cylinder_loops(
     pids = [known[c] for c in machine.cylinder_names]
     signs = np.sign(np.diagonal(machine.stroke_jacobian(np.asarray(q, dtype=np.float64))))
     plant = _Sampled(model, float(period), late)
-    radius = plant.closed_radius(pids, signs)
+    fastest = plant.fastest(pids, signs)
+    stable = abs(fastest) < _RADIUS
 
     def loop_gain(omega: Array, cylinder: int) -> np.ndarray:
         z = np.exp(1j * omega * period)
@@ -188,20 +197,68 @@ def cylinder_loops(
         return _one_open(plant.response(z), controls, cylinder)
 
     grid = _grid(model, np.pi / period)
+    advice = "" if stable else _advice(model, plant, pids, signs, fastest, loop_gain)
     found = []
     for i, (cylinder, joint) in enumerate(zip(machine.cylinder_names, machine.joint_names, strict=True)):
         gain = loop_gain(grid, i)
         at = margins(grid, gain, lambda omega: loop_gain(omega, i))
-        found.append(
-            Loop(cylinder, joint, pids[i], float(period), late, grid, gain, at, radius < _RADIUS, float(radius))
-        )
+        found.append(Loop(cylinder, joint, pids[i], float(period), late, grid, gain, at, stable, abs(fastest), advice))
     return found
+
+
+def _advice(
+    model: LinearModel,
+    plant: _Sampled,
+    pids: list[PidGains],
+    signs: Array,
+    fastest: complex,
+    loop_gain: Callable[[Array, int], np.ndarray],
+) -> str:
+    """The oscillation that grows, the loop that feeds it, and changes that were tried and make all loops stable."""
+    omega = float(abs(np.angle(fastest)) / plant.period)
+    cylinders = [name.split(".")[1] for name in model.input_names]
+    gains = [complex(loop_gain(np.array([max(omega, _LOWEST)]), i)[0]) for i in range(len(pids))]
+    worst = int(np.argmax(np.abs(gains)))
+    hertz = model.oscillations.frequency
+    near = int(np.argmin(np.abs(hertz * 2 * np.pi - omega))) if hertz.size else -1
+    mode = f", near the natural mode of {hertz[near]:.3g} Hz in {model.oscillations.state[near]}" if hertz.size else ""
+    growth = np.log(abs(fastest)) / plant.period
+    why = (
+        f"an oscillation of {omega / (2 * np.pi):.3g} Hz{mode}, grows e-fold in {1 / growth:.2g} s; there the loop of "
+        f"{cylinders[worst]} has a gain of {abs(gains[worst]):.2g}"
+    )
+    cures = []
+    if share := _stable_share(plant, pids, signs):
+        cures.append(f"all gains times {share:.2g}")
+    if plant.delay and abs(_Sampled(model, plant.period, 0.0).fastest(pids, signs)) < _RADIUS:
+        cures.append(f"no delay in place of {plant.delay * 1e3:.3g} ms")
+    if not cures:
+        cures = ["neither smaller gains nor a shorter delay; add damping, or take `tip`"]
+    return f"unstable: {why}; what makes it stable: {', or '.join(cures)}"
+
+
+def _stable_share(plant: _Sampled, pids: list[PidGains], signs: Array) -> float | None:
+    """Largest common factor of all gains, to 2 % and below one, with which all loops together are stable."""
+
+    def stable(share: float) -> bool:
+        scaled = [PidGains(*(share * gain for gain in (p.proportional, p.integral, p.derivative))) for p in pids]
+        return abs(plant.fastest(scaled, signs)) < _RADIUS
+
+    low, high = next((0.5**k, 0.5 ** (k - 1)) for k in range(1, _HALVINGS + 1) if k == _HALVINGS or stable(0.5**k))
+    if not stable(low):
+        return None
+    while high > 1.02 * low:
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    # Rounded down in print.
+    return 0.98 * low
 
 
 class _Sampled:
     """The plant from commands to joints at the samples: x+ = F x + G0 u + G1 u_before, with whole samples of delay."""
 
     def __init__(self, model: LinearModel, period: float, delay: float) -> None:
+        self.period, self.delay = period, delay
         a, b, self.c = balanced(model.A, model.B, model.C)
         self.whole = int(delay // period)
         late = delay - self.whole * period
@@ -216,8 +273,8 @@ class _Sampled:
         back = (1.0 / z)[:, None, None]
         return (now + before * back) * back**self.whole
 
-    def closed_radius(self, pids: list[PidGains], signs: Array) -> float:
-        """Largest magnitude of the eigenvalues per sample with every loop closed."""
+    def fastest(self, pids: list[PidGains], signs: Array) -> complex:
+        """The eigenvalue per sample of the largest magnitude with every loop closed."""
         n, inputs = self.now.shape
         kp, ki, kd = (np.array([getattr(p, k) for p in pids]) for k in ("proportional", "integral", "derivative"))
         # States: plant, last two errors, the last commands, newest first.
@@ -240,7 +297,8 @@ class _Sampled:
         step[n : n + inputs] = error
         step[n + inputs : first, n : n + inputs] = last
         step[first:] = np.vstack(history[:kept])
-        return float(np.abs(np.linalg.eigvals(step)).max())
+        found = np.linalg.eigvals(step)
+        return complex(found[np.argmax(np.abs(found))])
 
 
 def _one_open(plant: np.ndarray, controls: np.ndarray, cylinder: int) -> np.ndarray:

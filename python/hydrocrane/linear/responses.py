@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, brief
 
 # Number of frequencies per solution; more need memory and save no time.
 _BLOCK = 256
@@ -36,6 +36,8 @@ class StepResponse:
     size: Array
     output_names: tuple[str, ...]
     input_names: tuple[str, ...]
+
+    __repr__ = brief
 
 
 def balanced(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:

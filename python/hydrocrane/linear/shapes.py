@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane.analysis.linear import Friction, Oscillations, modes, places
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, OutOfReachError, unknown
 from hydrocrane.linear.linearise import linearise
 from hydrocrane.machine.machine import MachineLike, as_machine
@@ -44,6 +44,8 @@ class ModeShapes:
     joints: np.ndarray
     tip: np.ndarray
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class DampingCurves:
@@ -69,6 +71,8 @@ class DampingCurves:
     damping: Array
     friction: str
     warnings: tuple[ResultWarning, ...]
+
+    __repr__ = brief
 
 
 def mode_shapes(

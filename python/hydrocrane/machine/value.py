@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hydrocrane.arrays import Array
+import numpy as np
+
+from hydrocrane.arrays import Array, brief
+from hydrocrane.notebook import card
 
 
 @dataclass(frozen=True)
@@ -34,3 +37,10 @@ class Value:
     unit: str
     provenance: str
     source: str
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        numbers = np.atleast_1d(self.si)
+        shown = ", ".join(f"{number:.6g}" for number in numbers[:8]) + (", ..." if numbers.size > 8 else "")
+        return card(self.key, [f"value  {shown} {self.unit}", f"{self.provenance}  {self.source}"])

@@ -1,4 +1,4 @@
-"""Line animation of a run, as Figure 89: pillar, links, cylinders, torque linkage and the path of the tip."""
+"""Animation of a run, as Figure 89: pillar, links, cylinders with their oil, load and path of the tip."""
 
 from __future__ import annotations
 
@@ -18,14 +18,29 @@ from matplotlib.animation import FFMpegWriter, FuncAnimation
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, to_hex
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon, Rectangle
 from PIL import Image
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.notebook import in_notebook, progress_bar
-from hydrocrane.plots.style import ACCENT, CRANE_LINES, MUTED, RC, draw_crane, shown_once
+from hydrocrane.plots.style import (
+    ACCENT,
+    COLOURS,
+    CRANE_LINES,
+    FIELD,
+    INK,
+    MUTED,
+    PLATE,
+    RC,
+    draw_crane,
+    is_plate,
+    shown_once,
+)
 from hydrocrane.plots.workspace import draw_keep_out, metres
 
 if TYPE_CHECKING:
@@ -35,6 +50,8 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None] | None
 _SIZE: dict[str, Any] = {"figsize": (6.6, 5.4), "layout": "constrained"}
 _DPI = 100
+# Density of what hangs at the tip, kg/m^3.
+_STEEL = 7850.0
 # The title not at the very edge.
 _RC = {**RC, "figure.constrained_layout.h_pad": 0.12}
 
@@ -96,13 +113,29 @@ class _Scene:
         if not (fps > 0 and speed > 0):
             raise InputError(f"fps and speed must be greater than zero, got {fps!r}, {speed!r}")
         self.times, self.poses, self.tips = _pictures(run, fps, speed)
+        self.oil = np.stack(
+            [_at(run, self.times, f"cylinder.{c}.p{side}") for c in run.cylinder_names for side in (1, 2)]
+        )
+        self.loads = _at(run, self.times, "payload")
         self.order = [*range(len(self.times)), *[len(self.times) - 1] * max(1, fps // 2)]
         self.machine = run.machine
         self.figure = figure
         self.axes = figure.subplots()
         _set_stage(self.axes, run, self.machine, self.poses)
-        kinds = [kind for kind, _, _ in self.machine.drawing(self.poses[0])]
-        self.parts = [self.axes.plot([], [], **CRANE_LINES[kind])[0] for kind in kinds]
+        drawn = self.machine.drawing(self.poses[0])
+        self.parts = [self.axes.plot([], [], **CRANE_LINES[kind])[0] for kind, _, _ in drawn]
+        closed = [i for i, (_, _, points) in enumerate(drawn) if is_plate(points)]
+        self.plates = {i: Polygon(drawn[i][2], **PLATE) for i in closed}
+        for plate in self.plates.values():
+            self.axes.add_patch(plate)
+        # The rod side lies over the barrel, whose own line is then that of the piston side.
+        above = {**CRANE_LINES["cylinder-barrel"], "zorder": CRANE_LINES["cylinder-barrel"]["zorder"] + 0.1}
+        self.rod_sides = [self.axes.plot([], [], **above)[0] for _ in run.cylinder_names]
+        self.shade = ScalarMappable(Normalize(0.0, self.machine.supply_pressure * 1e-5), FIELD)
+        bar = figure.colorbar(self.shade, ax=self.axes, shrink=0.5, aspect=30, pad=0.02)
+        bar.set_label("oil pressure [bar]")
+        self.load = self.axes.add_patch(Rectangle((0, 0), 0, 0, facecolor=COLOURS[1], edgecolor=INK, zorder=5.5))
+        self.weight = self.axes.text(0, 0, "", ha="center", va="top", zorder=5.6)
         self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
         corner: dict[str, Any] = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
         self.clock = self.axes.text(0.985, 0.975, "", **corner)
@@ -111,12 +144,38 @@ class _Scene:
         figure.set_layout_engine("none")
 
     def show(self, index: int) -> list[Artist]:
-        for line, (_, _, points) in zip(self.parts, self.machine.drawing(self.poses[index]), strict=True):
+        drawn = self.machine.drawing(self.poses[index])
+        for line, (_, _, points) in zip(self.parts, drawn, strict=True):
             line.set_data(points[:, 0], points[:, 1])
+        for i, plate in self.plates.items():
+            plate.set_xy(drawn[i][2])
+        self._fill_cylinders(index, [i for i, (kind, _, _) in enumerate(drawn) if kind == "cylinder-barrel"])
+        self._hang_load(index)
         self.trail.set_data(self.tips[: index + 1, 0], self.tips[: index + 1, 1])
         self.clock.set_text(f"{self.times[index]:6.2f} s")
         # Drawn from back to front.
-        return sorted([self.trail, *self.parts, self.clock], key=Artist.get_zorder)
+        moving = [*self.parts, *self.plates.values(), *self.rod_sides, self.load, self.weight]
+        return sorted([self.trail, *moving, self.clock], key=Artist.get_zorder)
+
+    def _fill_cylinders(self, index: int, barrels: list[int]) -> None:
+        """The barrels in the colours of the pressures at both sides of their pistons."""
+        low, high = self.machine.stroke_limits.T
+        shares = np.clip((self.machine.strokes(self.poses[index]) - low) / (high - low), 0.04, 0.96)
+        for c, (i, share) in enumerate(zip(barrels, shares, strict=True)):
+            foot, mouth = np.column_stack(self.parts[i].get_data())
+            piston = foot + share * (mouth - foot)
+            self.rod_sides[c].set_data(*np.stack([piston, mouth], axis=1))
+            for line, pressure in zip(
+                (self.parts[i], self.rod_sides[c]), self.oil[2 * c : 2 * c + 2, index], strict=True
+            ):
+                line.set_color(to_hex(self.shade.to_rgba(pressure * 1e-5)))
+
+    def _hang_load(self, index: int) -> None:
+        """A cube of steel below the tip, with its mass."""
+        mass, (x, z) = self.loads[index], self.tips[index]
+        side = float(np.cbrt(max(mass, 0.0) / _STEEL))
+        self.load.set(xy=(x - side / 2, z - 1.5 * side), width=side, height=side, visible=mass > 0)
+        self.weight.set(position=(x, z - 1.6 * side), text=f"{mass:.0f} kg" if mass > 0 else "")
 
 
 def _write_gif(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
@@ -178,6 +237,14 @@ def _pictures(run: Record, fps: int, speed: float) -> tuple[Array, Array, Array]
     times = np.linspace(time[0], time[-1], count + 1)
     poses = np.column_stack([np.interp(times, time, run.columns[f"joint.{j}.q"].values) for j in run.joint_names])
     return times, poses, run.machine.tip(poses)
+
+
+def _at(run: Record, times: Array, name: str) -> Array:
+    """A recorded signal at the times of the pictures; loads change at once, not along a line."""
+    values, time = run.columns[name].values, run.columns.time
+    if name == "payload":
+        return values[np.clip(np.searchsorted(time, times, side="right") - 1, 0, None)]
+    return np.interp(times, time, values)
 
 
 def _set_stage(axes: Axes, run: Record, machine: Machine, poses: Array) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,11 +14,14 @@ from numpy.typing import ArrayLike
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.linear.model import LinearModel
+from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.style import ACCENT, MUTED, figure, styled, title
 
 if TYPE_CHECKING:
     from hydrocrane.linear.loops import Loop
 
+# What is shown of a machine by default.
+OUTPUT = "tip.z"
 # Most curves of one picture that can be distinguished.
 _MOST = 12
 _POINTS = 1500
@@ -28,13 +32,14 @@ _BELOW, _ABOVE = 0.05, 5.0
 
 
 @styled
-def bode(models: LinearModel | Mapping[str, LinearModel], omega: ArrayLike | None = None) -> Figure:
+def bode(models: LinearModel | MachineLike | Mapping[str, LinearModel], omega: ArrayLike | None = None) -> Figure:
     """Magnitude and phase of every output by every input.
 
     Parameters
     ----------
-    models : LinearModel, or a mapping of names to some
-        One model, or several in one picture. ``model.select(inputs, outputs)`` selects the curves.
+    models : LinearModel, machine, or a mapping of names to linear models
+        One model, or several in one picture. ``model.select(inputs, outputs)`` selects the curves. A machine, its name
+        or path, stands for its linear model in mid-range without friction: the height of the tip by every command.
     omega : (m,) array_like, optional
         rad/s; by default from a twentieth of the slowest oscillation to five times the fastest.
 
@@ -49,8 +54,10 @@ def bode(models: LinearModel | Mapping[str, LinearModel], omega: ArrayLike | Non
     >>> model = crane.linearise([1.9, 2.0, 0.0], outputs="tip.z", friction="released")
     >>> figure = hc.bode(model.select("cylinder.lift.command", "tip.z"))
     >>> figure.savefig("bode.png")
+    >>> [curve.get_label() for curve in hc.bode("single-cylinder").axes[0].lines[:1]]
+    ['tip.z by cylinder.main.command']
     """
-    named = {"": models} if isinstance(models, LinearModel) else dict(models)
+    named = dict(models) if isinstance(models, Mapping) else {"": _model(models)}
     pairs = [(label, m, o, i) for label, m in named.items() for o in m.output_names for i in m.input_names]
     if not 0 < len(pairs) <= _MOST:
         raise InputError(f"a Bode picture takes 1 to {_MOST} curves, got {len(pairs)}; pick some with model.select")
@@ -67,6 +74,13 @@ def bode(models: LinearModel | Mapping[str, LinearModel], omega: ArrayLike | Non
     machines = ", ".join(dict.fromkeys(model.machine for model in named.values()))
     title(fig, "Frequency response", machines)
     return fig
+
+
+def _model(given: LinearModel | MachineLike) -> LinearModel:
+    if isinstance(given, LinearModel):
+        return given
+    machine = as_machine(given)
+    return machine.linearise(machine.home, outputs=OUTPUT, friction="released")
 
 
 @styled
@@ -86,6 +100,8 @@ def loop_gains(loops: Sequence[Loop]) -> Figure:
     _axes(upper, lower, "magnitude [dB]")
     state = "closed together: stable" if loops[0].stable else "closed together: unstable"
     title(fig, "Loop gain of each cylinder, the others closed", state)
+    if loops[0].advice:
+        fig.supxlabel(fill(loops[0].advice, 110), fontsize=8.5, color=ACCENT)
     return fig
 
 

@@ -15,6 +15,7 @@ from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.whole_file import written_whole
@@ -143,12 +144,20 @@ def title(fig: Figure, text: str, detail: str = "") -> None:
 
 
 def draw_crane(axes: Axes, lines: list[tuple[str, str, np.ndarray]], *, alpha: float = 1.0) -> None:
-    """Draw the lines of ``Machine.drawing``."""
+    """Draw the lines of ``Machine.drawing``; a closed one is a plate."""
     for kind, _, points in lines:
         axes.plot(points[:, 0], points[:, 1], alpha=alpha, **CRANE_LINES[kind])
+        if is_plate(points):
+            axes.add_artist(Polygon(points, alpha=alpha, **PLATE))
 
 
-# Style of each kind of line of a crane.
+def is_plate(points: np.ndarray) -> bool:
+    """Whether a line of a crane is closed."""
+    return len(points) > 2 and bool((points[0] == points[-1]).all())
+
+
+# Style of what a closed line surrounds, and of each kind of line of a crane.
+PLATE: dict[str, Any] = {"facecolor": GRID, "lw": 0, "zorder": 2.9}
 CRANE_LINES: dict[str, dict[str, Any]] = {
     "link": {"color": INK, "lw": 3.0, "solid_capstyle": "round", "solid_joinstyle": "round", "zorder": 3},
     "cylinder-barrel": {"color": COLOURS[1], "lw": 4.5, "solid_capstyle": "butt", "zorder": 4},

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.logs import TIME_NAMES, columns_of, time_of
@@ -42,6 +42,8 @@ class Comparison:
     """
 
     differences: dict[str, Difference]
+
+    __repr__ = brief
 
     def __getitem__(self, name: str) -> Difference:
         return self.differences[name]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, brief
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,8 @@ class Difference:
     time: Array
     run: Array
     log: Array
+
+    __repr__ = brief
 
     @property
     def rms(self) -> float:

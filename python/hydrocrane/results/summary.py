@@ -37,7 +37,7 @@ def _head(run: Record) -> list[str]:
         effort += f": {about['solver_steps']} steps, {about.get('solver_rejected', 0)} rejected"
     wall = float(about.get("wall_time", 0.0))
     if wall > 0 and outcome.time > 0:
-        effort += f", {wall * 1e3:.3g} ms ({outcome.time / wall:.3g} x real time)"
+        effort += f", {wall * 1e3:.3g} ms to compute and record ({outcome.time / wall:.3g} x real time)"
     return [*lines, effort]
 
 

@@ -17,6 +17,7 @@ from hydrocrane.arrays import real_array
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.overrides import Overrides, plain_overrides
+from hydrocrane.notebook import card
 from hydrocrane.results.run import Run
 
 if TYPE_CHECKING:
@@ -61,6 +62,13 @@ class RigLog:
             f"<RigLog {about['experiment']} on {about['machine']}: {about['payload']:g} kg,"
             f" {about['supply'] / 1e5:g} bar, {self.data.sizes['time']} samples>"
         )
+
+    def _repr_html_(self) -> str:
+        about, columns = self.data.attrs, ", ".join(map(str, self.data))
+        pieces = [f"{s.name}  {s.start:.4g} to {s.end:.4g} s, {s.velocity * 1e3:.4g} mm/s" for s in self.segments]
+        size = f"samples  {self.data.sizes['time']} of {columns}"
+        made = f"rig  {about['machine']}, {about['payload']:g} kg, {about['supply'] / 1e5:g} bar"
+        return card(f"Rig log: {about['experiment']}", [made, size, *pieces], "log.segments")
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, real_array
+from hydrocrane.arrays import Array, brief, real_array
 from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.machine.machine import MachineLike, as_machine
 
@@ -58,6 +58,8 @@ class Command:
     time: Array
     spool: Array
     interpolation: str = "hold"
+
+    __repr__ = brief
 
     if TYPE_CHECKING:
         # Any array_like is accepted.

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, scenario_quantity, seed_number
+from hydrocrane.arrays import Array, brief, scenario_quantity, seed_number
 from hydrocrane.control.controllers import AnyController, check_controller
 from hydrocrane.control.joystick import MODES_OF, Joystick
 from hydrocrane.errors import InputError, nearest, translated
@@ -152,6 +152,8 @@ class Scenario:
     supply: SupplyPressure | None = None
     recorded_by: str = ""
     warnings: Sequence[ResultWarning] = field(default=(), compare=False)
+
+    __repr__ = brief
 
     if TYPE_CHECKING:
         # Arguments have more forms than the stored fields: a machine, commands and overrides.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, translated
 from hydrocrane.scenario.command import check_interpolation, checked_series
 
@@ -53,6 +53,8 @@ class SupplyPressure:
     time: Array
     pressure: Array
     interpolation: str = "linear"
+
+    __repr__ = brief
 
     if TYPE_CHECKING:
         # Whatever NumPy takes as an array may be given.

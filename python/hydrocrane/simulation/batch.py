@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydrocrane import _core
 from hydrocrane._moved import renamed_keyword
-from hydrocrane.arrays import Array, real_array, vectors
+from hydrocrane.arrays import Array, brief, real_array, vectors
 from hydrocrane.errors import InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.poses import poses
@@ -50,6 +50,8 @@ class BatchObservation:
     qd: Array
     p: Array
     tip: Array
+
+    __repr__ = brief
 
 
 class BatchSimulator:

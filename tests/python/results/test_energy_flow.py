@@ -44,7 +44,7 @@ def test_every_loss_of_the_ledger_is_named_and_has_its_cylinder(run):
         for cylinder in run.cylinder_names:
             lost = float(run.data[f"ledger.{cylinder}.{name}"][-1])
             assert taken[text].get(cylinder, 0.0) == pytest.approx(lost, abs=1e-12)
-    shared = {"mains.relief": "relief valve", "mains.rubbing": "hydromechanical loss of the pump"}
+    shared = {"mains.relief": "relief valve", "mains.mechanical_loss": "hydromechanical loss of the pump"}
     shared["valves.compensators"] = "pressure compensators of all valves"
     for term, text in shared.items():
         if f"ledger.{term}" in run.data and float(run.data[f"ledger.{term}"][-1]) > 0.0:

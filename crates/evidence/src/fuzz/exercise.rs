@@ -57,7 +57,7 @@ fn machine(text: &str) -> Result<Reply, String> {
     };
     run(&machine, model.as_ref())?;
     for controller in ["lever", "tip"] {
-        drive(&json!({ "machine": "fuzz.toml", "text": text, "controller": controller }), Some(text))?;
+        drive(&json!({ "machine": "fuzz.toml", "text": text, "controller": controller }))?;
     }
     Ok(Reply::Ran)
 }
@@ -110,26 +110,24 @@ fn scenario(text: &str) -> Result<Reply, String> {
     if let Err(error) = parse_scenario(text, "fuzz.toml", &[]) {
         return refused(&error.to_string());
     }
-    drive(&json!({ "scenario": text }), None)
+    drive(&json!({ "scenario": text }))
 }
 
 fn link(text: &str) -> Result<Reply, String> {
-    let own = serde_json::from_str::<Value>(text).ok();
-    let machine = own.as_ref().and_then(|request| request["text"].as_str());
     let mut cockpit = Cockpit::default();
     // A drive is under way when a link is opened.
     let good = json!({ "machine": "rottne-f9-lab", "controller": "lever" }).to_string();
     cockpit.open(&good).map_err(|problem| format!("a good request is refused: {}", problem.message()))?;
     cockpit.advance(5);
-    opened(&mut cockpit, text, machine)
+    opened(&mut cockpit, text)
 }
 
-fn drive(request: &Value, machine: Option<&str>) -> Result<Reply, String> {
-    opened(&mut Cockpit::default(), &request.to_string(), machine)
+fn drive(request: &Value) -> Result<Reply, String> {
+    opened(&mut Cockpit::default(), &request.to_string())
 }
 
 /// Opens a request and drives it for an instant with full sticks.
-fn opened(cockpit: &mut Cockpit, request: &str, machine: Option<&str>) -> Result<Reply, String> {
+fn opened(cockpit: &mut Cockpit, request: &str) -> Result<Reply, String> {
     let description = match cockpit.open(request) {
         Ok(description) => description,
         Err(problem) => return refused(problem.message()),
@@ -151,11 +149,11 @@ fn opened(cockpit: &mut Cockpit, request: &str, machine: Option<&str>) -> Result
         }
     }
     if let Ok(saved) = cockpit.save() {
-        let again = match machine {
-            Some(own) => parse_scenario_with(&saved, "drive.toml", Some(own), &[]),
-            None => parse_scenario(&saved, "drive.toml", &[]),
-        };
-        again.map_err(|error| format!("a saved drive cannot be read: {error:.300}"))?;
+        let request = &description["request"];
+        let own = request["machine"].as_str().zip(request["text"].as_str());
+        let files: Vec<_> = own.iter().map(|(name, text)| (name.to_string(), text.to_string())).collect();
+        parse_scenario_with(&saved, "drive.toml", &files)
+            .map_err(|error| format!("a saved drive cannot be read: {error:.300}"))?;
     }
     Ok(Reply::Ran)
 }

@@ -107,9 +107,11 @@ fn extreme(random: &mut RandomStream) -> Value {
 }
 
 /// Keys that a request can have, and machine keys to change.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 15] = [
     "machine",
     "text",
+    "files",
+    "scenario-name",
     "overrides",
     "friction",
     "joints",

@@ -69,6 +69,9 @@ static HEAD: &[Key] = &[
     Key::text("recorded-by")
         .otherwise("not a recorded drive")
         .means("Version of hydrocrane whose cockpit recorded the drive; `simulate` warns if its own version differs."),
+    Key::text("recorded-on").otherwise("not compared").means(
+        "Digest of the values of the machine file that the drive was recorded on; a file with other values is refused.",
+    ),
 ];
 
 static INITIAL: &[Key] = &[

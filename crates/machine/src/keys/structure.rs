@@ -96,6 +96,9 @@ pub static PAYLOAD: &[Key] = &[
         .defaults(&["0 m/kg^0.5"])
         .usual(&[("0 m/kg^0.5", "1 m/kg^0.5", 100.0)])
         .means("Growth of that distance with the load: a load of mass m hangs `hang` + `hang-growth` sqrt(m) below the tip."),
+    Key::choice("tool", &["hook", "grapple", "bucket"])
+        .defaults(&["hook"])
+        .means("What pictures show at the tip; its mass is part of the last link or of the payload."),
 ];
 
 pub static GROUND: &[Key] = &[

@@ -206,7 +206,7 @@ fn every_declared_key_is_read() {
     parse(MACHINE_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     parse_scenario(SCENARIO_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     let log = [("drive.csv".to_string(), "clock,up,feed\n0,0,100\n".to_string())];
-    parse_scenario_with(SCENARIO_WITH_A_LOG, "log.toml", None, &log).unwrap_or_else(|error| panic!("{error}"));
+    parse_scenario_with(SCENARIO_WITH_A_LOG, "log.toml", &log).unwrap_or_else(|error| panic!("{error}"));
     // `extends` and `include` are read before files are merged.
     let of_the_loader = ["machine file.extends", "machine file.include"];
     let unread =

@@ -3,6 +3,7 @@
 use crate::columns::{Columns, Problem};
 use crate::document::LONGEST_TEXT;
 use crate::errors::ErrorKind;
+use crate::load::given;
 use crate::quantities::TIME;
 use crate::units::Quantity;
 use std::io::Read;
@@ -33,10 +34,9 @@ impl Files<'_> {
         self.folder.map_or_else(|| name.into(), |folder| folder.join(name).display().to_string())
     }
 
-    /// The text that was passed under this name, without a leading `./`.
+    /// The text that was passed under this name.
     pub fn given(&self, name: &str) -> Option<&str> {
-        let plain = |name: &str| name.trim_start_matches("./").to_string();
-        self.given.iter().find(|(own, _)| plain(own) == plain(name)).map(|(_, text)| text.as_str())
+        given(self.given, name).map(|(_, text)| text.as_str())
     }
 
     /// The text of the file `name`, or the reason why it cannot be read.

@@ -81,6 +81,9 @@ impl Writer<'_> {
         if let Some(version) = &scenario.recorded_by {
             let _ = writeln!(self.text, "recorded-by = {}", quoted(version));
         }
+        if let Some(contents) = &scenario.recorded_on {
+            let _ = writeln!(self.text, "recorded-on = {}", quoted(contents));
+        }
     }
 
     fn optional(&mut self, name: &str, value: Option<f64>, unit: &str) {

@@ -18,6 +18,7 @@ pub fn payload<T: Number>(root: &Reader) -> Result<Payload<T>> {
         mass: table.quantity_or_default("mass")?,
         hang: table.quantity_or_default("hang")?,
         hang_growth: table.quantity_or_default("hang-growth")?,
+        tool: table.choice_or_default("tool", table.choices("tool"))?,
     })
 }
 

@@ -8,7 +8,7 @@ const HEAD: &str =
 const LOG: &str = "time [ms],lift,u_jib [mm],cylinder.extension.command\n0,0.01,2,0\n500,0.02,-3,0.001\n";
 
 fn read(rest: &str, log: &str) -> Result<Scenario, MachineError> {
-    parse_scenario_with(&format!("{HEAD}{rest}"), "t.toml", None, &[("drive.csv".to_string(), log.to_string())])
+    parse_scenario_with(&format!("{HEAD}{rest}"), "t.toml", &[("drive.csv".to_string(), log.to_string())])
 }
 
 #[test]
@@ -47,10 +47,10 @@ fn what_is_wrong_is_told_at_its_place() {
         let found = read(rest, log).expect_err(rest);
         assert_eq!((found.slug(), found.line()), (slug, Some(line)), "{found}");
     }
-    let none = parse_scenario_with(HEAD, "t.toml", None, &[]).unwrap_err();
+    let none = parse_scenario_with(HEAD, "t.toml", &[]).unwrap_err();
     assert_eq!(none.slug(), "unreadable-file", "{none}");
     let other = HEAD.replace(".csv", ".mat");
-    assert!(parse_scenario_with(&other, "t.toml", None, &[]).unwrap_err().to_string().contains("CSV"));
+    assert!(parse_scenario_with(&other, "t.toml", &[]).unwrap_err().to_string().contains("CSV"));
     let alone = HEAD.replace("log = \"drive.csv\"", "time = \"t\"");
-    assert_eq!(parse_scenario_with(&alone, "t.toml", None, &[]).unwrap_err().slug(), "missing-key");
+    assert_eq!(parse_scenario_with(&alone, "t.toml", &[]).unwrap_err().slug(), "missing-key");
 }

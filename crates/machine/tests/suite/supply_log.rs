@@ -8,7 +8,7 @@ const NAMED: &str = "log = \"drive.csv\"\n";
 const LOG: &str = "time [ms],supply.pressure [bar],p_s [psi]\n0,140,2000\n500,110,1500\n";
 
 fn read(rest: &str, log: &str) -> Result<Scenario, MachineError> {
-    parse_scenario_with(&format!("{HEAD}{rest}"), "t.toml", None, &[("drive.csv".to_string(), log.to_string())])
+    parse_scenario_with(&format!("{HEAD}{rest}"), "t.toml", &[("drive.csv".to_string(), log.to_string())])
 }
 
 fn pressure(rest: &str) -> SupplyPressure {
@@ -63,7 +63,7 @@ fn what_is_wrong_is_told_at_its_place() {
     }
     let pumped = format!("{HEAD}{NAMED}").replace("rottne-f9-lab", "rottne-f9-pump");
     let files = [("drive.csv".to_string(), LOG.to_string())];
-    let refused = parse_scenario_with(&pumped, "t.toml", None, &files).unwrap_err();
+    let refused = parse_scenario_with(&pumped, "t.toml", &files).unwrap_err();
     assert_eq!((refused.slug(), refused.line()), ("conflicting-keys", Some(5)), "{refused}");
     let by_key = [("supply.measured".to_string(), OverrideValue::Text("yes".into()))];
     assert_eq!(hydrocrane_machine::load("rottne-f9-pump", &by_key).unwrap_err().slug(), "conflicting-keys");

@@ -12,7 +12,7 @@
 //! | s      | droop of the engine: fall of speed per torque, 0 where the speed is constant | rad/(s N m) |
 //! | dp     | pressure rise from the tank to the mains                  | Pa         |
 //! | k      | conductance of the leakage, from the volumetric efficiency at the set pressure and the rated speed: (1 - eta_v) D w_r / dp_set |
-//! | c      | rubbing torque, from the hydromechanical efficiency at full displacement: 1/eta_hm - 1                   |
+//! | c      | torque of mechanical loss, from the hydromechanical efficiency at full displacement: 1/eta_hm - 1                   |
 //!
 //! A controlled pump turns its swivel towards what its control asks for, with one time constant:
 //!     e' = (e_wanted - e)/T,    e_wanted = min(1, (p_set - p)/p_range, M_max/(D dp) - c), not below 0.
@@ -33,8 +33,8 @@ parameters! {
         droop,
         /// m^3/(s Pa)
         leakage,
-        /// Torque of rubbing as a share of D dp.
-        rubbing,
+        /// Torque of mechanical loss as a share of D dp.
+        mechanical_loss,
     }
 }
 
@@ -63,7 +63,7 @@ impl<T: Real> Pump<T> {
     /// rad/s
     #[inline(always)]
     pub fn shaft_speed(&self, e: T, dp: T) -> T {
-        (self.speed - self.droop * (self.displacement * dp * (e + self.rubbing))).max(T::c(0.0))
+        (self.speed - self.droop * (self.displacement * dp * (e + self.mechanical_loss))).max(T::c(0.0))
     }
 
     /// Flow into the mains, m^3/s, at a share `e` of the displacement and the pressure rise `dp` (Pa).
@@ -75,13 +75,13 @@ impl<T: Real> Pump<T> {
     /// Power of the shaft, W.
     #[inline(always)]
     pub fn shaft_power(&self, e: T, dp: T) -> T {
-        self.full_flow(e, dp) * dp * (e + self.rubbing)
+        self.full_flow(e, dp) * dp * (e + self.mechanical_loss)
     }
 
-    /// Powers lost by leakage and by rubbing, W.
+    /// Powers lost by leakage and by mechanical loss, W.
     #[inline(always)]
     pub fn losses(&self, e: T, dp: T) -> (T, T) {
-        (self.leakage * dp.square(), self.full_flow(e, dp) * dp * self.rubbing)
+        (self.leakage * dp.square(), self.full_flow(e, dp) * dp * self.mechanical_loss)
     }
 }
 
@@ -103,7 +103,7 @@ impl<T: Real> PressureControl<T> {
     /// The share of the displacement that takes the largest torque; it may be above 1 or below 0.
     #[inline(always)]
     pub fn by_torque(&self, pump: &Pump<T>, p: T, tank: T) -> T {
-        self.torque_limit / (pump.displacement * (p - tank).max(T::c(LEAST_RISE))) - pump.rubbing
+        self.torque_limit / (pump.displacement * (p - tank).max(T::c(LEAST_RISE))) - pump.mechanical_loss
     }
 }
 
@@ -119,7 +119,7 @@ mod tests {
             speed: 157.0,
             droop: 0.0,
             leakage: 0.05 * FULL / 210e5,
-            rubbing: 0.08,
+            mechanical_loss: 0.08,
         }
     }
 

@@ -160,7 +160,8 @@ fn plan(machine: &str, more: &str) -> Result<Scenario, String> {
         "[scenario]\nname = \"burst\"\nmachine = \"./hanging.toml\"\nduration = \"2 s\"\npayload = \"300 kg\"\n\
          [initial]\njoint.slide = \"-0.2 m\"\n[solver]\nmethod = \"rodas5p\"\nrtol = 1e-8\n{more}"
     );
-    parse_scenario_with(&text, "burst.toml", Some(machine), &[]).map_err(|error| error.to_string())
+    parse_scenario_with(&text, "burst.toml", &[("hanging.toml".into(), machine.into())])
+        .map_err(|error| error.to_string())
 }
 
 fn done(machine: &str, more: &str) -> (Vec<f64>, PhasedRun) {
@@ -213,7 +214,8 @@ fn a_burst_is_written_as_it_was_read() {
     let plan = plan(HANGING, BURST).expect("a scenario");
     let machine = parse(HANGING, "hanging.toml", &[]).expect("a machine");
     let text = plan.to_toml(&[&machine]).expect("a file");
-    let again = parse_scenario_with(&text, "again.toml", Some(HANGING), &[]).expect("a scenario");
+    let again =
+        parse_scenario_with(&text, "again.toml", &[("hanging.toml".into(), HANGING.into())]).expect("a scenario");
     assert_eq!(again.bursts, plan.bursts);
 }
 

@@ -247,8 +247,8 @@ fn replayed_and_saved(request: &Value, scenario: &Scenario) {
 #[test]
 fn whatever_a_scenario_states_is_driven_and_saved() {
     let logs = [("sticks.csv".to_string(), STICKS.to_string())];
-    let scenario = parse_scenario_with(EVERYTHING, "everything.toml", None, &logs).expect("a scenario");
-    replayed_and_saved(&json!({ "scenario": EVERYTHING, "logs": { "sticks.csv": STICKS } }), &scenario);
+    let scenario = parse_scenario_with(EVERYTHING, "everything.toml", &logs).expect("a scenario");
+    replayed_and_saved(&json!({ "scenario": EVERYTHING, "files": { "sticks.csv": STICKS } }), &scenario);
 
     let text = bundled("vertical-lift-open-loop");
     let solver = Solver { method: "hc-rosenbrock-3".into(), step: Some(1e-3), ..scenario.solver };
@@ -258,7 +258,7 @@ fn whatever_a_scenario_states_is_driven_and_saved() {
 
 #[test]
 fn what_no_knob_shows_stays_where_a_knob_is_turned_in_a_replay() {
-    let request = json!({ "scenario": EVERYTHING, "logs": { "sticks.csv": STICKS } });
+    let request = json!({ "scenario": EVERYTHING, "files": { "sticks.csv": STICKS } });
     let (mut cockpit, told) = opened(request);
     assert!(cockpit.advance(500));
     let mut turned = told["request"].clone();
