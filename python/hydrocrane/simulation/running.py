@@ -16,7 +16,7 @@ from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.results.dataset import run_dataset
 from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
-from hydrocrane.results.verification import compared, tightened
+from hydrocrane.results.verification import compared
 from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
 from hydrocrane.scenario.scenario import Scenario
@@ -81,8 +81,7 @@ def simulate(
         wall = time.perf_counter() - began
         error = recorded.error
         if verify and error is None:
-            solver, _ = tightened(plan.solver)
-            repeat = go(plan.changed(solver=solver), ledger=False, on_error=on_error)
+            repeat = go(plan.changed(solver=plan.solver.tightened()), ledger=False, on_error=on_error)
             recorded.verification, doubts = compared(machine, plan, recorded, repeat)
             recorded.warnings += doubts
     run = Run(run_dataset(machine, plan, recorded, payload=payload, wall=wall), machine)
