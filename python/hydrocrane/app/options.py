@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from hydrocrane.errors import InputError, ResultFileError, unknown
-from hydrocrane.units import converted
+from hydrocrane.units import converted, plain_number
 
 if TYPE_CHECKING:
     from hydrocrane.analysis.capacity import Height
@@ -86,7 +86,7 @@ def tip_height(text: str | None) -> Height | None:
 def _length_or_angle(text: str, unit: str) -> float:
     """A number, which is SI, or a quantity; a ``ValueError`` where it is neither, or not finite."""
     try:
-        value = float(text)
+        value = plain_number(text)
     except ValueError:
         value = converted("--at", text.strip(), unit)
     if not math.isfinite(value):

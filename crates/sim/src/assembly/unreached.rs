@@ -4,7 +4,8 @@ use super::start::short;
 use crate::warning::Warning;
 use hydrocrane_machine::scenario::{Interpolation, Scenario};
 
-const CURE: &str = "times are in s from the start of the run: check their unit and their zero, or state a longer duration";
+const CURE: &str =
+    "times are in s from the start of the run: check their unit and their zero, or state a longer duration";
 /// Fewest times of a series within the run, of those that have more than one.
 const FEWEST: usize = 2;
 
@@ -16,10 +17,13 @@ pub(super) fn unreached(scenario: &Scenario) -> Vec<Warning> {
     };
     let mut texts: Vec<String> = series(scenario).filter_map(|series| series.unreached(end)).collect();
     let phases = scenario.phases.iter().map(|phase| (format!("phase `{}` begins", phase.name), phase.time));
-    let faults = scenario.sensor_faults.iter().map(|fault| (format!("the sensor of `{}` fails", fault.signal), fault.from));
+    let faults =
+        scenario.sensor_faults.iter().map(|fault| (format!("the sensor of `{}` fails", fault.signal), fault.from));
     let burst = |cylinder: &str, side: &str| format!("the hose to the {side} of cylinder `{cylinder}` bursts");
     let bursts = scenario.bursts.iter().map(|hose| (burst(&hose.cylinder, hose.side.name()), hose.time));
-    texts.extend(phases.chain(faults).chain(bursts).filter(|(_, time)| *time >= end).map(|(what, time)| after(what, time)));
+    texts.extend(
+        phases.chain(faults).chain(bursts).filter(|(_, time)| *time >= end).map(|(what, time)| after(what, time)),
+    );
     let goal = scenario.goals.first().filter(|goal| goal.time >= end);
     texts.extend(goal.map(|goal| after("the first goal of the tip is given".into(), goal.time)));
     // A load that changes at the very end does change.
@@ -81,7 +85,9 @@ impl Series {
         (inside < FEWEST && !constant && !spans).then(|| {
             let (all, first, last, end) = (self.times.len(), short(first), short(last), short(end));
             let what = &self.what;
-            format!("of the {all} times of {what}, from {first} to {last} s, {inside} lie within the run from 0 to {end} s")
+            format!(
+                "of the {all} times of {what}, from {first} to {last} s, {inside} lie within the run from 0 to {end} s"
+            )
         })
     }
 }
