@@ -8,6 +8,19 @@ from hydrocrane import _core
 from hydrocrane.errors import InputError
 
 
+def plain_number(text: str) -> float:
+    """The number that a text is.
+
+    Raises
+    ------
+    ValueError
+        If it is none. Python's own numbers may have underscores, ``1_10``; here such a text is a misprint.
+    """
+    if "_" in text:
+        raise ValueError(f"`{text}` is not a number")
+    return float(text)
+
+
 def converted(what: str, text: str, unit: str) -> float:
     """A text with its unit in SI; its dimension must be that of the SI unit `unit`."""
     try:

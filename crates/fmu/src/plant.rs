@@ -573,7 +573,7 @@ impl PlantPart {
         let n = x.len();
         let (mut jacobian, mut along) = (vec![0.0; n * n], vec![0.0; n]);
         self.model.jacobian(x, u, payload, &mut jacobian);
-        self.model.command_derivative(du, &mut along);
+        self.model.command_derivative(x, u, du, &mut along);
         for (along, row) in along.iter_mut().zip(jacobian.chunks_exact(n)) {
             *along += row.iter().zip(dx).map(|(derivative, dx)| derivative * dx).sum::<f64>();
         }

@@ -102,6 +102,34 @@ impl Scalar {
             Self::Date => "a date",
         }
     }
+
+    /// An error if a text in it has a character that no text has.
+    pub fn check(&self, key: &str, place: &Place) -> Result<(), MachineError> {
+        match self {
+            // A text may have several lines.
+            Self::Text(text) => readable(&text.replace(['\n', '\r', '\t'], " "), key, place),
+            Self::List(items) => items.iter().try_for_each(|(item, place)| item.check(key, place)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// An error if `text` has a control character, or one that is reserved: no XML takes them, and so neither FMUs, URDF nor MJCF.
+pub fn readable(text: &str, key: &str, place: &Place) -> Result<(), MachineError> {
+    match text.chars().find(|c| c.is_control() || ['\u{FFFE}', '\u{FFFF}'].contains(c)) {
+        None => Ok(()),
+        Some(c) => {
+            let shown: String =
+                key.chars().flat_map(|c| if c.is_control() { c.escape_unicode().collect() } else { vec![c] }).collect();
+            Err(place
+                .error(
+                    ErrorKind::NotText,
+                    &shown,
+                    format!("the control character U+{:04X} is no part of a name or text", c as u32),
+                )
+                .help("leave it out"))
+        }
+    }
 }
 
 /// Most characters after the place that errors quote.
@@ -239,7 +267,10 @@ impl Builder<'_> {
         let Some(item) = table.get(key) else { return Ok(None) };
         let place = self.place(item.span()).unwrap_or_else(|| self.start());
         match item.as_str() {
-            Some(text) => Ok(Some((text.to_string(), place))),
+            Some(text) => {
+                Scalar::Text(text.into()).check(&join(path, key), &place)?;
+                Ok(Some((text.to_string(), place)))
+            }
             None => {
                 let found = format!("expected a text, found {}", item.type_name());
                 Err(place.error(ErrorKind::WrongType, &join(path, key), found).help("put it in quotes"))
@@ -266,6 +297,7 @@ impl Builder<'_> {
             }
             let key_span = table.key(key).and_then(toml_edit::Key::span);
             let place = self.place(key_span).or_else(|| self.place(item.span())).unwrap_or_else(|| self.start());
+            readable(key, &join(path, key), &place)?;
             let node = self.item(item, place.clone(), &origin, &join(path, key))?;
             entries.push(Entry { key: key.to_string(), place, node });
         }
@@ -284,6 +316,7 @@ impl Builder<'_> {
             Item::Value(value) => self.scalar(value),
             _ => Scalar::List(Vec::new()),
         };
+        value.check(path, &place)?;
         Ok(Node { place, kind: NodeKind::Value { value, origin: origin.clone() } })
     }
 
@@ -306,7 +339,9 @@ impl Builder<'_> {
         match table.get("value") {
             Some(Item::Value(value)) if !value.is_inline_table() => {
                 let place = self.place(value.span()).unwrap_or(place);
-                Ok(Node { place, kind: NodeKind::Value { value: self.scalar(value), origin } })
+                let value = self.scalar(value);
+                value.check(path, &place)?;
+                Ok(Node { place, kind: NodeKind::Value { value, origin } })
             }
             _ => Err(place
                 .error(ErrorKind::WrongType, &join(path, "value"), "expected a value, found a table")

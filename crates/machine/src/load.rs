@@ -8,7 +8,7 @@ use std::sync::{Arc, LazyLock, OnceLock};
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::document::{self, Node, NodeKind, Place, Scalar, SourceFile, LONGEST_TEXT};
 use crate::errors::{ErrorKind, Location, MachineError};
-use crate::merge::{apply_override, merge, Override, OverrideValue};
+use crate::merge::{apply_override, merge, take_out, Override, OverrideValue};
 use crate::model::Machine;
 use crate::nearest::suggestion;
 use crate::number::{Number, Variable};
@@ -232,8 +232,17 @@ fn extended(source: &Source, opened: &mut Vec<String>) -> Result<Node> {
     let tree = document::parse(&source.file)?;
     let parts = included(source, &tree)?;
     let whole = match root_entry(&tree, "extends") {
-        Some(node) => merge(extended_base(source, node, opened)?, tree),
-        None => tree,
+        Some(node) => merge(reduced(extended_base(source, node, opened)?, &tree)?, tree),
+        None => match root_entry(&tree, WITHOUT) {
+            Some(node) => {
+                let message = "there is no file to take keys from";
+                return Err(node
+                    .place
+                    .error(ErrorKind::ConflictingKeys, WITHOUT, message)
+                    .help("name it by `extends`"));
+            }
+            None => tree,
+        },
     };
     Ok(parts.into_iter().fold(whole, merge))
 }
@@ -269,34 +278,46 @@ fn extended_base(source: &Source, node: &Node, opened: &mut Vec<String>) -> Resu
     extended(&base, opened)
 }
 
+/// The tree of an extended file but for what the file that extends it does `without`.
+fn reduced(mut base: Node, tree: &Node) -> Result<Node> {
+    for (key, place) in texts(tree, WITHOUT, "keys", "[\"valve.lift.overlap\"]")? {
+        take_out(&mut base, key, place)?;
+    }
+    Ok(base)
+}
+
 /// The trees of the files that a file includes, in its order.
 fn included(source: &Source, tree: &Node) -> Result<Vec<Node>> {
-    let Some(node) = root_entry(tree, "include") else {
-        return Ok(Vec::new());
-    };
-    let wrong = |place: &Place, found: &str| {
-        let message = format!("expected a list of files, found {found}");
-        place.error(ErrorKind::WrongType, "include", message).help("write it like [\"friction.toml\"]")
-    };
-    let NodeKind::Value { value: Scalar::List(names), .. } = &node.kind else {
-        return Err(wrong(&node.place, node.kind_name()));
-    };
-    if names.len() > MOST_INCLUDED {
+    let names = texts(tree, "include", "files", "[\"friction.toml\"]")?;
+    if let Some(node) = root_entry(tree, "include").filter(|_| names.len() > MOST_INCLUDED) {
         let message = format!("{} files; at most {MOST_INCLUDED} are included", names.len());
         return Err(node.place.error(ErrorKind::TooLarge, "include", message).help("join some of them"));
     }
-    let part = |(name, place): &(Scalar, Place)| match name {
-        Scalar::Text(name) => part_of(source, name, place),
+    names.iter().map(|(name, place)| part_of(source, name, place)).collect()
+}
+
+/// The texts in the list of a `key` at the top of a file, with their places; none without that key.
+fn texts<'a>(tree: &'a Node, key: &str, what: &str, example: &str) -> Result<Vec<(&'a str, &'a Place)>> {
+    let Some(node) = root_entry(tree, key) else { return Ok(Vec::new()) };
+    let wrong = |place: &Place, found: &str| {
+        let message = format!("expected a list of {what}, found {found}");
+        place.error(ErrorKind::WrongType, key, message).help(format!("write it like {example}"))
+    };
+    let NodeKind::Value { value: Scalar::List(items), .. } = &node.kind else {
+        return Err(wrong(&node.place, node.kind_name()));
+    };
+    let text = |(item, place): &'a (Scalar, Place)| match item {
+        Scalar::Text(text) => Ok((text.as_str(), place)),
         _ => Err(wrong(place, "something else in it")),
     };
-    names.iter().map(part).collect()
+    items.iter().map(text).collect()
 }
 
 /// The tree of one included file: tables of an incomplete machine.
 fn part_of(source: &Source, name: &str, place: &Place) -> Result<Node> {
     let file = beside(source, name).map_err(|error| relocate(&error, place, "include"))?;
     let tree = document::parse(&file.file)?;
-    for key in ["extends", "include"] {
+    for key in ["extends", "include", WITHOUT] {
         if let Some(node) = root_entry(&tree, key) {
             let message = format!("an included file cannot have `{key}` of its own");
             let cure = format!("move `{key}` to `{}`", source.file.name);
@@ -378,6 +399,8 @@ fn listed(names: &[&str]) -> String {
 pub const FOR_A_MACHINE: &str =
     "give a scenario that names it: `hydrocrane new` writes one; `hydrocrane live` drives the machine as it is";
 const FOR_A_SCENARIO: &str = "give the machine that it names, or `hydrocrane simulate` the scenario";
+/// Key of the list of keys that a file does not take from the one that it extends.
+const WITHOUT: &str = "without";
 /// Most files in a chain of extensions.
 const MOST_EXTENDED: usize = 16;
 /// Most files that one file includes.

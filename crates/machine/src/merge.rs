@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
+use crate::document::{join, readable, Entry, Node, NodeKind, Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
 use crate::nearest::suggestion;
 
@@ -32,6 +32,33 @@ pub fn merge(base: Node, over: Node) -> Node {
         }
         (_, kind) => Node { place: over.place, kind },
     }
+}
+
+/// Takes the value or table at the dotted `key` out of `tree`; `place` is where that is asked for.
+pub fn take_out(tree: &mut Node, key: &str, place: &Place) -> Result<(), MachineError> {
+    let (above, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let mut node = tree;
+    let mut path = String::new();
+    for segment in above.split('.').filter(|segment| !segment.is_empty()).chain([name]) {
+        let NodeKind::Table(entries) = &mut node.kind else { return Err(nothing_at(key, &path, segment, &[], place)) };
+        let Some(index) = entries.iter().position(|entry| entry.key == segment) else {
+            return Err(nothing_at(key, &path, segment, entries, place));
+        };
+        path = join(&path, segment);
+        if path == key {
+            entries.remove(index);
+            return Ok(());
+        }
+        node = &mut entries[index].node;
+    }
+    Err(nothing_at(key, &path, name, &[], place))
+}
+
+fn nothing_at(key: &str, path: &str, segment: &str, entries: &[Entry], place: &Place) -> MachineError {
+    let message = format!("the file that this one extends has no `{key}`");
+    let names = entries.iter().map(|entry| join(path, &entry.key)).collect::<Vec<_>>();
+    let nearest = suggestion(&join(path, segment), names.iter().map(String::as_str));
+    place.error(ErrorKind::UnknownReference, "without", message).help(nearest)
 }
 
 /// A value for a dotted key, with its place.
@@ -96,6 +123,7 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
         });
         node = &mut entries[index].node;
     }
+    readable(key, key, place)?;
     if matches!(&node.kind, NodeKind::Table(entries) if !entries.is_empty()) {
         return Err(place
             .error(ErrorKind::WrongType, key, "a table, not a value")
@@ -106,7 +134,9 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
         NodeKind::Table(_) => None,
     };
     let origin = Origin { class: Some(("setting".into(), place.clone())), source: "override".into(), of_file };
-    node.kind = NodeKind::Value { value: scalar(value, place), origin: Arc::new(origin) };
+    let value = scalar(value, place);
+    value.check(key, place)?;
+    node.kind = NodeKind::Value { value, origin: Arc::new(origin) };
     node.place = place.clone();
     Ok(())
 }

@@ -55,7 +55,7 @@ impl<'a> Reader<'a> {
         };
         let help = match entry.key.as_str() {
             // In TOML a key belongs to the table above it, whatever the author intended.
-            key @ ("extends" | "include") => {
+            key @ ("extends" | "include" | "without") => {
                 format!("`{key}` belongs above the first table of a machine file, above this [{}]", self.path)
             }
             key => match self.keys.iter().find(|declared| declared.former_name == key) {

@@ -8,7 +8,7 @@ use crate::model::Provenance;
 use crate::toml_text::{key, quoted, written};
 
 /// Keys that name other files.
-const OTHER_FILES: [&str; 2] = ["extends", "include"];
+const OTHER_FILES: [&str; 3] = ["extends", "include", "without"];
 
 /// The text of the `tree` of a machine; `recorded` tells the units of overrides that are plain SI numbers.
 pub fn text(tree: &Node, recorded: &[Provenance]) -> String {

@@ -2,6 +2,7 @@
 
 use crate::hydraulic_axis::{HydraulicAxis, SupplyPressures};
 use crate::in_chains::in_chains;
+use crate::layout::Layout;
 use crate::supply::Supply;
 use hydrocrane_num::{Dual, Real, Vec2};
 use hydrocrane_physics::dynamics::ground::Ground;
@@ -65,6 +66,15 @@ impl<T: Real, const N: usize> Plant<T, N> {
             inside = inside & zero.lt(v1) & zero.lt(v2) & zero.lt(self.actuations[c].closure(&pose.joints[c]));
         }
         inside
+    }
+
+    /// Time derivative of the state derivative for commands `u` (m) that change at `rate` (m/s).
+    pub fn command_derivative(&self, layout: &Layout, x: &[T], u: &[T], rate: &[T], dfdt: &mut [T]) {
+        dfdt.fill(T::c(0.0));
+        for (c, unit) in self.cylinders.iter().enumerate() {
+            let (position, velocity) = (x[layout.xs(c)], x[layout.vs(c)]);
+            dfdt[layout.vs(c)] = unit.spool.acceleration_by_command(position, velocity, u[c]) * rate[c];
+        }
     }
 
     /// Whether a valve has a pressure compensator.

@@ -48,8 +48,8 @@ pub trait StateSpace: Send + Sync {
     /// The same derivative by the readable one-function model; `None` if a law is switched to as-printed.
     #[cfg(feature = "reference")]
     fn reference_derivative(&self, x: &[f64], u: &[f64], payload: f64) -> Option<Vec<f64>>;
-    /// Time derivative of the state derivative for commands that change at `rate` (m/s).
-    fn command_derivative(&self, rate: &[f64], dfdt: &mut [f64]);
+    /// Time derivative of the state derivative for commands `u` that change at `rate` (m/s).
+    fn command_derivative(&self, x: &[f64], u: &[f64], rate: &[f64], dfdt: &mut [f64]);
     /// Size of the estimated `error` of a step `from` one state `to` another: one if the error of each state is its scale,
     /// or that of the oil's density a thousandth.
     fn error_size(&self, from: &[f64], to: &[f64], error: &[f64]) -> f64;
@@ -103,12 +103,8 @@ impl<const N: usize> StateSpace for Crane<N> {
         reference::state_derivative(&self.machine, x, u, payload)
     }
 
-    fn command_derivative(&self, rate: &[f64], dfdt: &mut [f64]) {
-        dfdt.fill(0.0);
-        for c in 0..N {
-            let w = self.plant().cylinders[c].spool.natural_frequency;
-            dfdt[self.layout.vs(c)] = w * w * rate[c];
-        }
+    fn command_derivative(&self, x: &[f64], u: &[f64], rate: &[f64], dfdt: &mut [f64]) {
+        self.plant().command_derivative(&self.layout, x, u, rate, dfdt);
     }
 
     fn error_size(&self, from: &[f64], to: &[f64], error: &[f64]) -> f64 {

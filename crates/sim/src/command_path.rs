@@ -2,7 +2,7 @@
 
 use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
-use hydrocrane_num::Archive;
+use hydrocrane_num::{Archive, Dual, Real};
 use hydrocrane_physics::hydraulics::hysteresis;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use std::collections::VecDeque;
@@ -122,17 +122,15 @@ pub fn longest_delay(machine: &Machine) -> f64 {
 pub fn at_spools(machine: &Machine, u: &[f64]) -> Vec<(f64, f64)> {
     let valves = machine.cylinders.iter().map(|c| &c.valve);
     let one = |(valve, &u): (&Valve, &f64)| {
-        let (chain, value) = (&valve.command, at_spool(&valve.command, valve.stroke, u));
-        let (low, high) = (chain.low.max(-valve.stroke), chain.high.min(valve.stroke));
-        let moves = u.abs() > chain.dead_band && low < value && value < high;
-        (value, if moves { chain.gain } else { 0.0 })
+        let spool: Dual<f64, 1> = at_spool(&valve.command, valve.stroke, Dual::variable(u, 0));
+        (spool.value, spool.derivative[0])
     };
     valves.zip(u).map(one).collect()
 }
 
 /// Command that arrives at a spool of this stroke (m), or at its pilot stage, for the command `u`.
-pub fn at_spool(chain: &SignalChain, stroke: f64, u: f64) -> f64 {
-    apply_signal_chain(chain, u).clamp(-stroke, stroke)
+pub fn at_spool<T: Real>(chain: &SignalChain, stroke: f64, u: T) -> T {
+    Real::clamp(apply_signal_chain(chain, u), T::c(-stroke), T::c(stroke))
 }
 
 /// Commands at which the characteristic of a spool of this stroke (m) has kinks: the ends of dead band, signal and
@@ -148,7 +146,7 @@ pub(crate) fn kinks(chain: &SignalChain, stroke: f64) -> Vec<f64> {
 }
 
 /// Applies the signal chain, without its delay, to the command `u`. Inside the dead band only the offset remains.
-pub fn apply_signal_chain(chain: &SignalChain, u: f64) -> f64 {
-    let beyond = u - u.clamp(-chain.dead_band, chain.dead_band);
-    (chain.offset + chain.gain * beyond).clamp(chain.low, chain.high)
+pub fn apply_signal_chain<T: Real>(chain: &SignalChain, u: T) -> T {
+    let beyond = u - Real::clamp(u, T::c(-chain.dead_band), T::c(chain.dead_band));
+    Real::clamp(beyond * chain.gain + chain.offset, T::c(chain.low), T::c(chain.high))
 }

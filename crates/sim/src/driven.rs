@@ -84,10 +84,10 @@ impl System for Driven<'_> {
         self.model.update_input(x, &self.command(t), rate, &mut jacobian[0]);
         self.supply.write(rate);
     }
-    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
+    fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]) -> bool {
         let driven = self.slope != [0.0; MAX_JOINTS];
         if driven {
-            self.model.command_derivative(&self.slope, dfdt);
+            self.model.command_derivative(x, &self.command(t), &self.slope, dfdt);
         }
         driven
     }

@@ -85,11 +85,12 @@ def fit(
 def _hold_out(text: str | None) -> HoldOut:
     from hydrocrane.app.options import stretch
     from hydrocrane.errors import InputError
+    from hydrocrane.units import plain_number
 
     if text is None or ":" in text:
         return stretch("--hold-out", text, "10:20")
     try:
-        return float(text)
+        return plain_number(text)
     except ValueError:
         raise InputError(f"--hold-out takes a share such as 0.3, or FROM:TO in s; got `{text}`") from None
 
@@ -107,10 +108,11 @@ def _tie(text: str) -> tuple[str, str]:
 
 def _prior(text: str) -> tuple[str, Prior]:
     from hydrocrane.errors import InputError
+    from hydrocrane.units import plain_number
 
     key, _, value = text.partition("=")
     try:
-        return key.strip(), None if value.strip() == "none" else float(value)
+        return key.strip(), None if value.strip() == "none" else plain_number(value)
     except ValueError:
         raise InputError(
             f"--prior takes KEY=VALUE in SI, for example payload.mass=20, or KEY=none; got `{text}`"

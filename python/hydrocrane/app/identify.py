@@ -82,6 +82,7 @@ def identify_friction(
 def _exponents(text: str) -> Exponents:
     """``chosen``, ``fixed``, ``free``, or ``name=value`` pairs apart by commas."""
     from hydrocrane.errors import InputError
+    from hydrocrane.units import plain_number
 
     if "=" not in text:
         return cast("Exponents", text)
@@ -89,7 +90,7 @@ def _exponents(text: str) -> Exponents:
     for pair in text.split(","):
         name, _, value = (part.strip() for part in pair.partition("="))
         try:
-            found[name] = value if value == "free" else float(value)
+            found[name] = value if value == "free" else plain_number(value)
         except ValueError:
             raise InputError(
                 f"--exponents takes chosen, fixed, free, or values as viscous-exponent=1; got `{pair.strip()}`"

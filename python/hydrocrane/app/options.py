@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from hydrocrane.errors import InputError, ResultFileError, unknown
 from hydrocrane.machine.poses import SHOWN, poses
-from hydrocrane.units import converted
+from hydrocrane.units import converted, plain_number
 
 if TYPE_CHECKING:
     from hydrocrane.analysis.capacity import Height

@@ -53,6 +53,9 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
         try:
             yield beside
             _settle(beside)
+            if place.exists():
+                # Who may read and write the file is not ours to change.
+                beside.chmod(place.stat().st_mode)
             beside.replace(place)
         finally:
             beside.unlink(missing_ok=True)

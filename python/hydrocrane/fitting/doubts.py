@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from hydrocrane.arrays import Array
+from hydrocrane.fitting.accuracy import Accuracy
 from hydrocrane.fitting.information import LEAST_BLOCKS, Information
 from hydrocrane.fitting.quality import SignalQuality
 from hydrocrane.fitting.search import Found, Task
@@ -27,25 +28,26 @@ TOGETHER = 0.98
 
 
 def doubts(
-    task: Task,
     found: Found,
     known: Information,
+    accuracy: Accuracy | None,
     quality: Sequence[SignalQuality],
     differences: Mapping[tuple[str, str], Difference],
 ) -> tuple[str, ...]:
     """All warnings, the most important first."""
     return (
-        *_search(task, found),
+        *_search(found),
+        *_integration(accuracy),
         *doubtful_columns(differences),
         *_quality(quality),
         *_beyond_noise(quality),
         *_not_identifiable(known),
-        *_together(task, known),
+        *_together(found.task, known),
         *_blocks(known),
     )
 
 
-def _search(task: Task, found: Found) -> Iterator[str]:
+def _search(found: Found) -> Iterator[str]:
     if not found.estimate.converged:
         yield f"the search has not converged ({found.estimate.message}); start nearer, or fit fewer parameters"
     for name in found.estimate.at_bound:
@@ -53,7 +55,7 @@ def _search(task: Task, found: Found) -> Iterator[str]:
             f"`{name}` ended at the bound of the machine file, {found.estimate[name]:.4g}; its interval "
             "is meaningless: check sign, unit and model, and values that bound it (break-away bounds Coulomb friction)"
         )
-    for unknown in task.unknowns:
+    for unknown in found.task.unknowns:
         value = found.estimate[unknown.name]
         if unknown.prior is not None and abs(value - unknown.prior[0]) > 3.0 * unknown.prior[1]:
             away = abs(value - unknown.prior[0]) / unknown.prior[1]
@@ -65,6 +67,13 @@ def _search(task: Task, found: Found) -> Iterator[str]:
     if len(found.costs) > 1 and found.costs[-1] > 1.1 * found.costs[0]:
         apart = sum(cost > 1.1 * found.costs[0] for cost in found.costs)
         yield f"{apart} of {len(found.costs)} starts ended at other values with larger residuals; the best is given"
+
+
+def _integration(accuracy: Accuracy | None) -> Iterator[str]:
+    if accuracy is None or accuracy.negligible:
+        return
+    cover = "" if accuracy.trouble else "; the intervals cover this distance"
+    yield f"errors of integration are not negligible: {accuracy}{cover}; use method=\"rodas5p\" and a smaller rtol or step"
 
 
 def doubtful_columns(differences: Mapping[tuple[str, str], Difference]) -> Iterator[str]:

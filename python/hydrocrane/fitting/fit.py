@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias, Unpack
 
 from hydrocrane.arrays import check_positive, seed_number
 from hydrocrane.errors import InputError, unknown
-from hydrocrane.fitting.information import information
+from hydrocrane.fitting.accuracy import accurate
 from hydrocrane.fitting.parameters import Priors, check_names
 from hydrocrane.fitting.records import HoldOut, opened, window_of
 from hydrocrane.fitting.result import Fit
@@ -104,7 +104,9 @@ def fit(
     progress : callable, optional
         Called with a text about the progress.
     **changes
-        Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`.
+        Fields of the scenario or its solver to change, as in :func:`hydrocrane.simulate`. The tolerance is the loosest
+        one: the fit tightens it until errors of integration are negligible beside the noise of the logs
+        (``Fit.accuracy``).
 
     Returns
     -------
@@ -155,16 +157,8 @@ def fit(
     task, notes = setup.measured(windows) if motion == "measured" else setup.simulated(windows)
     found = searched(task, starts, seed_number(starts_seed), map if executor is None else executor.map, tell)
     tell("intervals")
-    return Fit(
-        plan,
-        machine,
-        task,
-        found,
-        information(task, found.weights, found.estimate.values),
-        motion,
-        tuple(notes),
-        bound,
-    )
+    found, known, accuracy = accurate(found, tell)
+    return Fit(plan, machine, found, known, motion, accuracy, tuple(notes), bound)
 
 
 def _machine(plan: Scenario) -> Machine:

@@ -15,6 +15,7 @@ from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
 from hydrocrane.fitting.search import Task, Weights, residuals
+from hydrocrane.identification.output_error import Estimate
 from hydrocrane.signals.statistics import correlation_samples
 
 # Most and least number of blocks of time in all logs together; the correlation time decides between them.
@@ -45,6 +46,9 @@ class Information:
         Combinations of keys that the data do not identify, the least known first.
     narrowed : (k,) array
         Standard deviation after the fit over that of the prior; 0 without a prior.
+    moved : float
+        Largest distance of an unknown from where the sum of squares is least, in standard deviations. The covariance
+        contains these distances.
     """
 
     covariance: Array
@@ -52,6 +56,7 @@ class Information:
     correlation_time: float
     not_identifiable: tuple[str, ...]
     narrowed: Array
+    moved: float
 
     @property
     def deviations(self) -> Array:
@@ -68,9 +73,9 @@ class Information:
         return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
 
 
-def information(task: Task, weights: Weights, values: Array) -> Information:
-    """The covariance at the fitted `values`."""
-    rows, derivatives, places = residuals(task, weights, values)
+def information(task: Task, weights: Weights, estimate: Estimate) -> Information:
+    """The covariance at the fitted values, by the residuals of a `task` that may have a tighter tolerance."""
+    rows, derivatives, places = residuals(task, weights, estimate.values)
     scales = np.array([u.scale for u in task.unknowns])
     prior_weight = np.array([1.0 / u.prior[1] if u.prior is not None else 0.0 for u in task.unknowns]) * scales
     derivatives = derivatives * scales
@@ -81,7 +86,13 @@ def information(task: Task, weights: Weights, values: Array) -> Information:
     # Not below the covariance that the weights imply: a few blocks may agree by chance.
     meat = _larger(sums.T @ sums * count / max(count - 1, 1), derivatives.T @ derivatives)
     bread = _inverse(derivatives.T @ derivatives + np.diag(prior_weight**2))
+    mean = np.array([u.prior[0] if u.prior is not None else u.start for u in task.unknowns])
+    slope = derivatives.T @ rows + prior_weight**2 * (estimate.values - mean) / scales
+    # What ended on a bound stays there.
+    step = -bread @ slope * [name not in estimate.at_bound for name in estimate.names]
     covariance = bread @ (meat + np.diag(prior_weight**2)) @ bread
+    moved = float(np.max(np.abs(step) / np.sqrt(np.diag(covariance))))
+    covariance += np.diag(step**2)
     names = [u.name for u in task.unknowns]
     before = np.where(prior_weight > 0.0, 1.0 / np.where(prior_weight > 0.0, prior_weight, 1.0), UNBOUNDED)
     deviations = np.sqrt(np.diag(covariance))
@@ -93,6 +104,7 @@ def information(task: Task, weights: Weights, values: Array) -> Information:
             names[: task.keys], covariance[: task.keys, : task.keys], before[: task.keys]
         ),
         narrowed=np.where(prior_weight > 0.0, deviations * prior_weight, 0.0),
+        moved=moved,
     )
 
 

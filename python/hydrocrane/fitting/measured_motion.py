@@ -24,6 +24,7 @@ from hydrocrane.fitting.prediction import by_differences
 from hydrocrane.fitting.records import Record
 from hydrocrane.logs import Log, noise_of
 from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.solver import Solver
 from hydrocrane.signals.filters import low_pass
 
 FORCE = "cylinder.{}.pressure_force"
@@ -80,8 +81,15 @@ class MeasuredMotion:
     moves: dict[str, np.ndarray]
     scales: tuple[float, ...]
 
+    @property
+    def solver(self) -> None:
+        return None
+
     def predict(self, values: Array) -> tuple[Array, Array]:
         return by_differences(self._forces, values, self.scales)
+
+    def with_solver(self, solver: Solver) -> MeasuredMotion:
+        return self
 
     def _forces(self, values: Array) -> Array:
         machine = self.machine.changed(self.machine.overrides_at(self.keys, values[: len(self.keys)]))

@@ -11,6 +11,7 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.fitting.parameters import SensorError
 from hydrocrane.fitting.records import Record
+from hydrocrane.scenario.solver import Solver
 
 # Half step of a central difference for smooth functions, in standard deviations of a parameter.
 DIFFERENCE = 1e-2
@@ -21,9 +22,17 @@ class LogModel(Protocol):
 
     @property
     def record(self) -> Record: ...
+    @property
+    def solver(self) -> Solver | None:
+        """Of its runs; None if it has no runs."""
+        ...
 
     def predict(self, values: Array) -> tuple[Array, Array]:
         """Signals (m, n) at the record's times and their derivatives (m, n, k) by the values (k,), SI."""
+        ...
+
+    def with_solver(self, solver: Solver) -> LogModel:
+        """The same model with another solver of its runs."""
         ...
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError, unknown
 from hydrocrane.files.whole_file import write_text
+from hydrocrane.fitting.accuracy import Accuracy
 from hydrocrane.fitting.block import block
 from hydrocrane.fitting.doubts import doubts
 from hydrocrane.fitting.information import Information
@@ -43,6 +44,8 @@ class Fit:
         With the values that the fit began from.
     motion : str
         ``simulated`` or ``measured``.
+    accuracy : Accuracy or None
+        Tolerance of the runs, and what a repeat with a tighter one says; None for a measured motion, which has no runs.
     notes : tuple of str
         Remarks about the logs.
     ties : tuple of Tie
@@ -58,10 +61,10 @@ class Fit:
 
     scenario: Scenario
     start: Machine
-    task: Task = field(repr=False)
     found: Found = field(repr=False)
     information: Information = field(repr=False)
     motion: str
+    accuracy: Accuracy | None = None
     notes: tuple[str, ...] = ()
     ties: tuple[Tie, ...] = ()
 
@@ -70,6 +73,11 @@ class Fit:
 
     def _repr_html_(self) -> str:
         return of_text(self.summary(), "print(fit.summary())")
+
+    @property
+    def task(self) -> Task:
+        """Unknowns, models and logs."""
+        return self.found.task
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -176,7 +184,7 @@ class Fit:
     def warnings(self) -> tuple[str, ...]:
         """Warnings to read before trusting the result, the most important first."""
         behind = left_behind(self.start, self.machine, self.keys, self.ties)
-        return (*doubts(self.task, self.found, self.information, self.quality, self.differences), *behind)
+        return (*doubts(self.found, self.information, self.accuracy, self.quality, self.differences), *behind)
 
     @cached_property
     def figure(self) -> Figure:
@@ -197,6 +205,7 @@ class Fit:
         for q in self.quality:
             held = f", held out {q.held_out:.3g} ({q.held_out_share:.1%})" if np.isfinite(q.held_out) else ""
             lines.append(f"  {q.log}: {q.signal} rms {q.rms:.3g} {q.unit} ({q.share:.1%} of its range){held}")
+        lines += [] if self.accuracy is None else [f"  {self.accuracy}"]
         lines += [f"the logs do not identify {text}" for text in self.cannot_tell]
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings), *self.notes])
 
@@ -219,7 +228,8 @@ class Fit:
         """A page with values, quality, pictures and warnings; ``.write("report.html")`` puts it into one file."""
         logs = ", ".join(dict.fromkeys(model.record.name for model in self.task.models))
         report = Report(f"Fit of {self.start.name}", f"Logs: {logs}. Motion: {self.motion}.")
-        report.add(Section("Fitted values", self._ended, self._parameter_table(), warnings=self.warnings))
+        integrated = "" if self.accuracy is None else f"; {self.accuracy}"
+        report.add(Section("Fitted values", self._ended + integrated, self._parameter_table(), warnings=self.warnings))
         quality = "How well the model follows the logs"
         report.stage(quality, lambda: Section(quality, table=self._quality_table(), figure=self.figure))
         report.stage("Correlation", lambda: Section("Correlation", table=self._correlation_table()))

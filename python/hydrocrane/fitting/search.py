@@ -27,6 +27,7 @@ from hydrocrane.fitting.records import Record
 from hydrocrane.identification.output_error import TOLERANCE, Estimate, Unknown
 from hydrocrane.identification.output_error import fit as output_error_fit
 from hydrocrane.logs.checks import runs
+from hydrocrane.scenario.solver import Solver
 from hydrocrane.signals.statistics import correlation_samples
 
 # Like the ``map`` of an executor: a function and sequences of arguments.
@@ -75,6 +76,10 @@ class Task:
         """All signals of all logs."""
         return tuple(dict.fromkeys(name for model in self.models for name in model.record.signals))
 
+    def with_solver(self, solver: Solver) -> Task:
+        """The same fit with another solver of its runs."""
+        return replace(self, models=tuple(model.with_solver(solver) for model in self.models))
+
     def read(self, values: Array) -> list[tuple[Array, Array]]:
         """Predicted readings (m, n) of each log and their derivatives (m, n, k)."""
         found = []
@@ -110,6 +115,8 @@ class Found:
 
     Attributes
     ----------
+    task : Task
+        With the tolerance of integration that it ended with.
     estimate : Estimate
     weights : Weights
         Of the last pass.
@@ -118,6 +125,7 @@ class Found:
         Final sum of squares of each start, the best first.
     """
 
+    task: Task
     estimate: Estimate
     weights: Weights
     passes: int
@@ -134,7 +142,12 @@ def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable
     given = [i == 0 for i in range(starts)]
     ended = [e for e in run_all(_one_pass, tasks, [first] * starts, given) if e is not None]
     best = min(ended, key=lambda e: e.variance)
-    estimate, weights, passes = best, first, 0
+    return refined(Found(task, best, first, 0, tuple(sorted(e.variance for e in ended))), tell)
+
+
+def refined(found: Found, tell: Callable[[str], None]) -> Found:
+    """The search carried on with the weights of its own residuals, until these are settled."""
+    task, estimate, weights, passes = found.task, found.estimate, found.weights, 0
     for passes in range(1, PASSES + 1):
         before, weights = weights, next_weights(task, estimate.values, weights)
         changes = [abs(weights.deviations[s] / before.deviations[s] - 1.0) for s in task.signals]
@@ -143,7 +156,7 @@ def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable
         estimate = _fitted(_started(task, estimate.values), weights, ROUGHLY)
         tell(f"pass {passes}: {estimate.evaluations} evaluations")
     estimate = _fitted(_started(task, estimate.values), weights, TOLERANCE)
-    return Found(estimate, weights, passes, tuple(sorted(e.variance for e in ended)))
+    return replace(found, estimate=estimate, weights=weights, passes=passes)
 
 
 def first_weights(task: Task) -> Weights:

@@ -19,6 +19,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.solver import Solver
 from hydrocrane.scenario.supply import MAINS, SUPPLY, SUPPLY_SIGNALS, SupplyPressure
 from hydrocrane.simulation.running import simulate
 
@@ -60,6 +61,13 @@ class OpenLoop:
             raise _broken_off(self.record, found.outcome.kind, found.outcome.time, found.outcome.message)
         return found.y, found.sensitivities
 
+    @property
+    def solver(self) -> Solver:
+        return self.plan.solver
+
+    def with_solver(self, solver: Solver) -> OpenLoop:
+        return dataclasses.replace(self, plan=self.plan.changed(solver=solver))
+
 
 @dataclass(frozen=True)
 class ClosedLoop:
@@ -78,6 +86,13 @@ class ClosedLoop:
 
     def predict(self, values: Array) -> tuple[Array, Array]:
         return by_differences(self._signals, values, self.scales, SAMPLED)
+
+    @property
+    def solver(self) -> Solver:
+        return self.plan.solver
+
+    def with_solver(self, solver: Solver) -> ClosedLoop:
+        return dataclasses.replace(self, plan=self.plan.changed(solver=solver))
 
     @cached_property
     def _machine(self) -> Machine:

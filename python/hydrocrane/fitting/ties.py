@@ -7,7 +7,7 @@ Break-away friction is the usual case: a fit of the Coulomb force alone does not
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ from hydrocrane.fitting.parameters import key_value
 from hydrocrane.fitting.prediction import LogModel
 from hydrocrane.fitting.records import Record
 from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.solver import Solver
 
 # The leading parameter of each tied key.
 Ties: TypeAlias = Mapping[str, str]
@@ -78,9 +79,16 @@ class TiedModel:
     def record(self) -> Record:
         return self.model.record
 
+    @property
+    def solver(self) -> Solver | None:
+        return self.model.solver
+
     def predict(self, values: Array) -> tuple[Array, Array]:
         y, slopes = self.model.predict(self.matrix @ values)
         return y, slopes @ self.matrix
+
+    def with_solver(self, solver: Solver) -> TiedModel:
+        return replace(self, model=self.model.with_solver(solver))
 
 
 def tied(model: LogModel, ties: Sequence[Tie], keys: Sequence[str], others: int = 0) -> LogModel:

@@ -45,11 +45,9 @@ class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
     ) -> tuple[Numbers, dict[str, object]]:
         """Start an episode. ``options`` may hold ``q``, a pose to start from, and ``target``, (x, z) in m."""
         super().reset(seed=seed)
-        q, target = self.task.draw(self.np_random)
-        wished = options or {}
-        self._target = np.asarray(wished.get("target", target), dtype=np.float64).reshape(1, 2)
+        q, self._target = self.task.drawn([self.np_random], options)
         self._samples = 0
-        seen = self._cranes.reset(q=np.asarray(wished.get("q", q), dtype=np.float64))
+        seen = self._cranes.reset(q=q[0])
         return self.task.observation(seen, self._target)[0], {"target": self._target[0].copy()}
 
     def step(self, action: NDArray[np.floating]) -> tuple[Numbers, float, bool, bool, dict[str, object]]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, real_array
+from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.simulation.batch import BatchObservation, BatchSimulator
 
@@ -18,6 +20,8 @@ Numbers = NDArray[np.float32]
 MARGIN = 0.15
 # Bounds to which an observation is clipped: share of a range, rad/s or m/s, share of the supply pressure, m.
 SHARE, RATE, PRESSURE, WAY = 2.0, 20.0, 20.0, 100.0
+# What the options of a reset may state.
+OPTIONS = ("q", "target")
 # Reward if the crane is lost, m s: that of a minute at 1 m distance.
 LOSS = -60.0
 
@@ -72,11 +76,28 @@ class TipTask:
         """A simulator of the cranes."""
         return BatchSimulator(self.machine, n, self.sample_time, payload=self.payload, threads=threads)
 
-    def draw(self, random: np.random.Generator) -> tuple[Array, Array]:
-        """A pose (n_joints,) to start from and a target (2,), m."""
+    def drawn(
+        self, randoms: Sequence[np.random.Generator], options: Mapping[str, object] | None = None
+    ) -> tuple[Array, Array]:
+        """Poses (n, n_joints) to start from and targets (n, 2), m, of n cranes with random numbers of their own; those
+        that `options` state, for one crane or for each, replace them."""
+        given = options or {}
+        for name in given:
+            if name not in OPTIONS:
+                raise unknown("option", name, OPTIONS)
         lower, upper = self.machine.joint_limits.T
-        start, end = lower + (upper - lower) * random.uniform(MARGIN, 1.0 - MARGIN, (2, len(lower)))
-        return start, self.machine.tip(end)
+        share = np.array([random.uniform(MARGIN, 1.0 - MARGIN, (2, len(lower))) for random in randoms])
+        start, end = np.moveaxis(lower + (upper - lower) * share, 1, 0)
+        found = {"q": start, "target": np.atleast_2d(self.machine.tip(end))}
+        for name, value in given.items():
+            wished = real_array(value, name)  # type: ignore[arg-type]
+            if wished.shape not in (found[name].shape, found[name].shape[1:]):
+                raise InputError(
+                    f"the option `{name}` must have shape {found[name].shape[1:]}, or {found[name].shape}; got "
+                    f"{wished.shape}"
+                )
+            found[name] = np.broadcast_to(wished, found[name].shape).copy()
+        return found["q"], found["target"]
 
     def commands(self, action: NDArray[np.floating]) -> Array:
         """Spool commands, m, of actions (..., n_cyl)."""

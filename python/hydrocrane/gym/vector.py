@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
+from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
 from hydrocrane.gym.task import Numbers, TipTask
 from hydrocrane.machine.machine import MachineLike
 
@@ -47,7 +51,7 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._cranes = self.task.simulator(num_envs, threads)
-        self._random: list[np.random.Generator] = []
+        self._random: list[np.random.Generator | None] = [None] * num_envs
         self._target: Array = np.zeros((num_envs, 2))
         self._samples = np.zeros(num_envs, dtype=np.int64)
         self._over = np.zeros(num_envs, dtype=bool)
@@ -55,13 +59,21 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, object] | None = None
     ) -> tuple[Numbers, dict[str, object]]:
-        """Start an episode with every crane; with the seed s, crane i has the random numbers of a single crane with the
-        seed s + i."""
+        """Start an episode with every crane.
+
+        With the seed s, crane i has the random numbers of a single crane with the seed s + i; without a seed, or with
+        None in a list, the numbers go on as those of a single crane do. ``options`` are those of a single crane, for
+        every crane one row or the same for all.
+        """
         numbers = range(self.num_envs)
-        seeds = seed if isinstance(seed, list) else [None if seed is None else seed + i for i in numbers]
-        self._random = [np.random.default_rng(s) for s in seeds]
-        self._begin(np.arange(self.num_envs))
-        return self.task.observation(self._cranes.observe(), self._target), {}
+        seeds = [None if seed is None else seed + i for i in numbers] if not isinstance(seed, list) else seed
+        if len(seeds) != self.num_envs:
+            raise InputError(f"{len(seeds)} seeds for {self.num_envs} cranes; give one for each, or one whole number")
+        for i, own in enumerate(seeds):
+            if own is not None or self._random[i] is None:
+                self._random[i] = np_random(own)[0]
+        self._begin(np.arange(self.num_envs), options)
+        return self.task.observation(self._cranes.observe(), self._target), {"target": self._target.copy()}
 
     def step(  # type: ignore[override]
         self, actions: NDArray[np.floating]
@@ -79,9 +91,9 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         self._over = lost | late
         return self.task.observation(seen, self._target), reward, lost, late, {}
 
-    def _begin(self, cranes: NDArray[np.int64]) -> None:
-        drawn = [self.task.draw(self._random[i]) for i in cranes]
-        self._target[cranes] = [target for _, target in drawn]
+    def _begin(self, cranes: NDArray[np.int64], options: dict[str, object] | None = None) -> None:
+        q, target = self.task.drawn([cast("np.random.Generator", self._random[i]) for i in cranes], options)
+        self._target[cranes] = target
         self._samples[cranes] = 0
         self._over[cranes] = False
-        self._cranes.reset(q=np.array([q for q, _ in drawn]), cranes=cranes)
+        self._cranes.reset(q=q, cranes=cranes)

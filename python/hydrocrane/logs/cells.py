@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrocrane.arrays import Array
+from hydrocrane.units import plain_number
 
 MISSING = {"", "nan", "na", "n/a", "null", "inf", "-inf", "+inf", "#n/a", "-nan", "nil", "--"}
 _NUMBER = re.compile(r"^[+-]?(\d+([.,]\d*)*|[.,]\d+)([eE][+-]?\d+)?$")
@@ -85,6 +86,6 @@ def _silent(cell: str) -> bool:
 
 def _value(cell: str) -> float:
     try:
-        return float(cell)
+        return plain_number(cell)
     except ValueError:
         return float("nan")

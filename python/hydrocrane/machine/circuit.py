@@ -19,7 +19,7 @@ SIDES = ("piston-side", "rod-side")
 # Tables of the circuit, and tables without relation to it. All others are reported as left out.
 READ = {"supply", "mains", "pump", "accumulator", "tank-line", "priority", "cylinder", "valve", *ON_LINES}
 OTHERS = {
-    "extends", "include", "machine", "environment", "link", "joint", "friction", "fluid", "sensor", "payload",
+    "extends", "include", "without", "machine", "environment", "link", "joint", "friction", "fluid", "sensor", "payload",
     "equilibrium", "keep-out", "ground", "control", "errata",
 }  # fmt: skip
 

@@ -16,11 +16,15 @@ from hydrocrane.logs import TIME_NAMES, columns_of, time_of
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.table import split_name
 from hydrocrane.notebook import card
+from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.difference import Difference
 from hydrocrane.results.record import Record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+# Share of the samples below which a comparison says little about the log.
+LEAST_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,8 @@ class Comparison:
     Attributes
     ----------
     differences : dict
-        ``Difference`` by name of the quantity, with both signals, their unit and where they differ most.
+        ``Difference`` by name of the quantity, with both signals, their unit, where they differ most, and how many
+        samples are compared and left out.
 
     Examples
     --------
@@ -75,11 +80,27 @@ class Comparison:
         return card("Run and log", self.summary().splitlines(), "print(comparison.summary())")
 
     def summary(self) -> str:
-        """A line per quantity: root mean square, largest difference and when it occurs."""
+        """A line per quantity: root mean square, largest difference, when it occurs, samples compared; then warnings."""
         width = max(len(name) for name in self.differences)
-        return "\n".join(
-            f"{d.name:<{width}}  rms {d.rms:.4g} {d.unit}, largest {d.maximum:.4g} {d.unit} at {d.maximum_time:.3g} s"
+        lines = [
+            f"{d.name:<{width}}  rms {d.rms:.4g} {d.unit}, largest {d.maximum:.4g} {d.unit} at {d.maximum_time:.3g} s, "
+            f"{d.compared} samples compared, {d.left_out} left out"
             for d in self.differences.values()
+        ]
+        return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
+
+    @property
+    def warnings(self) -> tuple[ResultWarning, ...]:
+        """Quantities of which less than half of the log's samples are compared; see docs/reference/warnings.md."""
+        few = [d for d in self.differences.values() if d.compared < LEAST_SHARE * (d.compared + d.left_out)]
+        return tuple(
+            ResultWarning(
+                "little-compared",
+                f"of `{d.name}` {d.compared} of {d.compared + d.left_out} samples are compared: the others are outside "
+                "of the run or have no value",
+                "check the unit and the zero of the log's time (s; `shift` moves it), or run longer",
+            )
+            for d in few
         )
 
 
@@ -102,6 +123,12 @@ def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None,
     ours = run.columns
     pairs = _pairs(ours, table, columns)
     start, end = float(ours.time[0]), float(ours.time[-1])
+    back = np.flatnonzero(np.diff(time) < 0.0)
+    if back.size:
+        raise InputError(
+            f"the time of the log goes back from {time[back[0]]:.4g} to {time[back[0] + 1]:.4g} s at sample "
+            f"{back[0] + 1}: it holds more than one drive; compare them one by one"
+        )
     inside = (time >= start) & (time <= end)
     if not inside.any():
         raise InputError(
@@ -113,10 +140,11 @@ def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None,
 def _difference(ours: Columns, name: str, time: Array, column: Array, inside: np.ndarray) -> Difference:
     """Gaps of the log (NaN) are left out."""
     keep = inside & np.isfinite(column)
+    left_out = int(keep.size - keep.sum())
     if not keep.any():
         raise InputError(f"the log has no finite value of `{name}` within the run")
     run = np.interp(time[keep], ours.time, ours[name].values)
-    return Difference(name, str(ours[name].attrs.get("units", "")), time[keep], run, column[keep])
+    return Difference(name, str(ours[name].attrs.get("units", "")), time[keep], run, column[keep], left_out)
 
 
 def _pairs(ours: Columns, table: dict[str, Array], columns: Mapping[str, str] | None) -> dict[str, str]:

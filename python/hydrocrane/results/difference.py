@@ -17,6 +17,8 @@ class Difference:
     ----------
     time, run, log : (k,) arrays
         s, and the two values in `unit`.
+    left_out : int
+        Samples of the log that are not compared: outside of the run, or without a value.
     rms, maximum : float
         Root mean square and largest absolute difference, in `unit`.
     maximum_time : float
@@ -28,6 +30,12 @@ class Difference:
     time: Array
     run: Array
     log: Array
+    left_out: int = 0
+
+    @property
+    def compared(self) -> int:
+        """Samples compared."""
+        return int(self.time.size)
 
     __repr__ = brief
 

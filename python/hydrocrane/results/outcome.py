@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 KINDS = ("completed", "stroke-limit", "solver-failed", "controller-failed", "bad-state", "interrupted")
@@ -48,16 +49,27 @@ class Verification:
     tip : float
         Largest distance between the tips at one time, m.
     pressure : float
-        Largest difference of a chamber pressure, Pa.
+        Largest difference of a pressure that lasts longer than 20 ms, Pa.
     time : float
         Time of the largest distance between the tips, s.
+    tip_limit, pressure_limit : float
+        Largest distance, m, and difference, Pa, of a converged run. Infinite in files of earlier versions.
     """
 
     solver: str
     tip: float
     pressure: float
     time: float
+    tip_limit: float = math.inf
+    pressure_limit: float = math.inf
+
+    @property
+    def converged(self) -> bool:
+        """Whether tip and pressures are within the limits."""
+        return self.tip <= self.tip_limit and self.pressure <= self.pressure_limit
 
     def __str__(self) -> str:
-        tip, pressure = self.tip * 1e3, self.pressure / 1e5
-        return f"a repeat with {self.solver} differs by at most {tip:.3g} mm at the tip and {pressure:.3g} bar"
+        word = "converged" if self.converged else "not converged"
+        tip = f"{self.tip * 1e3:.3g} mm at the tip ({self.tip_limit * 1e3:.2g} allowed)"
+        pressure = f"{self.pressure / 1e5:.3g} bar ({self.pressure_limit / 1e5:.2g} allowed)"
+        return f"{word}: a repeat with {self.solver} differs by at most {tip} and {pressure}"

@@ -42,7 +42,7 @@ def _head(run: Record) -> list[str]:
 
 
 def _verification(run: Record) -> list[str]:
-    return [] if run.verification is None else [f"  verified   {run.verification}"]
+    return [] if run.verification is None else [f"  accuracy   {run.verification}"]
 
 
 def _tip(run: Record) -> list[str]:

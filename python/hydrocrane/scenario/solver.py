@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hydrocrane import _core
 from hydrocrane._core_types import SolverEntry
@@ -15,6 +15,8 @@ METHODS = tuple(_core.METHODS)
 FORMER_METHODS = dict(_core.FORMER_METHODS)
 # What `auto` takes for fixed steps.
 FIXED_STEPS = "hc-rosenbrock-3"
+# Factor on the tolerance of a repeat, and the tightest tolerance; with fixed steps a repeat has half the step.
+TIGHTER, TIGHTEST = 1e-2, 1e-12
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,18 @@ class Solver:
             "max_step": float(self.max_step),
             "step": None if self.step is None else float(self.step),
         }
+
+    @property
+    def settings(self) -> str:
+        """Its tolerance, or its step, in words."""
+        return f"rtol {self.rtol:g}" if self.step is None else f"steps of {self.step * 1e3:g} ms"
+
+    def tightened(self) -> Solver:
+        """The solver of a repeat: with a hundredth of the tolerance, or half the step."""
+        if self.step is not None:
+            return replace(self, step=0.5 * self.step)
+        rtol = max(self.rtol * TIGHTER, TIGHTEST)
+        return replace(self, rtol=rtol, atol=None if self.atol is None else self.atol * rtol / self.rtol)
 
 
 def named(method: str, choice: str) -> str:

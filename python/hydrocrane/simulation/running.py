@@ -8,6 +8,8 @@ from functools import partial
 from os import PathLike
 from typing import Unpack
 
+import numpy as np
+
 from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.control.controllers import ON_ERROR, SampledController
@@ -16,7 +18,7 @@ from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.results.dataset import run_dataset
 from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
-from hydrocrane.results.verification import compared, tightened
+from hydrocrane.results.verification import compared
 from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
 from hydrocrane.scenario.scenario import Scenario
@@ -44,8 +46,9 @@ def simulate(
     ledger : bool
         Integrate the energy ledger along with the states.
     verify : bool
-        Repeat with a hundredth of the tolerance, or half the step, and report the difference in `Run.verification`;
-        a significant difference is a warning, ``not-converged``.
+        Repeat with a hundredth of the tolerance, or half the step, and judge the difference in `Run.verification`:
+        beyond 1 mm at the tip, a tenth of the run's own distance from its path, or 3 % of the supply pressure for
+        longer than 20 ms is a warning, ``not-converged``.
     on_error : {"raise", "stop", "neutral"}
         What happens after an exception in your own controller. ``raise``: the run stops, and the exception is
         raised again with its own traceback; its attribute ``run`` holds the :class:`Run` until then. ``stop``: the
@@ -81,9 +84,11 @@ def simulate(
         wall = time.perf_counter() - began
         error = recorded.error
         if verify and error is None:
-            solver, _ = tightened(plan.solver)
-            repeat = go(plan.changed(solver=solver), ledger=False, on_error=on_error)
-            recorded.verification, doubts = compared(machine, plan, recorded, repeat)
+            repeat = go(plan.changed(solver=plan.solver.tightened()), ledger=False, on_error=on_error)
+            columns = Run(run_dataset(machine, plan, recorded, payload=payload, wall=wall), machine).columns
+            path = columns["tip.deviation"].values if "tip.deviation" in columns else np.empty(0)
+            farthest = float(np.nanmax(path)) if np.isfinite(path).any() else None
+            recorded.verification, doubts = compared(machine, plan, recorded, repeat, farthest)
             recorded.warnings += doubts
     run = Run(run_dataset(machine, plan, recorded, payload=payload, wall=wall), machine)
     if error is not None and (on_error == "raise" or not isinstance(error, Exception)):

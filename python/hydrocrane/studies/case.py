@@ -21,7 +21,7 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import integrate
 from hydrocrane.studies.changes import changed_plan
 from hydrocrane.studies.key import Key
-from hydrocrane.studies.measures import OF_ANY_RUN, Measure, measured
+from hydrocrane.studies.measures import OF_ANY_RUN, Measure, TakenName, measured
 from hydrocrane.studies.record import CaseRecord
 
 # Outcomes of cases beyond those of runs.
@@ -78,6 +78,8 @@ class Job:
         Whether the energy ledger is integrated too, for your own functions.
     digest : str
         Digest of the machine with the plan's overrides; a worker with another machine is refused.
+    taken : tuple of str
+        Names in the result that no figure may have.
     """
 
     plan: Scenario
@@ -87,6 +89,7 @@ class Job:
     times: Array
     ledger: bool
     digest: str
+    taken: tuple[str, ...]
 
     def __getstate__(self) -> dict[str, object]:
         # Objects made from the machine file are not sent.
@@ -154,6 +157,9 @@ def run_case(job: Job, values: Sequence[Override], should_stop: Callable[[], boo
     """Run one case; an error in it becomes its outcome."""
     try:
         return _kept(job, _simulated(job, values, should_stop))
+    except TakenName:
+        # An error of the whole study.
+        raise
     except HydrocraneError as error:
         return CaseResult(INVALID, str(error), {}, None)
     except (KeyboardInterrupt, SystemExit, GeneratorExit):
@@ -180,7 +186,10 @@ def _kept(job: Job, record: CaseRecord) -> CaseResult:
     message = doubts if outcome.completed else outcome.message
     signals = _signals(job, record) if job.signals else None
     try:
-        return CaseResult(outcome.kind, message, measured(job.measures, record), signals)
+        figures = measured(job.measures, record, job.taken)
+        return CaseResult(outcome.kind, message, figures, signals)
+    except TakenName:
+        raise
     except Exception as error:
         figures = {OF_ANY_RUN: outcome.time}
         return CaseResult(MEASURE_FAILED, f"{type(error).__name__}: {error}", figures, signals)

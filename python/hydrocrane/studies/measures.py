@@ -8,7 +8,7 @@ of them except ``end_time``.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -149,11 +149,21 @@ def _parts(name: str) -> tuple[str, str]:
     return match[1], match[2].strip()
 
 
-def measured(measures: Sequence[Measure], record: CaseRecord) -> dict[str, float]:
-    """All figures of a complete run, or those that any run has."""
+class TakenName(InputError):
+    """A function returned a figure by a name that something else in the result has."""
+
+
+def measured(measures: Sequence[Measure], record: CaseRecord, taken: Container[str]) -> dict[str, float]:
+    """All figures of a complete run, or those that any run has; their names are not among the `taken` ones."""
     if not record.outcome.completed:
         return {OF_ANY_RUN: record.outcome.time}
     found: dict[str, float] = {}
     for measure in measures:
-        found |= measure.of(record)
+        figures = measure.of(record)
+        for name in figures:
+            if name in found or name in taken:
+                raise TakenName(
+                    f"measure `{measure.name}` returns `{name}`, which would name two things in the result; rename it"
+                )
+        found |= figures
     return found

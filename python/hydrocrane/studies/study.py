@@ -147,13 +147,15 @@ class Study:
             if name not in units:
                 raise unknown("signal", name, units)
         measures = checked_measures(self.measures, units)
-        names = [key.name for key in self.cases.keys] + [measure.name for measure in measures] + list(self.signals)
+        others = [*(key.name for key in self.cases.keys), *self.signals]
+        names = [*others, *(measure.name for measure in measures)]
         for name in names:
             if names.count(name) > 1 or name in RESERVED:
                 raise InputError(f"`{name}` would name two things in the result; rename or remove one of them")
         times = signal_times(self.plan, self.cases, self.resample) if self.signals else np.empty(0)
         digest = digest_of(self.base_machine.core)
-        return Job(self.plan, self.cases.keys, measures, tuple(self.signals), times, self.ledger, digest)
+        taken = (*RESERVED, *others)
+        return Job(self.plan, self.cases.keys, measures, tuple(self.signals), times, self.ledger, digest, taken)
 
     def run(
         self,

@@ -22,6 +22,9 @@ pub static MACHINE: &[Key] = &[
     Key::text("extends")
         .otherwise("none")
         .means("Bundled name or path of the file that this one changes; tables merge key by key."),
+    Key::new("without", Value::Texts(&[]))
+        .otherwise("none")
+        .means("Dotted keys and tables of the extended file that this one does not take over."),
     Key::new("include", Value::Texts(&[])).otherwise("none").means(
         "Files, by paths from here, whose tables override those of this file; later files override earlier ones.",
     ),

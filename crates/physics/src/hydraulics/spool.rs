@@ -5,7 +5,7 @@
 //! The optional limits of speed and acceleration are those of Figure 44: each integrator's input saturates.
 //! The delay of that figure acts on the command, before the equation.
 
-use hydrocrane_num::Real;
+use hydrocrane_num::{Dual, Real};
 
 parameters! {
     pub struct Spool {
@@ -31,6 +31,15 @@ impl<T: Real> Spool<T> {
             acceleration.clamp(-self.acceleration_limit, self.acceleration_limit),
         )
     }
+
+    /// Derivative of dv_s/dt by the command, 1/s^2.
+    #[inline(always)]
+    pub fn acceleration_by_command(&self, position: T, velocity: T, command: T) -> T {
+        let constant = Dual::<T, 1>::constant;
+        let rates =
+            self.map(&mut { constant }).rates(constant(position), constant(velocity), Dual::variable(command, 0));
+        rates.1.derivative[0]
+    }
 }
 
 #[cfg(test)]
@@ -48,5 +57,9 @@ mod tests {
         assert_eq!(free.rates(0.0, 2.0, 0.01), (2.0, 100.0 - 200.0));
         let limited = Spool { velocity_limit: 1.0, acceleration_limit: 50.0, ..free };
         assert_eq!(limited.rates(0.0, 2.0, 0.01), (1.0, -50.0));
+        // At a limit of its acceleration no command moves the spool faster.
+        assert_eq!(free.acceleration_by_command(0.0, 2.0, 0.01), 1e4);
+        assert_eq!(limited.acceleration_by_command(0.0, 2.0, 0.01), 0.0);
+        assert_eq!(limited.acceleration_by_command(0.0, 0.0, 0.004), 1e4);
     }
 }

@@ -4,7 +4,7 @@ use super::inputs::{Differentiated, Inputs, WIDTH};
 use crate::driven::Driven;
 use crate::event_loop::Stepped;
 use crate::payload::{picks_up, PayloadEvent};
-use hydrocrane_num::{Field, Real};
+use hydrocrane_num::Field;
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_ode::System;
 use hydrocrane_ode::{Linearisation, Stepper};
@@ -193,17 +193,16 @@ impl<const N: usize> System for TangentSystem<'_, N> {
         self.driven.supply.write(rates);
     }
 
-    fn time_derivative(&self, _t: f64, _x: &[f64], dfdt: &mut [f64]) -> bool {
+    fn time_derivative(&self, t: f64, x: &[f64], dfdt: &mut [f64]) -> bool {
         if self.driven.slope == [0.0; MAX_JOINTS] {
             return false;
         }
-        let layout = self.layout();
-        let Scratch { rate, .. } = &mut *self.scratch.borrow_mut();
+        let (layout, u) = (self.layout(), self.command(t));
+        let slope = self.driven.slope.map(Differentiated::c);
+        let Scratch { x: state, rate, .. } = &mut *self.scratch.borrow_mut();
         for group in self.groups() {
-            rate.fill(Differentiated::c(0.0));
-            for (c, unit) in group.inputs.plant.cylinders.iter().enumerate() {
-                rate[layout.vs(c)] = unit.spool.natural_frequency.square() * self.driven.slope[c];
-            }
+            group.read(x, layout.len(), state);
+            group.inputs.plant.command_derivative(layout, state, &u, &slope, rate);
             group.write(rate, dfdt);
         }
         true
