@@ -453,11 +453,13 @@ def beside(draft: Draft, section: Section) -> None:
     for side in section.sides:
         short = f"{name}-{side.split('-')[0]}"
         if draft.chance(0.25):
+            # Some stand below what the load needs.
+            setting = draft.supply * (draft.between(0.3, 1.0) if draft.chance(0.2) else draft.between(1.05, 1.4))
             draft.part(
                 f"port-relief.{short}",
                 **on,
                 side=side,
-                setting=bar(draft.supply * draft.between(1.05, 1.4)),
+                setting=bar(setting),
                 nominal_flow=lpm(1.5 * section.flow),
             )
         if draft.chance(0.25):

@@ -38,7 +38,7 @@ LEDGER, JACOBIAN, READABLE = 0.01, 1e-5, 1e-10
 REST, MOVED = 2.0, 20.0
 # Time under tip control, s, and words of a monitor that stops or rides through.
 CONTROLLED = 8.0
-ALARMS = ("confirms", "check the", "plausib", "no reading", "frozen", "out of range")
+ALARMS = ("no other reading confirms", "gives no reading", "is frozen", "is out of range")
 # Warnings that say of a run that its figures are not those of the machine.
 SAYS = {"step-inexact", "step-too-long", "not-converged", "energy-ledger-open"}
 
@@ -171,7 +171,11 @@ def states(case: Case, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     scale = np.maximum(table.std(axis=0), least)
     picked = table[case.rng.integers(len(table), size=count)]
     commands = case.rng.uniform(-1, 1, (count, len(case.crane.cylinder_names))) * case.crane.spool_strokes
-    return picked + 1e-2 * scale * case.rng.normal(size=picked.shape), commands, scale
+    near = picked + 1e-2 * scale * case.rng.normal(size=picked.shape)
+    # Openings lie between closed and open.
+    opens = [k in ("compensator", "displacement") for k in kind]
+    near[:, opens] = np.clip(near[:, opens], 0.0, 1.0)
+    return near, commands, scale
 
 
 def jacobian(case: Case) -> Finding:
