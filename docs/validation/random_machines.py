@@ -61,12 +61,16 @@ class Case:
         self.seed, self.crane, self.folder = seed, crane, folder
         self.rng = np.random.default_rng([37, seed])
         self.payload = float(self.rng.choice([0.0, 0.5, 1.0])) * rated
+        self.drive = self._drive()
+
+    def draws_for(self, check: str) -> None:
+        """Random numbers that do not depend on the checks before."""
+        self.rng = np.random.default_rng([38, self.seed, list(CHECKS).index(check)])
 
     def start(self, q: np.ndarray | None = None) -> dict[str, float]:
         return dict(zip(self.crane.joint_names, self.crane.home if q is None else q, strict=True))
 
-    @cached_property
-    def drive(self) -> hc.Scenario:
+    def _drive(self) -> hc.Scenario:
         """Steps and ramps to full spool on every section, each held for 0.2 to 1.5 s."""
         commands = {}
         kind = str(self.rng.choice(["hold", "linear"]))
@@ -313,6 +317,7 @@ def judged(
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")
                     case = case or drawn(seed)
+                    case.draws_for(check)
                     found.append(CHECKS[check](case))
             except Exception as error:  # noqa: BLE001
                 found.append(Finding(seed, check, False, text=f"{type(error).__name__}: {error}"))
