@@ -271,7 +271,23 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                 None => metered(port, opening, dp, 1.0),
             }
         };
-        let sealed = |port: usize| held(port, 0.0).map_or(1.0, |held| held.open);
+        // A separate edge to the tank, active while the section moves in this direction, holds the port's pressure.
+        let drained = |port: usize, by_spool: f64, travel_that_way: f64| match &valve.meter_out[port] {
+            Some(of) => {
+                let share = ([pa, pb][port] - of.pressure) / of.range;
+                let (free, _) = flank((travel_that_way - (closed - travel).max(0.0)) / travel);
+                (valve.stroke - valve.overlap) * free * (rounded(share, 0.1) - rounded(share - 1.0, 0.1))
+            }
+            None => by_spool,
+        };
+        let draining = match valve.kind {
+            ValveKind::FourThree => [drained(0, opened(1, -xs), -xs), drained(1, opened(3, xs), xs)],
+            ValveKind::Regenerative => [drained(0, opened(1, -xs), -xs), 0.0],
+        };
+        let sealed = |port: usize| {
+            let behind = held(port, draining[port].max(0.0) * valve.return_ratio[port]);
+            behind.map_or(1.0, |held| held.open)
+        };
         // A check valve before the edges, or that of a port's load-holding valve.
         let holds = |port: usize| {
             let held = c.holding[port].as_ref();
@@ -301,19 +317,6 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let from_supply = match valve.kind {
             ValveKind::FourThree => [checked(0, fed(0, pa, feeding[0])), checked(1, fed(1, pb, feeding[1]))],
             ValveKind::Regenerative => [checked(0, fed(0, pa, feeding[0])), fed(1, pb, feeding[1])],
-        };
-        // A separate edge to the tank, active while the section moves in this direction, holds the port's pressure.
-        let drained = |port: usize, by_spool: f64, travel_that_way: f64| match &valve.meter_out[port] {
-            Some(of) => {
-                let share = ([pa, pb][port] - of.pressure) / of.range;
-                let (free, _) = flank((travel_that_way - (closed - travel).max(0.0)) / travel);
-                (valve.stroke - valve.overlap) * free * (rounded(share, 0.1) - rounded(share - 1.0, 0.1))
-            }
-            None => by_spool,
-        };
-        let draining = match valve.kind {
-            ValveKind::FourThree => [drained(0, opened(1, -xs), -xs), drained(1, opened(3, xs), xs)],
-            ValveKind::Regenerative => [drained(0, opened(1, -xs), -xs), 0.0],
         };
         let to_tank = [returned(0, draining[0], pa - pt), returned(1, draining[1], pb - pt)];
         // Flow from the supply into a hose, flow out of its hole, and how far its pressure lies below that of the chamber.
