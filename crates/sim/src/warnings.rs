@@ -358,7 +358,7 @@ impl Found {
             Finding::StepInexact(state) => (
                 "step-inexact",
                 format!(
-                    "fixed steps are too long for the supply: the estimated error of `{}`, averaged over {ESTIMATE_TIME} s, reaches {:.1} %",
+                    "fixed steps are too long: the estimated error of `{}`, averaged over {ESTIMATE_TIME} s, reaches {:.1} %",
                     model.layout().names[state],
                     100.0 * value
                 ),
@@ -367,7 +367,7 @@ impl Found {
             Finding::Starved(c) => {
                 let worst = watch.starved.iter().find(|short| short.cylinder == c).expect("noted with its finding");
                 let Shortfall { asked, delivered, limit, shifted, .. } = *worst;
-                let (reason, cure) = limited(limit);
+                let (reason, cure) = limited(limit, machine);
                 let inexact = if shifted > TELLING {
                     format!("; in the model the shares of sections that share the flow are off by up to {:.0} % there", 100.0 * shifted)
                 } else {
@@ -500,22 +500,27 @@ fn not_held(machine: &Machine, unheld: &Unheld) -> Warning {
     }
 }
 
-/// Why a section lacks oil, and the cure.
-fn limited(limit: Limit) -> (&'static str, &'static str) {
+/// Why a section of a machine lacks oil, and the cure.
+fn limited(limit: Limit, machine: &Machine) -> (&'static str, String) {
+    let mains = machine.supply.mains.as_ref();
+    let pump = mains.and_then(|mains| mains.pumps().next()).map_or("", |pump| pump.name.as_ref());
     match limit {
-        Limit::Priority => ("the section with priority is served first", "use a larger pump"),
+        Limit::Priority => ("the section with priority is served first", "use a larger pump".to_string()),
         Limit::Relief => (
             "the relief valve of the mains opens first",
-            "raise `mains.relief-pressure` above the pressure of the pump",
+            "raise `mains.relief-pressure` above the pressure of the pump".to_string(),
         ),
-        Limit::Torque => ("the pump is at its torque limit", "raise `pump.<name>.torque-limit`"),
-        Limit::Engine => {
-            ("the engine has slowed down under its load", "lower `pump.<name>.droop`, or set a `torque-limit`")
+        Limit::Torque => ("the pump is at its torque limit", format!("raise `pump.{pump}.torque-limit`")),
+        Limit::Engine => (
+            "the engine has slowed down under its load",
+            format!("lower `pump.{pump}.droop`, or set a `torque-limit`"),
+        ),
+        Limit::Displacement => {
+            ("the pump is at full displacement", format!("use a larger `pump.{pump}.displacement`"))
         }
-        Limit::Displacement => ("the pump is at full displacement", "use a larger `pump.<name>.displacement`"),
         Limit::ControlRange => (
             "the pressure of the mains falls below what the section needs before the pump is at full displacement",
-            "lower `pump.<name>.control-range`, or raise `ls-margin`",
+            format!("lower `pump.{pump}.control-range`, or raise `ls-margin`"),
         ),
     }
 }

@@ -74,7 +74,7 @@ class BatchSimulator:
     tolerance : float
         Errors of a step, root mean square over the states, in units of their scales: 10 bar, 0.1 rad,
         0.1 rad/s, 1 mm of bristle.
-        The default keeps tips within a millimetre over some seconds of rough manoeuvres.
+        How exact the default is: ``docs/validation/step-accuracy.md``.
     payload : float or (n,) array, optional
         kg at the tips at every reset; default is the machine's own.
     threads : int, optional
