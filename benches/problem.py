@@ -18,7 +18,7 @@ SCENARIO = "vertical-lift-open-loop"
 REFERENCE = 1e-12
 MAX_STEP = 0.05
 # Size of a state per kind: the absolute tolerance of every solver is its relative one times this, as hydrocrane's own.
-SIZES = {"q": 0.1, "qd": 0.1, "p1": 1e6, "p2": 1e6, "vs": 50.0, "z": 1e-3}
+SIZES = {"q": 0.1, "qd": 0.1, "p1": 1e6, "p2": 1e6, "vs": 50.0, "z": 1e-3, "p": 1e6, "load": 1e6, "displacement": 0.1}
 SAME_INSTANT = 1e-9
 
 
@@ -61,7 +61,7 @@ class Problem:
         self.times, self.spools = times[times < self.end], spools[times < self.end]
         self.payload = self.crane.payload(self.plan.payload)
         strokes = dict(zip(self.crane.cylinder_names, self.crane.spool_strokes, strict=True))
-        kinds = [(name.split(".")[1], name.split(".")[2]) for name in self.crane.state_names]
+        kinds = [name.split(".")[-2:] for name in self.crane.state_names]
         self.sizes = np.array([strokes[owner] if kind == "xs" else SIZES[kind] for owner, kind in kinds])
 
     def segments(self) -> Iterator[Segment]:
