@@ -214,6 +214,7 @@ export type MachineKey =
   | "payload.mass"
   | "payload.hang"
   | "payload.hang-growth"
+  | "payload.tool"
   | "equilibrium.back-pressure"
   | `sensor.${string}.measures`
   | `sensor.${string}.kind`

@@ -6,6 +6,7 @@ import { drawable } from "./bounds";
 import { Charts } from "./charts";
 import { download } from "./elements";
 import { askedBy, fileInput, takeDrops } from "./files";
+import { firstRequest, type Run } from "./first";
 import type { Deed } from "./gamepad";
 import { Ghosts } from "./ghost";
 import { Hint } from "./hint";
@@ -574,40 +575,8 @@ class CockpitPage {
   }
 }
 
-/** A run to be looked at. */
-interface Run {
-  about: Recording;
-  table: Float64Array<ArrayBuffer>;
-}
-
-/** What the page is to open. */
-interface First {
-  request: Request;
-  run?: Run;
-}
-
-/** What the address asks for: `?machine=NAME`, or `?chosen` for what `hydrocrane live` or `view` lays beside the page. */
-async function firstRequest(): Promise<First> {
-  const shared = await requestOf(location.hash);
-  if (shared) return { request: shared };
-  const asked = new URLSearchParams(location.search);
-  if (asked.has("chosen")) {
-    const answer = await fetch("chosen.json");
-    if (answer.ok) return chosen((await answer.json()) as Request & { recording?: Recording });
-  }
-  const machine = asked.get("machine");
-  return { request: machine ? { ...USUAL, machine } : USUAL };
-}
-
-async function chosen({ recording, ...request }: Request & { recording?: Recording }): Promise<First> {
-  if (!recording) return { request: { ...USUAL, ...request } };
-  const answer = await fetch("recorded.bin");
-  if (!answer.ok) throw new Error(`The run cannot be read: ${answer.status} ${answer.statusText}`);
-  return { request, run: { about: recording, table: new Float64Array(await answer.arrayBuffer()) } };
-}
-
 keepOffline();
-void firstRequest().then(
+void firstRequest(USUAL).then(
   ({ request, run }) => new CockpitPage(request, run ?? null),
   (error: Error) => new CockpitPage(USUAL).refuse(error.message),
 );

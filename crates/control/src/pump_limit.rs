@@ -59,7 +59,8 @@ mod tests {
 
     fn pump() -> PumpModel {
         // 20 cm^3 per radian at 100 rad/s: 2 l/s, of which 5 % leak at 200 bar.
-        let pump = Pump { displacement: 20e-6, speed: 100.0, droop: 0.0, leakage: 0.05 * 2e-3 / 200e5, mechanical_loss: 0.1 };
+        let pump =
+            Pump { displacement: 20e-6, speed: 100.0, droop: 0.0, leakage: 0.05 * 2e-3 / 200e5, mechanical_loss: 0.1 };
         PumpModel { pump, torque_limit: f64::INFINITY, highest: 200e5, margin: None }
     }
 

@@ -511,13 +511,10 @@ fn limited(limit: Limit, machine: &Machine) -> (&'static str, String) {
             "raise `mains.relief-pressure` above the pressure of the pump".to_string(),
         ),
         Limit::Torque => ("the pump is at its torque limit", format!("raise `pump.{pump}.torque-limit`")),
-        Limit::Engine => (
-            "the engine has slowed down under its load",
-            format!("lower `pump.{pump}.droop`, or set a `torque-limit`"),
-        ),
-        Limit::Displacement => {
-            ("the pump is at full displacement", format!("use a larger `pump.{pump}.displacement`"))
+        Limit::Engine => {
+            ("the engine has slowed down under its load", format!("lower `pump.{pump}.droop`, or set a `torque-limit`"))
         }
+        Limit::Displacement => ("the pump is at full displacement", format!("use a larger `pump.{pump}.displacement`")),
         Limit::ControlRange => (
             "the pressure of the mains falls below what the section needs before the pump is at full displacement",
             format!("lower `pump.{pump}.control-range`, or raise `ls-margin`"),

@@ -230,6 +230,8 @@ def _advice(
     cures = []
     if share := _stable_share(plant, pids, signs):
         cures.append(f"all gains times {share:.2g}")
+    elif share := _stable_share(plant, [PidGains(p.proportional, 0.0, p.derivative) for p in pids], signs):
+        cures.append(f"no integral part and all other gains times {share:.2g}")
     if plant.delay and abs(_Sampled(model, plant.period, 0.0).fastest(pids, signs)) < _RADIUS:
         cures.append(f"no delay in place of {plant.delay * 1e3:.3g} ms")
     if not cures:

@@ -75,13 +75,29 @@ class LinearModel(Matrices):
         return oscillations(self.A, self.state_names)
 
     def poles(self) -> np.ndarray:
-        """(n,) complex eigenvalues of A, 1/s."""
+        """(n,) complex eigenvalues of A, 1/s.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> model = crane.linearise(crane.home, friction="released")
+        >>> len(model.poles()) == len(model.A)
+        True
+        """
         return self.oscillations.eigenvalues
 
     def select(
         self, inputs: str | Sequence[str] | None = None, outputs: str | Sequence[str] | None = None
     ) -> LinearModel:
-        """The same model with only these inputs and outputs, in this order."""
+        """The same model with only these inputs and outputs, in this order.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> model = crane.linearise(crane.home, friction="released")
+        >>> model.select("cylinder.lift.command", "tip.z").B.shape[1]
+        1
+        """
         columns = chosen("input", inputs, self.input_names)
         rows = chosen("output", outputs, self.output_names)
         return replace(
@@ -107,6 +123,13 @@ class LinearModel(Matrices):
             Evenly spaced from 0 on, s; by default ten periods of the slowest oscillation.
         size : float or (n_inputs,) array_like
             Height of the steps, in the unit of each input.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> model = crane.linearise(crane.home, friction="released")
+        >>> model.step(np.linspace(0.0, 0.1, 5)).y.shape[0]
+        5
         """
         slowest = self.oscillations.frequency
         end = _PERIODS / slowest[0] if slowest.size else 1.0
@@ -120,7 +143,15 @@ class LinearModel(Matrices):
         return StepResponse(grid, y * height, height, self.output_names, self.input_names)
 
     def frequency_response(self, omega: ArrayLike) -> np.ndarray:
-        """Complex gains (..., n_outputs, n_inputs) at angular frequencies `omega` (...), rad/s."""
+        """Complex gains (..., n_outputs, n_inputs) at angular frequencies `omega` (...), rad/s.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> model = crane.linearise(crane.home, friction="released")
+        >>> model.frequency_response([1.0, 10.0]).shape[0]
+        2
+        """
         omega = real_array(omega, "omega")
         found = responses.transfer(self.A, self.B, self.C, self.D, 1j * omega.ravel())
         return found.reshape(*omega.shape, *self.D.shape)
@@ -138,7 +169,15 @@ class LinearModel(Matrices):
         return state_space(self)
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the model; the suffix decides: ``.mat`` (MATLAB) or ``.json``. Returns the path."""
+        """Write the model; the suffix decides: ``.mat`` (MATLAB) or ``.json``. Returns the path.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> model = crane.linearise(crane.home, friction="released")
+        >>> model.save("crane.json").name
+        'crane.json'
+        """
         from hydrocrane.linear.exports import save
 
         return save(self, Path(path))

@@ -19,7 +19,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, to_hex
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 from PIL import Image
@@ -135,6 +135,7 @@ class _Scene:
         bar = figure.colorbar(self.shade, ax=self.axes, shrink=0.5, aspect=30, pad=0.02)
         bar.set_label("oil pressure [bar]")
         self.load = self.axes.add_patch(Rectangle((0, 0), 0, 0, facecolor=COLOURS[1], edgecolor=INK, zorder=5.5))
+        self.rope = self.axes.plot([], [], color=INK, lw=1.2, zorder=5.4)[0]
         self.weight = self.axes.text(0, 0, "", ha="center", va="top", zorder=5.6)
         self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
         corner: dict[str, Any] = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
@@ -154,7 +155,7 @@ class _Scene:
         self.trail.set_data(self.tips[: index + 1, 0], self.tips[: index + 1, 1])
         self.clock.set_text(f"{self.times[index]:6.2f} s")
         # Drawn from back to front.
-        moving = [*self.parts, *self.plates.values(), *self.rod_sides, self.load, self.weight]
+        moving = [*self.parts, *self.plates.values(), *self.rod_sides, self.rope, self.load, self.weight]
         return sorted([self.trail, *moving, self.clock], key=Artist.get_zorder)
 
     def _fill_cylinders(self, index: int, barrels: list[int]) -> None:
@@ -168,13 +169,15 @@ class _Scene:
             for line, pressure in zip(
                 (self.parts[i], self.rod_sides[c]), self.oil[2 * c : 2 * c + 2, index], strict=True
             ):
-                line.set_color(to_hex(self.shade.to_rgba(pressure * 1e-5)))
+                red, green, blue, alpha = self.shade.to_rgba(pressure * 1e-5)
+                line.set_color((red, green, blue, alpha))
 
     def _hang_load(self, index: int) -> None:
         """A cube of steel below the tip, with its mass."""
         mass, (x, z) = self.loads[index], self.tips[index]
         side = float(np.cbrt(max(mass, 0.0) / _STEEL))
         self.load.set(xy=(x - side / 2, z - 1.5 * side), width=side, height=side, visible=mass > 0)
+        self.rope.set_data([x, x], [z, z - 0.5 * side])
         self.weight.set(position=(x, z - 1.6 * side), text=f"{mass:.0f} kg" if mass > 0 else "")
 
 

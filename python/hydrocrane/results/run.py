@@ -43,11 +43,25 @@ class Run(Record):
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Run:
-        """Read a run saved as NetCDF."""
+        """Read a run saved as NetCDF.
+
+        Examples
+        --------
+        >>> run = hc.simulate("vertical-lift-open-loop", duration=0.2)
+        >>> hc.Run.load(run.save("lift.nc")).outcome.kind
+        'completed'
+        """
         return cls(load_netcdf(Path(path)))
 
     def summary(self) -> str:
-        """A few lines of text: outcome, effort, tip, cylinders, energy."""
+        """A few lines of text: outcome, effort, tip, cylinders, energy.
+
+        Examples
+        --------
+        >>> run = hc.simulate("vertical-lift-open-loop", duration=0.2)
+        >>> run.summary().splitlines()[0]
+        'vertical-lift-open-loop on rottne-f9-lab: completed at 0.2 s'
+        """
         return text(self)
 
     def _repr_html_(self) -> str:
@@ -58,6 +72,12 @@ class Run(Record):
         ``.mf4`` or ``.mcap``.
 
         The last four need an optional package; if it is missing, the error names it.
+
+        Examples
+        --------
+        >>> run = hc.simulate("vertical-lift-open-loop", duration=0.2)
+        >>> run.save("lift.nc").name
+        'lift.nc'
         """
         return save(self._held, Path(path))
 
@@ -77,6 +97,12 @@ class Run(Record):
         ------
         InputError
             If there is no such chart, or nothing was recorded for it.
+
+        Examples
+        --------
+        >>> run = hc.simulate("vertical-lift-open-loop", duration=0.2)
+        >>> len(run.plot("lift").axes) > 3
+        True
         """
         from hydrocrane.plots.run_charts import of_run
         from hydrocrane.plots.style import write
@@ -106,6 +132,12 @@ class Run(Record):
             1 is real time, 2 twice as fast.
         progress : callable, optional
             Called with (pictures done, all pictures).
+
+        Examples
+        --------
+        >>> run = hc.simulate("vertical-lift-open-loop", duration=0.2)
+        >>> run.animate("lift.gif", fps=5).name
+        'lift.gif'
         """
         from hydrocrane.plots import animation
 
@@ -114,7 +146,15 @@ class Run(Record):
         return animation.write(self, Path(path), fps=fps, speed=speed, progress=progress)
 
     def compare(self, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
-        """Compare this run with a measured log; see ``hydrocrane.results.comparison.compare``."""
+        """Compare this run with a measured log; see ``hydrocrane.results.comparison.compare``.
+
+        Examples
+        --------
+        >>> run = hc.simulate("vertical-lift-open-loop", duration=0.2)
+        >>> apart = run.compare({"time": run.columns.time, "tip.z": run.columns["tip.z"].values})
+        >>> apart.rms["tip.z"]
+        0.0
+        """
         from hydrocrane.results.comparison import compare
 
         return compare(self, log, columns, shift=shift)

@@ -72,7 +72,13 @@ class Command:
         object.__setattr__(self, "spool", spool)
 
     def at(self, t: Array) -> Array:
-        """Values at times t (m,), m."""
+        """Values at times t (m,), m.
+
+        Examples
+        --------
+        >>> hc.Command([0.0, 1.0], [0.0, 0.004], "linear").at(0.5)
+        array(0.002)
+        """
         if self.interpolation == "linear":
             return np.asarray(np.interp(t, self.time, self.spool), dtype=np.float64)
         index = np.searchsorted(self.time, t, side="right") - 1

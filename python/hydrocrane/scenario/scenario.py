@@ -201,6 +201,12 @@ class Scenario:
 
         The values given here have priority over the scenario: ``overrides={"payload.mass": 200}`` over its
         `payload`, and ``payload=200`` over its override. Different values for both are an error.
+
+        Examples
+        --------
+        >>> plan = hc.load_scenario("vertical-lift-open-loop")
+        >>> plan.changed(payload=20.0).payload
+        20.0
         """
         own = {f.name for f in dataclasses.fields(self)}
         inner = {f.name for f in dataclasses.fields(self.solver)}
@@ -280,7 +286,13 @@ class Scenario:
         return {key: value for key, (_, value, _) in stated_fields(self).items() if key != "payload.mass"}
 
     def stages(self) -> list[tuple[float, Stage]]:
-        """The time, s, at which each phase begins, and what applies from then on; the first from 0 on."""
+        """The time, s, at which each phase begins, and what applies from then on; the first from 0 on.
+
+        Examples
+        --------
+        >>> len(hc.load_scenario("vertical-lift-open-loop").stages())
+        1
+        """
         with translated():
             told = _core.stages(scenario_entry(self))
         own = own_controllers(self)
@@ -299,6 +311,12 @@ class Scenario:
         ------
         InputError
             If a file cannot hold it: your own controller, or another machine as the controller model.
+
+        Examples
+        --------
+        >>> plan = hc.load_scenario("vertical-lift-open-loop")
+        >>> plan.to_toml().splitlines()[0]
+        '[scenario]'
         """
         made = self.load_machine()
         head = (self.name, self.title, machine or made.source, self.recorded_by)
@@ -306,7 +324,14 @@ class Scenario:
             return _core.scenario_text(made.core, scenario_entry(self, made.cylinder_names), head)
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the scenario as a file, whose name ends in ``.toml``; see :meth:`to_toml`."""
+        """Write the scenario as a file, whose name ends in ``.toml``; see :meth:`to_toml`.
+
+        Examples
+        --------
+        >>> plan = hc.load_scenario("vertical-lift-open-loop")
+        >>> plan.save("lift.toml").name
+        'lift.toml'
+        """
         file = Path(path)
         if file.suffix != ".toml":
             raise InputError(f"a scenario is saved as TOML: give a name that ends in .toml, got `{file.name}`")
@@ -316,7 +341,13 @@ class Scenario:
         return _card(self)
 
     def load_machine(self) -> Machine:
-        """The scenario's machine with its overrides."""
+        """The scenario's machine with its overrides.
+
+        Examples
+        --------
+        >>> hc.load_scenario("vertical-lift-open-loop").load_machine().name
+        'rottne-f9-lab'
+        """
         return load_machine(self.machine, self.machine_overrides)
 
     def initial_state(self, machine: Machine) -> Array:
@@ -341,6 +372,11 @@ class Scenario:
         ------
         InputError
             If the record would take more than ``hydrocrane.scenario.record_size.MOST_BYTES``.
+
+        Examples
+        --------
+        >>> hc.load_scenario("vertical-lift-open-loop").record_times()[:3]
+        array([0.  , 0.01, 0.02])
         """
         count = row_count(self.duration, self.record_interval)
         check_size("the record of this run", count, NUMBERS_PER_ROW, "a longer record_interval or a shorter duration")

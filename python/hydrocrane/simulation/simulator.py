@@ -142,12 +142,30 @@ class Simulator:
         ------
         SimulationError
             Before the first reset, and after a step that failed.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> sim = hc.Simulator(crane, sample_time=0.01)
+        >>> start = sim.reset(q=np.deg2rad([100.0, 100.0, 0.0]))
+        >>> sim.set_payload(50.0)
+        PayloadChange(time=0.0, before=0.0, after=50.0, velocity_before=(0.0, 0.0), velocity_after=(0.0, 0.0), loss=0.0)
+        >>> bool(sim.step(np.zeros(3)).tip[1] < start.tip[1])
+        True
         """
         self._require_running()
         return PayloadChange.of(self._core.set_payload(self.machine.payload(mass)))
 
     def reset(self, q: ArrayLike | None = None, state: ArrayLike | None = None) -> Observation:
-        """Return to time zero, at rest in pose q (n,) with holding pressures, or at a full state (n_states,)."""
+        """Return to time zero, at rest in pose q (n,) with holding pressures, or at a full state (n_states,).
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> sim = hc.Simulator(crane, sample_time=0.01)
+        >>> sim.reset(q=np.deg2rad([100.0, 100.0, 0.0])).t
+        0.0
+        """
         if (q is None) == (state is None):
             raise InputError("reset takes either q, a pose to rest in, or state, a full state")
         if q is not None:
@@ -168,6 +186,14 @@ class Simulator:
         ------
         SimulationError
             Before the first reset, and if the sample fails; ``state`` keeps the last good one.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> sim = hc.Simulator(crane, sample_time=0.01)
+        >>> start = sim.reset(q=np.deg2rad([100.0, 100.0, 0.0]))
+        >>> sim.step([0.005, 0.0, 0.0]).t
+        0.01
         """
         self._require_running()
         seen = None

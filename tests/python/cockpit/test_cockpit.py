@@ -169,12 +169,15 @@ def test_a_machine_file_goes_to_the_page_as_text(tmp_path):
     assert drive_request("hiab-xs031", {}) == {"machine": "hiab-xs031", "overrides": {}}
 
 
-def test_a_machine_in_several_files_is_one_clear_error(tmp_path):
-    (tmp_path / "base.toml").write_text('extends = "rottne-f9-lab"\n', encoding="utf-8")
+def test_a_machine_in_several_files_goes_to_the_page_as_one_text(tmp_path):
+    (tmp_path / "base.toml").write_text('extends = "rottne-f9-lab"\n[supply]\npressure = "60 bar"\n', encoding="utf-8")
     path = tmp_path / "mine.toml"
     path.write_text('extends = "base.toml"\n', encoding="utf-8")
-    with pytest.raises(InputError, match="mine.toml needs `base.toml`.*one file"):
-        drive_request(str(path), {})
+    request = drive_request(str(path), {})
+    alone = tmp_path / "alone.toml"
+    alone.write_text(request["text"], encoding="utf-8")
+    assert request["machine"] == "mine.toml" and "extends" not in request["text"]
+    assert hc.load_machine(alone).supply_pressure == 60e5
 
 
 # Everything that a scenario states beside the solver: the page has its own steps.
@@ -201,7 +204,7 @@ EVERYTHING = hc.Scenario(
 
 def test_a_scenario_goes_to_the_page_with_all_that_it_states(tmp_path):
     request = drive_request(str(EVERYTHING.save(tmp_path / "all.toml")), {"friction.lift.coulomb": 400.0})
-    assert sorted(request) == ["machine", "scenario"] and request["machine"] == "rottne-f9-lab"
+    assert sorted(request) == ["files", "scenario", "scenario-name"] and request["files"] == {}
     asked = tmp_path / "asked.toml"
     asked.write_text(request["scenario"], encoding="utf-8")
     wanted = EVERYTHING.changed(overrides={"friction.lift.coulomb": 400.0})
@@ -213,7 +216,7 @@ def test_a_scenario_on_a_machine_of_ones_own_takes_its_file_along(tmp_path):
     machine.write_text('extends = "rottne-f9-lab"\n', encoding="utf-8")
     plan = hc.Scenario(machine=str(machine), joints=EVERYTHING.joints, commands={"lift": 0.002})
     request = drive_request(str(plan.save(tmp_path / "lift.toml")), {})
-    assert (request["machine"], request["text"]) == ("mine.toml", machine.read_text())
+    assert (request["files"], request["scenario-name"]) == ({"mine.toml": machine.read_text()}, "lift.toml")
     assert 'machine = "./mine.toml"' in request["scenario"]
 
 

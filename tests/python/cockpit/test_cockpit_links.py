@@ -88,7 +88,8 @@ def test_a_link_that_is_pasted_into_the_open_page_is_replayed(cockpit, address):
 
 
 def test_a_link_with_a_machine_of_its_own_is_replayed_too(browser, address):
-    both = {"scenario": DRIVE.replace("rottne-f9-lab", "./mine.toml"), "text": 'extends = "rottne-f9-lab"\n'}
+    own = {"mine.toml": 'extends = "rottne-f9-lab"\n'}
+    both = {"scenario": DRIVE.replace("rottne-f9-lab", "./mine.toml"), "files": own}
     with Page(browser, link(address, json.dumps(both))) as page:
         assert "replay" in page.tab.locator("#pace").inner_text() and not page.complaints
 

@@ -50,6 +50,39 @@ def test_examples_of_a_public_name_run(name, tmp_path, monkeypatch):
     assert not failures, "\n".join(failures)
 
 
+# Public methods without an example: this number only falls.
+WITHOUT_EXAMPLE = 85
+
+
+def methods() -> dict[str, str]:
+    """Docstring of every method of a public class, by `Class.method`."""
+    found = {}
+    for name in PUBLIC:
+        public = getattr(hc, name)
+        if not inspect.isclass(public) or issubclass(public, BaseException):
+            continue
+        for member, it in vars(public).items():
+            made = getattr(it, "__func__", it)
+            if inspect.isfunction(made) and not member.startswith("_"):
+                found[f"{name}.{member}"] = inspect.getdoc(made) or ""
+    return found
+
+
+def test_ever_fewer_methods_have_no_example():
+    without = [name for name, text in methods().items() if ">>>" not in text]
+    assert len(without) == WITHOUT_EXAMPLE, f"set WITHOUT_EXAMPLE to {len(without)}: {without}"
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize("name", [name for name, text in methods().items() if ">>>" in text])
+def test_examples_of_a_method_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text, failures = methods()[name], []
+    example = doctest.DocTestParser().get_doctest(text, {"hc": hc, "np": np}, f"hc.{name}", None, 0)
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=failures.append)
+    assert not failures, "\n".join(failures)
+
+
 @pytest.mark.parametrize("name", [name for name in PUBLIC if inspect.isclass(getattr(hc, name))])
 def test_every_member_of_a_public_class_is_explained(name):
     """By its own docstring or, as every field, in that of the class: the site shows nothing without words."""

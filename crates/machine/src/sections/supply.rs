@@ -122,12 +122,15 @@ pub fn given<T: Number>(machine: &Machine<T>, mains: &Mains<T>) -> f64 {
 
 fn given_by<T: Number>(supply: &Supply<T>, pump: &Pump<T>) -> f64 {
     let rise = supply.pressure.plain() - supply.tank_pressure.plain();
-    let (full, mechanical_loss) = (pump.displacement.plain() / TAU * rise, 1.0 / pump.hydromechanical_efficiency.plain() - 1.0);
+    let (full, mechanical_loss) =
+        (pump.displacement.plain() / TAU * rise, 1.0 / pump.hydromechanical_efficiency.plain() - 1.0);
     let limit = pump.control.as_ref().and_then(|control| control.torque_limit.as_ref());
     let share = limit.map_or(1.0, |limit| (limit.plain() / full - mechanical_loss).clamp(0.0, 1.0));
     // Speed loss of an engine at the supply pressure.
-    let lost =
-        pump.engine.as_ref().map_or(0.0, |of| of.droop.plain() * full * (share + mechanical_loss) / of.rated_torque.plain());
+    let lost = pump
+        .engine
+        .as_ref()
+        .map_or(0.0, |of| of.droop.plain() * full * (share + mechanical_loss) / of.rated_torque.plain());
     let leaking = (1.0 - pump.volumetric_efficiency.plain()) * pump.rated_speed.plain() / pump.speed.plain();
     idle(pump) * (share * (1.0 - lost.min(1.0)) - leaking).max(0.0)
 }

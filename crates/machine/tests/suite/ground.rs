@@ -74,7 +74,7 @@ fn what_is_wrong_with_the_ground_is_told_with_its_place() {
 #[test]
 fn loads_hang_as_far_down_as_the_file_says() {
     let load = |rest: &str| machine(rest).unwrap_or_else(|error| panic!("{error}")).payload;
-    assert_eq!(load(""), Payload { mass: 0.0, hang: 0.0, hang_growth: 0.0 });
+    assert_eq!(load(""), Payload { mass: 0.0, hang: 0.0, hang_growth: 0.0, tool: "grapple" });
     let hung = load("[payload]\nhang = \"32 cm\"\nhang-growth = \"0.044 m/kg^0.5\"\n");
     assert_eq!((hung.hang, hung.hang_growth), (0.32, 0.044));
 }

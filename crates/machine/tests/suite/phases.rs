@@ -63,15 +63,58 @@ fn what_is_wrong_with_a_phase_is_told_at_its_place() {
     assert_eq!((found.slug(), found.line()), ("conflicting-keys", Some(5)), "{found}");
 }
 
+/// Names and texts of files.
+fn files(texts: &[(&str, &str)]) -> Vec<(String, String)> {
+    texts.iter().map(|(name, text)| (name.to_string(), text.to_string())).collect()
+}
+
+const OWN: &str = "extends = \"rottne-f9-lab\"\n[supply]\nclass = \"setting\"\npressure = \"120 bar\"\n";
+
+fn on_own(more: &str) -> String {
+    HEAD.replace("\"rottne-f9-lab\"", &format!("\"./mine.toml\"\n{more}"))
+}
+
 #[test]
-fn a_scenario_can_bring_the_text_of_its_machine() {
-    let own = "extends = \"rottne-f9-lab\"\n[supply]\nclass = \"setting\"\npressure = \"120 bar\"\n";
-    let text = HEAD.replace("\"rottne-f9-lab\"", "\"./mine.toml\"\nrecorded-by = \"0.0.1\"");
-    let s = parse_scenario_with(&text, "drive.toml", Some(own), &[]).unwrap();
+fn a_scenario_can_bring_its_machine() {
+    let text = on_own("recorded-by = \"0.0.1\"");
+    let s = parse_scenario_with(&text, "drive.toml", &files(&[("mine.toml", OWN)])).unwrap();
     assert_eq!((s.machine.as_str(), s.recorded_by.as_deref()), ("./mine.toml", Some("0.0.1")));
-    let slip =
-        parse_scenario_with(&text, "drive.toml", Some("extends = \"rottne-f9-lab\"\n[suply]\n"), &[]).unwrap_err();
-    assert_eq!((slip.file(), slip.line()), (Some("./mine.toml"), Some(2)));
+    let slip = files(&[("mine.toml", "extends = \"rottne-f9-lab\"\n[suply]\n")]);
+    let slip = parse_scenario_with(&text, "drive.toml", &slip).unwrap_err();
+    assert_eq!((slip.file(), slip.line()), (Some("mine.toml"), Some(2)));
+}
+
+#[test]
+fn another_machine_does_not_take_the_place_of_the_one_that_a_scenario_names() {
+    for there in [vec![], files(&[("other.toml", OWN)])] {
+        let refused = parse_scenario_with(&on_own(""), "chosen.toml", &there).unwrap_err();
+        assert_eq!((refused.file(), refused.key()), (Some("chosen.toml"), Some("scenario.machine")), "{refused}");
+        assert!(refused.to_string().contains("mine.toml"), "{refused}");
+    }
+}
+
+#[test]
+fn a_machine_is_read_with_the_files_that_it_extends() {
+    let own = "extends = \"base.toml\"\n";
+    let both = files(&[("mine.toml", own), ("base.toml", OWN)]);
+    assert!(parse_scenario_with(&on_own(""), "drive.toml", &both).is_ok());
+    let whole = hydrocrane_machine::whole_text_of("mine.toml", &both).unwrap();
+    let contents = |text: &str| hydrocrane_machine::parse(text, "m.toml", &[]).unwrap().contents();
+    assert_eq!(contents(&whole), contents(OWN));
+    assert_eq!(hydrocrane_machine::whole_text_of("base.toml", &both).unwrap(), OWN);
+    let alone = parse_scenario_with(&on_own(""), "drive.toml", &files(&[("mine.toml", own)])).unwrap_err();
+    assert!(alone.to_string().contains("base.toml"), "{alone}");
+}
+
+#[test]
+fn a_recorded_drive_is_for_the_values_that_it_was_recorded_on() {
+    let contents = hydrocrane_machine::parse(OWN, "mine.toml", &[]).unwrap().contents();
+    let text = on_own(&format!("recorded-on = \"{contents}\""));
+    let same = OWN.replace("\"120 bar\"", "\"12 MPa\"");
+    assert!(parse_scenario_with(&text, "drive.toml", &files(&[("mine.toml", &same)])).is_ok());
+    let other = OWN.replace("120", "60");
+    let refused = parse_scenario_with(&text, "drive.toml", &files(&[("mine.toml", &other)])).unwrap_err();
+    assert_eq!(refused.key(), Some("scenario.recorded-on"), "{refused}");
 }
 
 #[test]

@@ -51,8 +51,8 @@ fn two_halves_move_the_crane_as_the_whole_does() {
         let m = with(more);
         let done = run(m.as_ref(), 1.5, spools, &options("rodas5p"));
         let x = rows(m.as_ref(), &done).pop().expect("a row").to_vec();
-        let spent =
-            ["mains.shaft", "mains.mechanical_loss", "mains.pump_leakage"].map(|name| ledger::at_end(m.as_ref(), &done, name));
+        let spent = ["mains.shaft", "mains.mechanical_loss", "mains.pump_leakage"]
+            .map(|name| ledger::at_end(m.as_ref(), &done, name));
         (m, x, spent)
     };
     let ((one, x, spent), (two, y, halves)) = (end(""), end(&beside("3.15 ml", "3.15 ml", "")));
