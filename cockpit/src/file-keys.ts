@@ -221,6 +221,7 @@ export type MachineKey =
   | `sensor.${string}.range`
   | `sensor.${string}.full-scale`
   | `sensor.${string}.span`
+  | `sensor.${string}.offset`
   | `sensor.${string}.pulses`
   | `sensor.${string}.resolution`
   | `sensor.${string}.division-error`
@@ -274,7 +275,6 @@ export type MachineKey =
   | `control.heinze-pid.middle-weight.${string}`
   | "control.plausibility.jump"
   | "control.plausibility.frozen"
-  | "control.plausibility.frozen-pressure"
   | "control.plausibility.flow-tolerance"
   | "control.plausibility.pressure-tolerance"
   | "control.plausibility.stroke-margin"

@@ -150,13 +150,7 @@ pub fn oil_displacements(
 ) -> [OilDisplacement; 2] {
     let spool = asked.widened(0.5 * trust.swing * (asked.high - asked.low) + trust.play, 0.0);
     let ranges: [Interval; 2] = hydrocrane_num::array::from_fn(|i| {
-        let seen = Interval::spanning(before.p[i], now.p[i]).widened(trust.pressure[i], 0.0);
-        // A transmitter reads zero for any vacuum.
-        if seen.low <= 0.0 {
-            Interval { low: seen.low.min(fluid.vacuum), ..seen }
-        } else {
-            seen
-        }
+        range(Interval::spanning(before.p[i], now.p[i]).widened(trust.pressure[i], 0.0), fluid)
     });
     let [q1, q2] = flows(c, trust, spool, &ranges);
     let leaked = c.leakage.flows(ranges[0].middle(), ranges[1].middle(), trust.tank[0]);
@@ -181,6 +175,11 @@ pub fn oil_displacements(
         let moved = inflow[i].times(h / areas[i]).plus(squeezed);
         OilDisplacement { moved, scatter: softness.high * trust.scatter[i] }
     })
+}
+
+/// Pressures behind readings within `seen`: a transmitter reads zero for any vacuum.
+fn range(seen: Interval, fluid: &Fluid<f64>) -> Interval {
+    Interval { low: if seen.low <= 0.0 { seen.low.min(fluid.vacuum) } else { seen.low }, ..seen }
 }
 
 /// q_1 and q_2 with those of the port valves, over all spools and pressures in question: both are monotone in the pressures and, on

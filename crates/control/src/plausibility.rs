@@ -315,25 +315,20 @@ impl<const N: usize> Monitor<N> {
         let estimates =
             oil_displacements(&model.cylinders[c], &model.fluid, moments, t - before.t, spool, &self.settings.trust[c]);
         let missed = [0, 1].map(|i| before.missed[i].then(estimates[i]));
-        let stands = [0, 1].map(|i| moment.p[i] == before.moment.p[i]);
-        let least = scatter + STIR * self.settings.jump[c];
-        let moves = [0, 1].map(|i| (moment.stroke - before.stirred[i]).abs() > least);
-        let told = |i: usize| match stands[i] {
-            true if moves[i] => self.told(&model.cylinders[c], (c, i), before.told[i], &now, &before.changed[i]),
-            true => before.told[i],
-            false => 0.0,
-        };
-        let now = Track {
-            missed: if reading == before.reading { missed } else { first.missed },
-            changed: [0, 1].map(|i| if stands[i] { before.changed[i] } else { now }),
-            told: [0, 1].map(told),
-            stirred: [0, 1].map(|i| if stands[i] && !moves[i] { before.stirred[i] } else { moment.stroke }),
-            ..first
-        };
-        self.tracks[c] = Some(now);
+        let mut track = Track { missed: if reading == before.reading { missed } else { first.missed }, ..first };
+        for side in (0..2).filter(|&i| moment.p[i] == before.moment.p[i]) {
+            track.changed[side] = before.changed[side];
+            let way = (moment.stroke - before.stirred[side]).abs();
+            let moves = way > scatter + STIR * self.settings.jump[c];
+            (track.stirred[side], track.told[side]) = match moves {
+                true => (moment.stroke, self.told(&model.cylinders[c], (c, side), &before, &now)),
+                false => (before.stirred[side], before.told[side]),
+            };
+        }
+        self.tracks[c] = Some(track);
         let measured = Interval::around(moment.stroke - before.moment.stroke, scatter);
         let oil = estimates.map(|estimate| estimate.displacement());
-        Some(Passage { before, now, measured, oil, total: missed.map(|missed| missed.displacement()) })
+        Some(Passage { before, now: track, measured, oil, total: missed.map(|missed| missed.displacement()) })
     }
 
     /// All positions that a spool can have had since `from`.
@@ -384,15 +379,14 @@ impl<const N: usize> Monitor<N> {
         frozen.then_some((Signal::Pressure(c, side), Kind::Frozen(travel)))
     }
 
-    /// Bits against a pressure sensor whose reading has repeated in motion, after those `before`.
-    fn told(&self, cylinder: &CylinderModel, at: (usize, usize), before: f64, now: &Standing, then: &Standing) -> f64 {
-        let (c, side) = at;
-        let own = self.settings.told[c][side];
-        match own < 1.0 && self.explained(cylinder, c, side, now, then) {
-            false => before + 1.0,
+    /// Bits against a pressure sensor whose reading has repeated in motion, with those `before`.
+    fn told(&self, cylinder: &CylinderModel, (c, side): (usize, usize), before: &Track, now: &Standing) -> f64 {
+        let (own, told) = (self.settings.told[c][side], before.told[side]);
+        match own < 1.0 && self.explained(cylinder, c, side, now, &before.changed[side]) {
+            false => told + 1.0,
             // Without noise a reading tells nothing while its step explains it.
             true if own == 0.0 => 0.0,
-            true => before + own,
+            true => told + own,
         }
     }
 

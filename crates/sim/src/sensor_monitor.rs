@@ -9,7 +9,7 @@ use hydrocrane_control::monitored::Monitored;
 use hydrocrane_control::notice::Names;
 use hydrocrane_control::oil_displacement::Trust;
 use hydrocrane_control::plausibility::{Monitor, Settings, INTERVAL};
-use hydrocrane_machine::model::{Cylinder, Sensor, Valve};
+use hydrocrane_machine::model::{Sensor, Valve};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
@@ -36,7 +36,8 @@ pub(crate) fn names(machine: &Machine, revolute: Vec<bool>) -> Names {
     }
 }
 
-/// Thresholds of a machine's monitor, with or without pressures.
+/// Thresholds of a machine's monitor, with or without pressures; the controller samples with this `period` (s), and its commands leave
+/// `delay` (s) after each sample.
 pub(crate) fn settings<const N: usize>(
     crane: &Crane<N>,
     model: &ControllerModel<N>,
@@ -44,119 +45,138 @@ pub(crate) fn settings<const N: usize>(
     delay: f64,
     reads_pressures: bool,
 ) -> Settings<N> {
-    let (machine, plant) = (crane.machine(), crane.plant());
-    let value = |key: &str| gain(machine, "plausibility", key);
-    let stated = |key: &str| machine.control.gain("plausibility", key);
-    let sensor = |signal: String| machine.sensors.iter().find(|sensor| sensor.measures == signal);
-    let cylinders: [&Cylinder; N] = hydrocrane_num::array::from_fn(|c| &machine.cylinders[c]);
-    let pressure = |c: usize, side: usize| sensor(format!("cylinder.{}.p{}", cylinders[c].name, side + 1));
-    let fastest: [f64; N] = hydrocrane_num::array::from_fn(|c| model.fastest(c));
-    let jump = fastest.map(|v| stated("jump").unwrap_or(value("flow-tolerance") * v * period.max(INTERVAL)));
-    let strokes = |c: usize| {
-        let (stop, margin) = (&plant.cylinders[c].end_stop, value("stroke-margin"));
-        let margin = margin * (stop.upper - stop.lower);
-        [stop.lower - margin, stop.upper + margin]
-    };
-    let limits = crane.joint_limits();
-    let joints = |i: usize| {
-        // A file's limits may be narrower than the motion of the machine; here they only identify the turn.
-        let half = 0.5 * (limits[i].upper - limits[i].lower);
-        [limits[i].lower - half, limits[i].upper + half]
-    };
-    let around = Around::of(crane, model, &fastest);
-    let trust = hydrocrane_num::array::from_fn(|c| {
-        trust(
-            crane,
-            c,
-            &around,
-            [0, 1].map(|side| pressure(c, side)),
-            value("flow-tolerance"),
-            value("pressure-tolerance"),
-        )
-    });
-    let limits_of_pressure = |c: usize| {
-        let (one, two) = (plant.cylinders[c].chambers.area_1, plant.cylinders[c].chambers.area_2);
-        // Only the printed oil law, without cavitation, allows lower pressures.
-        let lowest = if plant.fluid.ignore_cavitation { f64::NEG_INFINITY } else { plant.fluid.vacuum };
-        // A supply that is turned down leaves the sensors what they were made for.
-        let supply = machine.supply.pressure.max(machine.supply.rated);
-        let most = value("pressure-limit") * supply * (one / two).max(two / one);
-        let accuracy: [f64; 2] = trust[c].pressure;
-        [lowest - accuracy[0].max(accuracy[1]), most]
+    let basis = Basis { crane, model };
+    let jump = hydrocrane_num::array::from_fn(|c| basis.jump(c, period));
+    let around = basis.around();
+    let trust = hydrocrane_num::array::from_fn(|c| basis.trust(c, &around));
+    let of_pressures = |of: fn(&Sensor) -> f64, without: f64| {
+        hydrocrane_num::array::from_fn(|c| basis.pressure_sensors(c).map(|sensor| sensor.map_or(without, of)))
     };
     Settings {
-        frozen: jump.map(|jump| stated("frozen").unwrap_or(FROZEN * jump)),
+        frozen: jump.map(|jump| basis.stated("frozen").unwrap_or(FROZEN * jump)),
         jump,
-        told: hydrocrane_num::array::from_fn(|c| [0, 1].map(|side| pressure(c, side).map_or(1.0, told))),
-        resolution: hydrocrane_num::array::from_fn(|c| [0, 1].map(|side| pressure(c, side).map_or(0.0, step))),
-        ride_through: value("ride-through"),
-        recovery_time: value("recovery-time"),
-        joints: hydrocrane_num::array::from_fn(joints),
-        strokes: hydrocrane_num::array::from_fn(strokes),
-        pressures: reads_pressures.then(|| hydrocrane_num::array::from_fn(limits_of_pressure)),
+        told: of_pressures(told, 1.0),
+        resolution: of_pressures(step, 0.0),
+        ride_through: basis.value("ride-through"),
+        recovery_time: basis.value("recovery-time"),
+        joints: hydrocrane_num::array::from_fn(|i| basis.joint_range(i)),
+        strokes: hydrocrane_num::array::from_fn(|c| basis.stroke_range(c)),
+        pressures: reads_pressures.then(|| hydrocrane_num::array::from_fn(|c| basis.pressure_range(c, &trust[c]))),
         scatter: hydrocrane_num::array::from_fn(|i| {
-            sensor(format!("joint.{}.q", machine.joints[i].name)).map_or(0.0, scatter)
+            basis.sensor(&format!("joint.{}.q", crane.machine().joints[i].name)).map_or(0.0, scatter)
         }),
         trust,
-        memory: hydrocrane_num::array::from_fn(|c| delay + memory(&cylinders[c].valve)),
+        memory: hydrocrane_num::array::from_fn(|c| delay + memory(&crane.machine().cylinders[c].valve)),
     }
 }
 
-/// What all cylinders are fed from and drain to, Pa.
+/// What all cylinders are fed from and drain to, lowest and highest, Pa.
 struct Around {
     supply: [f64; 2],
     tank: [f64; 2],
 }
 
-impl Around {
+/// What the thresholds follow from.
+struct Basis<'a, const N: usize> {
+    crane: &'a Crane<N>,
+    model: &'a ControllerModel<N>,
+}
+
+impl<const N: usize> Basis<'_, N> {
+    fn value(&self, key: &str) -> f64 {
+        gain(self.crane.machine(), "plausibility", key)
+    }
+
+    /// A threshold that follows from others unless somebody states it.
+    fn stated(&self, key: &str) -> Option<f64> {
+        self.crane.machine().control.gain("plausibility", key)
+    }
+
+    fn sensor(&self, signal: &str) -> Option<&Sensor> {
+        self.crane.machine().sensors.iter().find(|sensor| sensor.measures == signal)
+    }
+
+    fn pressure_sensors(&self, c: usize) -> [Option<&Sensor>; 2] {
+        let name = &self.crane.machine().cylinders[c].name;
+        [1, 2].map(|side| self.sensor(&format!("cylinder.{name}.p{side}")))
+    }
+
+    /// Displacement of a piston between two samples that counts as a jump, m.
+    fn jump(&self, c: usize, period: f64) -> f64 {
+        let way = self.model.fastest(c) * period.max(INTERVAL);
+        self.stated("jump").unwrap_or(self.value("flow-tolerance") * way)
+    }
+
+    fn stroke_range(&self, c: usize) -> [f64; 2] {
+        let stop = &self.crane.plant().cylinders[c].end_stop;
+        let margin = self.value("stroke-margin") * (stop.upper - stop.lower);
+        [stop.lower - margin, stop.upper + margin]
+    }
+
+    /// A file's limits may be narrower than the motion of the machine; here they only identify the turn.
+    fn joint_range(&self, i: usize) -> [f64; 2] {
+        let limits = &self.crane.joint_limits()[i];
+        let half = 0.5 * (limits.upper - limits.lower);
+        [limits.lower - half, limits.upper + half]
+    }
+
+    fn pressure_range(&self, c: usize, trust: &Trust) -> [f64; 2] {
+        let (supply, fluid) = (&self.crane.machine().supply, &self.crane.plant().fluid);
+        let (one, two) = (self.model.cylinders[c].chambers.area_1, self.model.cylinders[c].chambers.area_2);
+        // Only the printed oil law, without cavitation, allows lower pressures.
+        let lowest = if fluid.ignore_cavitation { f64::NEG_INFINITY } else { fluid.vacuum };
+        // A supply that is turned down leaves the sensors what they were made for.
+        let most = self.value("pressure-limit") * supply.pressure.max(supply.rated) * (one / two).max(two / one);
+        [lowest - trust.pressure[0].max(trust.pressure[1]), most]
+    }
+
     /// Nothing measures the pressures of mains and tank line: the one lies between the tank and what the relief valve lets it have, the
     /// other between the tank and what all that can return at once leaves there.
-    fn of<const N: usize>(crane: &Crane<N>, model: &ControllerModel<N>, fastest: &[f64; N]) -> Self {
-        let (machine, SupplyPressures { supply, tank }) = (crane.machine(), model.supply_pressures());
-        let Some(own) = crane.plant().supply() else {
-            let supply = if machine.supply.measured { [tank, PRESCRIBED * supply] } else { [supply; 2] };
-            return Around { supply, tank: [tank; 2] };
+    fn around(&self) -> Around {
+        let SupplyPressures { supply, tank } = self.model.supply_pressures();
+        let Some(own) = self.crane.plant().supply() else {
+            let measured = self.crane.machine().supply.measured;
+            return Around {
+                supply: if measured { [tank, PRESCRIBED * supply] } else { [supply; 2] },
+                tank: [tank; 2],
+            };
         };
-        let pumped = model.pump.map_or(0.0, |pump| pump.most(tank, tank));
-        let chambers = model.cylinders.map(|c| c.chambers);
-        let returned = chambers.iter().zip(fastest).map(|(c, v)| v * c.area_1.max(c.area_2)).sum::<f64>() + pumped;
+        let pumped = self.model.pump.map_or(0.0, |pump| pump.most(tank, tank));
+        let returned: f64 = (0..N).map(|c| self.model.fastest(c) * self.model.cylinders[c].chambers.area_1).sum();
         let relieved = own.relief.pressure + pumped / own.relief.gradient;
-        let risen = own.tank_line.as_ref().map_or(tank, |line| line.at_rest(returned));
+        let risen = own.tank_line.as_ref().map_or(tank, |line| line.at_rest(returned + pumped));
         Around { supply: [tank, own.highest.max(relieved)], tank: [tank, risen] }
+    }
+
+    /// How well the oil of cylinder `c` is known.
+    fn trust(&self, c: usize, around: &Around) -> Trust {
+        let (machine, unit) = (self.crane.machine(), &self.crane.plant().cylinders[c]);
+        let (valve, sensors) = (&machine.cylinders[c].valve, self.pressure_sensors(c));
+        let floor = self.value("pressure-tolerance") * machine.supply.rated;
+        let scatter = sensors.map(|sensor| sensor.map_or(0.0, scatter));
+        let accuracy = |side: usize| sensors[side].map_or(0.0, |s| accuracy(s) + scatter[side]).max(floor);
+        let overshoot = overshoot(valve.damping_ratio);
+        Trust {
+            flow: self.value("flow-tolerance"),
+            pressure: [0, 1].map(accuracy),
+            scatter,
+            supply: around.supply,
+            tank: around.tank,
+            compensated: matches!(unit.valve.compensator, Compensator::Before(_)) && unit.compensator_lag().is_none(),
+            port_valves: unit.port_valves,
+            crossover: unit.crossover,
+            // The integral of the magnitude of a second-order lag's impulse response, less one.
+            swing: 2.0 * overshoot / (1.0 - overshoot),
+            play: valve.command.play,
+        }
     }
 }
 
-/// How well the oil of cylinder `c` is known; `sensors` measure its pressures.
-fn trust<const N: usize>(
-    crane: &Crane<N>,
-    c: usize,
-    around: &Around,
-    sensors: [Option<&Sensor>; 2],
-    flow: f64,
-    pressure: f64,
-) -> Trust {
-    let (machine, unit) = (crane.machine(), &crane.plant().cylinders[c]);
-    let valve = &machine.cylinders[c].valve;
-    let scatter = sensors.map(|sensor| sensor.map_or(0.0, scatter));
-    let floor = pressure * machine.supply.rated;
-    let accuracy = |side: usize| sensors[side].map_or(0.0, |s| accuracy(s) + scatter[side]).max(floor);
-    // Largest swing of a second-order lag around the middle of what it is asked for, over half of that span: the integral of its
-    // impulse response without sign.
-    let overshoot = match valve.damping_ratio {
+/// Overshoot of a second-order lag after a step, as a share of the step.
+fn overshoot(damping_ratio: f64) -> f64 {
+    match damping_ratio {
         ratio if ratio < 1.0 => portable::exp(-std::f64::consts::PI * ratio / (1.0 - ratio * ratio).sqrt()),
         _ => 0.0,
-    };
-    Trust {
-        flow,
-        pressure: [0, 1].map(accuracy),
-        scatter,
-        supply: around.supply,
-        tank: around.tank,
-        compensated: matches!(unit.valve.compensator, Compensator::Before(_)) && unit.compensator_lag().is_none(),
-        port_valves: unit.port_valves,
-        crossover: unit.crossover,
-        swing: 2.0 * overshoot / (1.0 - overshoot),
-        play: valve.command.play,
     }
 }
 
