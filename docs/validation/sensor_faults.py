@@ -34,7 +34,15 @@ MASSES = (50.0, 30e3)
 DRIVES, DRIVE_END = 20, 6.0
 # Powers of the scale of lengths. Loads of its third power at the same pressures take areas of the third power; at the same
 # gravity, times go with its root. What a key names counts before its unit.
-BY_NAME = {"bore": 1.5, "rod-diameter": 1.5, "dead-volume": 4.0, "flow": 3.5, "leakage": 3.5, "displacement": 4.0, "compliance": 4.0}
+BY_NAME = {
+    "bore": 1.5,
+    "rod-diameter": 1.5,
+    "dead-volume": 4.0,
+    "flow": 3.5,
+    "leakage": 3.5,
+    "displacement": 4.0,
+    "compliance": 4.0,
+}
 BY_NAME |= {"volume": 4.0, "torque-limit": 4.0, "rated-torque": 4.0, "gradient": 3.5}
 BY_UNIT = {"m": 1.0, "kg": 3.0, "kg m^2": 5.0, "N": 3.0, "N/m": 2.0, "N s/m": 2.5, "s": 0.5, "rad/s": -0.5, "m/s": 0.5}
 AS_THEY_ARE = ("environment", "fluid", "supply", "control")
@@ -178,7 +186,9 @@ def alarms() -> str:
             stops += stopped
             ridden = sum(count for _, count in found)
             lines.append(f"| `{kind}` | {mass:g} kg | {DRIVES} | {stopped} | {ridden} |")
-    total = f"{stops} false alarms in {len(KINDS) * len(MASSES) * DRIVES} drives on {len(KINDS) * len(MASSES)} machines."
+    total = (
+        f"{stops} false alarms in {len(KINDS) * len(MASSES) * DRIVES} drives on {len(KINDS) * len(MASSES)} machines."
+    )
     return "\n".join([total, "", *lines])
 
 
