@@ -12,7 +12,7 @@ SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml'
 # Tests start hundreds of programs. Where no bytecode is kept, each of them compiles all that it imports, for almost two seconds.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test compiled-and-tested module-of-tests test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives fuzz soak bench docs site lint clean
+.PHONY: demo test compiled-and-tested module-of-tests test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives machines-at-random fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -52,6 +52,7 @@ evidence-browser: $(VENV)/.tested
 evidence-tools: $(VENV)/.tested
 	$(BIN)/python tests/frozen/bits.py
 	$(MAKE) --no-print-directory drives DRIVES=1 DRIVE_SECONDS=20 PAGE_OF=
+	$(MAKE) --no-print-directory machines-at-random RANDOM_MACHINES=40 PAGE_OF=
 	$(MAKE) --no-print-directory fuzz INPUTS=2000 PAGE_OF=
 
 # The cockpit's page, carried by every wheel that is built after it.
@@ -85,6 +86,11 @@ drives: $(VENV)/.tested
 	$(RANDOM_DRIVES) --lowering yes --output $(RAW)/native.jsonl || [ $$? -eq 1 ]
 	if [ -e cockpit/src/core.wasm ]; then $(RANDOM_DRIVES) --script cockpit/tests/random_drives.mjs --core cockpit/src/core.wasm --against $(RAW)/native.jsonl --output $(RAW)/page.jsonl || [ $$? -eq 1 ]; fi
 	$(BIN)/python docs/validation/random_drives.py $(if $(PAGE_OF),--page) $(RAW)/native.jsonl $(RAW)/page.jsonl $(SEED)
+
+# Random machines and circuits, judged; fails where something does not hold, or writes the page that lists it.
+RANDOM_MACHINES ?= 300
+machines-at-random: $(VENV)/.tested
+	$(BIN)/python docs/validation/random_machines.py --seeds $(SEED):$$(($(SEED) + $(RANDOM_MACHINES))) $(if $(PAGE_OF),--page)
 
 # Damaged machine and scenario files and links for the core, damaged study and mapping files and logs for Python; fails where
 # one of them makes a panic, a hang, a large memory or a number that is none. What failed goes to FAILURES.

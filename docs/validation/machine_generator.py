@@ -1,6 +1,7 @@
 """Random machines that are legal and plausible, as text of machine files.
 
-Chains of one to six joints, of 50 kg to 30 t, with every optional part of a circuit. `machine(seed)` always writes the same text.
+Chains of one to six joints, of 50 kg to 30 t, with every optional part of a circuit. `machine(seed)` always writes
+the same text.
 """
 
 from __future__ import annotations
@@ -81,7 +82,8 @@ class Draft:
 
 @dataclass(frozen=True)
 class Section:
-    """A cylinder as the circuit needs it: areas, m^2, travel, m, flow at full stroke, m^3/s, and the side that carries the load."""
+    """A cylinder as the circuit needs it: areas, m^2, travel, m, flow at full stroke, m^3/s, and the side that
+    carries the load."""
 
     name: str
     areas: tuple[float, float]
@@ -205,8 +207,8 @@ def revolute(draft: Draft, i: int, before: float, length: float, torque: float) 
     lever = np.gradient(lengths, angles)[POINTS // 2]
     closed, opened = sorted(lengths[[low, high]])
     draft.put(
-        f"joint.joint{i}", type="revolute", convention="relative", parent=f"link{i - 1}", child=f"link{i}", at=f"joint{i}",
-        limits=[si(np.rad2deg(angles[end]), "deg") for end in (low, high)],
+        f"joint.joint{i}", type="revolute", convention="relative", parent=f"link{i - 1}", child=f"link{i}",
+        at=f"joint{i}", limits=[si(np.rad2deg(angles[end]), "deg") for end in (low, high)],
     )  # fmt: skip
     force = torque / (0.75 * abs(lever))
     return cylinder(draft, i, closed, opened - closed, force, 0 if lever > 0 else 1, **pins.keys)
@@ -214,7 +216,8 @@ def revolute(draft: Draft, i: int, before: float, length: float, torque: float) 
 
 @dataclass(frozen=True)
 class Pins:
-    """Distance of the pins of barrel and rod over the angle of the joint, and what the cylinder's table says of the rod."""
+    """Distance of the pins of barrel and rod over the angle of the joint, and what the cylinder's table says of the
+    rod."""
 
     lengths: Any
     keys: dict[str, str]
@@ -271,7 +274,8 @@ def four_bar(draft: Draft, i: int, at: np.ndarray, middle: float, size: float) -
 
 
 def stroke_range(lengths: np.ndarray) -> tuple[int, int]:
-    """Indices of the ends of the stroke: the widest range about the middle in which the cylinder fits and has a lever."""
+    """Indices of the ends of the stroke: the widest range about the middle in which the cylinder fits and has a
+    lever."""
     middle = len(lengths) // 2
     slope = np.gradient(lengths)
     with np.errstate(invalid="ignore"):
@@ -312,11 +316,13 @@ def friction(draft: Draft, i: int, force: float, speed: float, steel: float) -> 
     coulomb = [force * draft.log_between(0.003, 0.03) for _ in range(2)]
     breakaway = [draft.between(1.1, 2.2) * value for value in coulomb]
     exponent = draft.rng.choice([1.0, 1.5])
+    stribeck = speed * draft.log_between(0.02, 0.2), float(draft.rng.choice([1.0, 2.0]))
+    viscous = force * draft.log_between(0.005, 0.05) / speed**exponent
     draft.put(
         f"friction.cylinder{i}", cylinder=f"cylinder{i}", model=model, coulomb=[si(v, "N") for v in coulomb],
-        breakaway=[si(v, "N") for v in breakaway], stribeck_velocity=si(speed * draft.log_between(0.02, 0.2), "m/s"),
-        stribeck_exponent=float(draft.rng.choice([1.0, 2.0])), viscous_exponent=float(exponent),
-        viscous=si(force * draft.log_between(0.005, 0.05) / speed**exponent, "N s/m" if exponent == 1 else "N s^1.5/m^1.5"),
+        breakaway=[si(v, "N") for v in breakaway], stribeck_velocity=si(stribeck[0], "m/s"),
+        stribeck_exponent=stribeck[1], viscous_exponent=float(exponent),
+        viscous=si(viscous, "N s/m" if exponent == 1 else "N s^1.5/m^1.5"),
     )  # fmt: skip
     if model == "static":
         draft.put(f"friction.cylinder{i}", smoothing_velocity=si(speed * draft.log_between(3e-3, 3e-2), "m/s"))
@@ -392,7 +398,7 @@ def pump(draft: Draft, kind: str, given: float, margin: float) -> None:
 
 def valve(draft: Draft, section: Section, compensated: str) -> None:
     """The spool valve of a section, with the optional parts that its compensator leaves."""
-    own, i = f"valve.{section.name}", section.name.removeprefix("cylinder")
+    own = f"valve.{section.name}"
     regenerative = compensated == "none" and section.loaded == 0 and draft.chance(0.15)
     frequency, stroke = draft.log_between(5.0, 80.0), draft.between(2.0, 12.0)
     drop = draft.log_between(5.0, 35.0)

@@ -32,7 +32,12 @@ MACHINES = {
 }
 DRIVES, SECONDS, HOLD = 50, 4.0, 0.5
 TIGHT = hc.Solver(method="rodas5p", rtol=1e-9)
-WAYS = {"default": hc.Solver(), "5 ms": hc.Solver(step=5e-3), "10 ms": hc.Solver(step=1e-2), "20 ms": hc.Solver(step=2e-2)}
+WAYS = {
+    "default": hc.Solver(),
+    "5 ms": hc.Solver(step=5e-3),
+    "10 ms": hc.Solver(step=1e-2),
+    "20 ms": hc.Solver(step=2e-2),
+}
 SAYS = {"step-inexact", "step-too-long"}
 
 
@@ -82,7 +87,15 @@ def in_batch(machine: hc.Machine, plans: list[hc.Scenario], exact: list[np.ndarr
 def row(name: str, way: str, errors: list[float], said: np.ndarray) -> list[str]:
     e = np.array(errors)
     silent = int(((e > 1) & ~said).sum())
-    return [name, way, f"{np.median(e):.2g}", f"{e.max():.3g}", f"{int((e > 1).sum())}", f"{int((e > 3).sum())}", f"{silent}"]
+    return [
+        name,
+        way,
+        f"{np.median(e):.2g}",
+        f"{e.max():.3g}",
+        f"{int((e > 1).sum())}",
+        f"{int((e > 3).sum())}",
+        f"{silent}",
+    ]
 
 
 def rows() -> Iterator[list[str]]:
@@ -93,7 +106,9 @@ def rows() -> Iterator[list[str]]:
         for way, solver in WAYS.items():
             runs = [hc.simulate(plan.changed(solver=solver)) for plan in plans]
             errors = [apart(tip(run), other) for run, other in zip(runs, exact, strict=True)]
-            said = np.array([run.outcome.kind != "completed" or any(w.kind in SAYS for w in run.warnings) for run in runs])
+            said = np.array(
+                [run.outcome.kind != "completed" or any(w.kind in SAYS for w in run.warnings) for run in runs]
+            )
             yield row(name, way, errors, said)
         yield row(name, "batch", *in_batch(machine, plans, exact))
 
