@@ -166,7 +166,11 @@ def union(name: str, about: str, members: list[str]) -> str:
 def types() -> str:
     """The types as text."""
     # A machine takes what it extends from its file alone.
-    values = [key.path for key in declared("machine") if not key.holds_keys and key.path not in ("extends", "include", "without")]
+    values = [
+        key.path
+        for key in declared("machine")
+        if not key.holds_keys and key.path not in ("extends", "include", "without")
+    ]
     (controller,) = [key for key in declared("scenario") if key.path == "controller.name"]
     return (
         HEAD

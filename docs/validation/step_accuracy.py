@@ -1,4 +1,4 @@
-"""How exact default runs, fixed steps and batches are on the bundled machines, under drives by full steps of the spools.
+"""How exact default runs, fixed steps and batches are on bundled machines, under drives by full steps of the spools.
 
 `python docs/validation/step_accuracy.py` drives every machine 50 times for 4 s from random poses with 0 to rated load,
 compares with `rodas5p` at 1e-9, and writes docs/validation/step-accuracy.md.
@@ -70,7 +70,7 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def in_batch(machine: hc.Machine, plans: list[hc.Scenario], exact: list[np.ndarray]) -> tuple[list[float], np.ndarray]:
-    """The same drives as one batch of the default tolerance, sampled at 50 ms; errors (mm), and where it says inexact."""
+    """The same drives as one batch by default, sampled at 50 ms: errors, mm, and where it says inexact."""
     sample, record = 0.05, plans[0].record_interval
     batch = hc.BatchSimulator(machine, len(plans), sample, payload=[plan.payload for plan in plans])
     batch.reset(q=[list(plan.joints.values()) for plan in plans])
@@ -115,17 +115,18 @@ def rows() -> Iterator[list[str]]:
 
 TEXT = """# How exact steps are
 
-Written by `python docs/validation/step_accuracy.py`: largest distance of the tip from `rodas5p` at 1e-9. Each machine is driven {drives}
-times for {seconds:g} s from a random pose with up to its load: every {hold:g} s all spools jump to rest, half or full stroke. This is
-rougher than any operator; a path from here to there is followed far better.
+Written by `python docs/validation/step_accuracy.py`: largest distance of the tip from `rodas5p` at 1e-9. Each machine
+is driven {drives} times for {seconds:g} s from a random pose with up to its load: every {hold:g} s all spools jump to
+rest, half or full stroke. This is rougher than any operator; a path from here to there is followed far better.
 
 Failures first: the last column counts drives that were more than 1 mm off without a warning of the run.
 
 {table}
 
-`default` is `auto` at its default tolerance, `5 ms` and so on are fixed steps, `batch` is `hc.BatchSimulator` at its default.
-Fixed steps do not keep the tip within a millimetre under such drives; their warning `step-inexact` comes where the mean estimate passes 1 %, so
-steps of 10 ms are off by some millimetres without a word. For figures, use steps by tolerance.
+`default` is `auto` at its default tolerance, `5 ms` and so on are fixed steps, `batch` is `hc.BatchSimulator` at its
+default. Fixed steps do not keep the tip within a millimetre under such drives. Their warning `step-inexact` comes where
+the mean estimate passes 1 %, so that they can be off by some millimetres without a word. For figures, use steps by
+tolerance.
 """
 
 

@@ -16,7 +16,8 @@ from hydrocrane.result_warning import ResultWarning
 
 # Poses per joint for that share, fewer with many joints; all of them are a few thousand at most.
 _POSES, _MOST = 13, 3000
-# Least range of a joint, in the unit of its SHOWN entry, and least share of its cylinder's stroke in it: less is no crane's.
+# Least range of a joint, in the unit of its SHOWN entry, and least share of its cylinder's stroke in it: no crane has
+# less.
 _LEAST = {"rad": 5.0, "m": 10.0}
 _SHARE = 0.1
 # Share of its reach by which a tip may give way under the weight, because oil is compressed.
@@ -76,7 +77,9 @@ def figures(machine: Machine) -> Figures:
     return Figures(
         force=force,
         pressure=_pressure(machine, force),
-        carried=(_pressure(machine, machine.static_cylinder_force(_grid(machine))) <= machine.supply_pressure).mean(axis=0),
+        carried=(_pressure(machine, machine.static_cylinder_force(_grid(machine))) <= machine.supply_pressure).mean(
+            axis=0
+        ),
         speed=speed,
         time=tuple(float(s / v) if v > 0.0 else None for s, v in zip(strokes, slowest, strict=True)),
         mode=mode,
@@ -135,8 +138,8 @@ def _narrow(machine: Machine) -> list[tuple[str, str]]:
             continue
         reasons = " and ".join(dict.fromkeys(machine.joint_limit_reasons[i]))
         texts.append((
-            f"joint.{joint} moves by {width / size:.3g} {shown} only, {1e3 * moved:.3g} of the {1e3 * stroke:.4g} mm stroke of "
-            f"cylinder `{cylinder}`; its limits come from: {reasons}",
+            f"joint.{joint} moves by {width / size:.3g} {shown} only, {1e3 * moved:.3g} of the {1e3 * stroke:.4g} mm "
+            f"stroke of cylinder `{cylinder}`; its limits come from: {reasons}",
             f"check the pins and lengths of cylinder.{cylinder}, the `side` of its linkage, `limits` and their units",
         ))  # fmt: skip
     return texts
@@ -156,8 +159,9 @@ def _weak(machine: Machine, found: Figures) -> list[tuple[str, str]]:
     supply = machine.supply_pressure
     return [
         (
-            f"cylinder.{name} needs {1e-5 * pressure:.4g} bar to hold {1e-3 * force:.3g} kN in the middle of all joint ranges, "
-            f"with {machine.payload_mass:g} kg at the tip, and supply.pressure is {1e-5 * supply:.4g} bar: it cannot lift",
+            f"cylinder.{name} needs {1e-5 * pressure:.4g} bar to hold {1e-3 * force:.3g} kN in the middle of all joint "
+            f"ranges, with {machine.payload_mass:g} kg at the tip, and supply.pressure is {1e-5 * supply:.4g} bar: "
+            "it cannot lift",
             "check the supply pressure, the bore, the pins, the masses and the payload, with their units",
         )
         for name, force, pressure in zip(machine.cylinder_names, found.force, found.pressure, strict=True)
@@ -171,7 +175,7 @@ def _soft(machine: Machine, found: Figures) -> list[tuple[str, str]]:
     if found.mode is None or found.sag <= _SAG * reach:
         return []
     return [(
-        f"the lowest natural frequency of links on oil is {found.mode:.3g} Hz: compressed oil alone would let the tip give way by "
-        f"{found.sag:.3g} m at a reach of {reach:.3g} m",
+        f"the lowest natural frequency of links on oil is {found.mode:.3g} Hz: compressed oil alone would let the tip "
+        f"give way by {found.sag:.3g} m at a reach of {reach:.3g} m",
         "check masses and payload, fluid.bulk-modulus, the dead volumes and the bores, with their units",
     )]  # fmt: skip

@@ -252,7 +252,9 @@ def loadchart(
 @app.command(epilog="Example:  hydrocrane modes rottne-f9-lab --at boom='100 deg' --at jib='100 deg'")
 def modes(
     machine: MachineName,
-    at: Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE with its unit; others in mid-range.")] = [],  # noqa: B006
+    at: Annotated[
+        list[str], typer.Option(help="Joint of the pose, JOINT=VALUE with its unit; others in mid-range.")
+    ] = [],  # noqa: B006
     payload: Payload = None,
     output: Output = None,
     samples: Annotated[int, typer.Option(help="Poses per turning joint of the map; 0 draws none.", min=0)] = 16,
@@ -263,6 +265,7 @@ def modes(
     from hydrocrane.analysis import linear
     from hydrocrane.app.options import pose
     from hydrocrane.app.report import modes_table
+    from hydrocrane.analysis.poses import pose_grid
     from hydrocrane.machine.poses import in_words
 
     headless()
@@ -270,7 +273,7 @@ def modes(
     path = picture_path(output, f"{loaded.name}-modes.png")
     if samples:
         # A grid that is none is told before anything is printed.
-        linear.pose_grid(loaded, samples)
+        pose_grid(loaded, samples)
     q = pose(loaded, at)
     say(f"pose: {in_words(loaded, q)}")
     for found in linear.modes_to_show(loaded, q, payload=payload):

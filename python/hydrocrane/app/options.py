@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from hydrocrane.errors import InputError, ResultFileError, unknown
 from hydrocrane.machine.poses import SHOWN, poses
-from hydrocrane.units import converted, plain_number
+from hydrocrane.units import converted
 
 if TYPE_CHECKING:
     from hydrocrane.analysis.capacity import Height
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hydrocrane.files.toml_file import TomlValue
     from hydrocrane.machine.machine import Machine
     from hydrocrane.machine.overrides import Override
+
 
 def overrides(settings: list[str]) -> dict[str, Override]:
     """``["supply.pressure=100 bar", "payload.mass=200 kg"]`` as a mapping; what reads as TOML is taken as TOML.

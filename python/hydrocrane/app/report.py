@@ -65,12 +65,19 @@ def _in_the_middle(machine: Machine, figures: Figures) -> list[Text | Table]:
     for i, name in enumerate(machine.cylinder_names):
         down, up = 1e3 * figures.speed[i]
         table.add_row(
-            name, f"{1e-3 * figures.force[i]:.3g}", f"{1e-5 * figures.pressure[i]:.3g}", f"{100 * figures.carried[i]:.0f}",
-            f"{down:.3g} .. {up:.3g}", "-" if figures.time[i] is None else f"{figures.time[i]:.2g}",
-        )  # fmt: skip
+            name,
+            f"{1e-3 * figures.force[i]:.3g}",
+            f"{1e-5 * figures.pressure[i]:.3g}",
+            f"{100 * figures.carried[i]:.0f}",
+            f"{down:.3g} .. {up:.3g}",
+            "-" if figures.time[i] is None else f"{figures.time[i]:.2g}",
+        )
     mode = "none" if figures.mode is None else f"{figures.mode:.3g} Hz, by which the tip gives way {figures.sag:.2g} m"
     return [
-        Text(f"at rest with {machine.payload_mass:g} kg at {in_words(machine, machine.home)}; the supply carries the crane in so many of all poses:"),
+        Text(
+            f"at rest with {machine.payload_mass:g} kg at {in_words(machine, machine.home)}; "
+            "the supply carries the crane in so many of all poses:"
+        ),
         table,
         Text(f"lowest natural frequency of links on oil: {mode}; oil: {figures.oil}"),
     ]

@@ -73,7 +73,9 @@ def _integration(accuracy: Accuracy | None) -> Iterator[str]:
     if accuracy is None or accuracy.negligible:
         return
     cover = "" if accuracy.trouble else "; the intervals cover this distance"
-    yield f"errors of integration are not negligible: {accuracy}{cover}; use method=\"rodas5p\" and a smaller rtol or step"
+    yield (
+        f'errors of integration are not negligible: {accuracy}{cover}; use method="rodas5p" and a smaller rtol or step'
+    )
 
 
 def doubtful_columns(differences: Mapping[tuple[str, str], Difference]) -> Iterator[str]:

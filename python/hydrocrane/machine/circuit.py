@@ -19,8 +19,8 @@ SIDES = ("piston-side", "rod-side")
 # Tables of the circuit, and tables without relation to it. All others are reported as left out.
 READ = {"supply", "mains", "pump", "accumulator", "tank-line", "priority", "cylinder", "valve", *ON_LINES}
 OTHERS = {
-    "extends", "include", "without", "machine", "environment", "link", "joint", "friction", "fluid", "sensor", "payload",
-    "equilibrium", "keep-out", "ground", "control", "errata",
+    "extends", "include", "without", "machine", "environment", "link", "joint", "friction", "fluid", "sensor",
+    "payload", "equilibrium", "keep-out", "ground", "control", "errata",
 }  # fmt: skip
 
 

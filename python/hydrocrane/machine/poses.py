@@ -23,9 +23,9 @@ _RANGES = 10.0
 def poses(machine: Machine, value: ArrayLike, name: str = "q") -> Array:
     """`value` as joint coordinates (..., n), rad or m, that may be meant so.
 
-    Geometry and mechanics hold outside the joint ranges too, and what searches a pose may leave them. Refused is what no
-    search reaches: an angle more than a full turn outside its range, or more than half a turn if it fits as degrees, since
-    every pose has an angle nearer than that; a length outside its range by ten times the range.
+    Geometry and mechanics hold outside the joint ranges too, and what searches a pose may leave them. Refused is what
+    no search reaches: an angle more than a full turn outside its range, or more than half a turn if it fits as
+    degrees, since every pose has an angle nearer than that; a length outside its range by ten times the range.
 
     Raises
     ------
@@ -52,8 +52,8 @@ def _far(machine: Machine, name: str, q: Array, place: tuple[int, ...]) -> str:
     low, high = machine.joint_limits[joint]
     meant = {"deg": "degrees", "mm": "millimetres"}[shown]
     return (
-        f"{name}: joint {machine.joint_names[joint]} is at {q[place]:g} {unit} and its range is {low:.4g} to {high:.4g} {unit} "
-        f"({low / size:.4g} to {high / size:.4g} {shown}); did you mean {meant}? {name} is in "
+        f"{name}: joint {machine.joint_names[joint]} is at {q[place]:g} {unit} and its range is {low:.4g} to "
+        f"{high:.4g} {unit} ({low / size:.4g} to {high / size:.4g} {shown}); did you mean {meant}? {name} is in "
         f"{'radians: np.deg2rad(...)' if unit == 'rad' else 'metres'}"
     )
 

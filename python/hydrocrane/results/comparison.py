@@ -80,7 +80,7 @@ class Comparison:
         return card("Run and log", self.summary().splitlines(), "print(comparison.summary())")
 
     def summary(self) -> str:
-        """A line per quantity: root mean square, largest difference, when it occurs, samples compared; then warnings."""
+        """A line per quantity: root mean square, largest difference, its time, samples compared; then warnings."""
         width = max(len(name) for name in self.differences)
         lines = [
             f"{d.name:<{width}}  rms {d.rms:.4g} {d.unit}, largest {d.maximum:.4g} {d.unit} at {d.maximum_time:.3g} s, "
