@@ -11,7 +11,6 @@ TWO = Path(__file__).parents[2] / "data" / "two-slides.toml"
 LPM = 1e-3 / 60
 AREAS = np.pi / 4 * np.array([0.040**2, 0.040**2 - 0.025**2])
 NOMINAL = 20 * LPM / np.sqrt(8e5)
-SHARING = {f"valve.{name}.compensator": "behind-spool" for name in ("first", "second")}
 COUNTERBALANCE = {
     "counterbalance.c.cylinder": "first",
     "counterbalance.c.side": "piston-side",
@@ -71,7 +70,6 @@ def test_by_hand_a_small_pump_sets_the_speed():
         ({"pump.main.torque-limit": "10 N m"}, 1),
         ({"pump.main.displacement": "10 ml", "pump.main.droop": 0.2, "pump.main.rated-torque": "15 N m"}, 1),
         ({"pump.main.control-range": "25 bar", "pump.main.displacement": "8 ml"}, 1),
-        ({**SHARING, "pump.main.displacement": "8 ml"}, 1),
         (TANK_LINE, 1),
         (COUNTERBALANCE, -1),
         ({}, -1),
@@ -97,7 +95,6 @@ def test_a_load_that_the_supply_cannot_move_stands():
         ({"pump.main.displacement": "15 ml"}, (0.9, 0.9), "full displacement"),
         ({"pump.main.displacement": "27 ml", "pump.main.droop": 0.3, "pump.main.rated-torque": "20 N m"}, (0.9, 0.9),
          "engine"),
-        ({"mains.relief-pressure": "90 bar"}, (0.9, 0.9), "relief valve"),
         ({"pump.main.displacement": "15 ml", "priority.cylinder": "first", "priority.margin": "8 bar",
           "priority.range": "3 bar"}, (0.9, 0.9), "priority"),
     ],
@@ -117,16 +114,28 @@ def test_a_section_that_gets_less_than_its_spool_asks_for_says_so(overrides, sha
     assert any(words in text for text in texts), texts
 
 
-@pytest.mark.parametrize("overrides", [{}, SHARING])
-def test_a_pump_that_suffices_does_not_warn(overrides):
-    run = driven(hc.load_machine(TWO, overrides), 0.5, 0.9, joints=(-0.25, -0.25), duration=1.2)
-    assert not warned(run, "pump-saturated"), run.warnings
+def sharing(folder, **overrides):
+    """The two slides with compensators behind their spools."""
+    text = TWO.read_text().replace(
+        'compensator = "before-spool"\ncompensator-setting = "8 bar"', 'compensator = "behind-spool"'
+    )
+    (folder / "sharing.toml").write_text(text)
+    return hc.load_machine(folder / "sharing.toml", overrides)
 
 
-def test_shared_flow_deep_in_saturation_states_its_error():
-    run = driven(hc.load_machine(TWO, {**SHARING, "pump.main.displacement": "4 ml"}), 0.9, 0.4)
+def test_a_pump_that_suffices_does_not_warn(tmp_path):
+    for machine in (two(), sharing(tmp_path)):
+        run = driven(machine, 0.5, 0.4, joints=(-0.25, -0.25), duration=1.2)
+        assert not warned(run, "pump-saturated"), run.warnings
+
+
+def test_shared_flow_deep_in_saturation_states_its_error_and_its_speed(tmp_path):
+    machine = sharing(tmp_path, **{"pump.main.displacement": "4 ml"})
+    run = driven(machine, 0.9, 0.4)
     texts = [warning.text for warning in warned(run, "pump-saturated")]
-    assert texts and all("off by up to" in text for text in texts)
+    assert any("off by up to" in text for text in texts), texts
+    run = driven(machine, 1.0, 0.0)
+    assert machine.piston_speeds([0.0, 0.0])[0, 1] == pytest.approx(run.data["cylinder.first.v"].values[-20], rel=0.02)
 
 
 def test_the_leakage_stays_when_the_speed_changes():
@@ -162,12 +171,18 @@ def sunk(machine, q, payload):
     return float(run.data["tip.z"].values[0] - run.data["tip.z"].values[-1]), run
 
 
+def clear(chart):
+    """Poses of a chart clear of the zones of the end stops."""
+    low, high = chart.machine.joint_limits.T
+    return ((chart.q > low + 0.1 * (high - low)) & (chart.q < high - 0.1 * (high - low))).all(axis=-1)
+
+
 def test_a_load_chart_holds_when_it_is_loaded():
     machine = hc.load_machine("rottne-f9-mobile", RELIEF)
     chart, free = hc.load_chart(machine, samples=6), hc.load_chart("rottne-f9-mobile", samples=6)
     both = np.isfinite(chart.payload) & np.isfinite(free.payload)
     assert (chart.payload[both] <= free.payload[both]).all() and (chart.payload[both] < 0.9 * free.payload[both]).any()
-    limited = np.argwhere((chart.payload > 100.0) & (chart.payload < 900.0) & (chart.limiting == 0))
+    limited = np.argwhere((chart.payload > 100.0) & (chart.payload < 900.0) & (chart.limiting == 0) & clear(chart))
     for place in limited[:: max(len(limited) // 3, 1)]:
         q, payload = chart.q[tuple(place)], float(chart.payload[tuple(place)])
         sinks, run = sunk(machine, q, payload)
@@ -195,7 +210,7 @@ def test_a_lower_back_pressure_keeps_a_relief_valve_closed(over):
     """The stated one is 10 bar, and stays where no valve would open."""
     machine = hc.load_machine("rottne-f9-mobile", over)
     chart = hc.load_chart(machine, samples=6)
-    i = np.unravel_index(np.argmax((chart.limiting == 0) & (chart.payload > 50.0)), chart.payload.shape)
+    i = np.unravel_index(np.argmax((chart.limiting == 0) & (chart.payload > 50.0) & clear(chart)), chart.payload.shape)
     state, doubts = machine.rest(chart.q[i], payload=float(chart.payload[i]))
     p1, p2 = state[[machine.state_names.index(f"cylinder.lift.p{side}") for side in (1, 2)]]
     assert not doubts and p2 == pytest.approx(0.0 if over else 10e5, abs=1e3)
@@ -205,8 +220,9 @@ def test_a_lower_back_pressure_keeps_a_relief_valve_closed(over):
 def test_a_chamber_at_vacuum_says_so():
     """The load lowers its piston through 20 l/min at 8 bar faster than the compensated edge fills the rod side."""
     run = driven(two(), 0.0, -1.0, joints=(0.0, 0.28), payload=600.0)
-    (warning,) = warned(run, "cavitation")
+    (warning,) = [warning for warning in warned(run, "cavitation") if "`second`" in warning.text]
     assert "rod side of cylinder `second`" in warning.text and "anti-cavitation" in warning.cure
     valve = {"cylinder": "second", "side": "rod-side", "nominal-flow": "40 l/min", "nominal-pressure-drop": "0.5 bar"}
     fed = hc.load_machine(TWO, {f"anti-cavitation.a.{key}": value for key, value in valve.items()})
-    assert not warned(driven(fed, 0.0, -1.0, joints=(0.0, 0.28), payload=600.0), "cavitation")
+    run = driven(fed, 0.0, -1.0, joints=(0.0, 0.28), payload=600.0)
+    assert not [warning for warning in warned(run, "cavitation") if "`second`" in warning.text]
