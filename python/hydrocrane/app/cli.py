@@ -263,9 +263,9 @@ def modes(
     """Natural frequencies and damping in a pose, with and without friction, and their map over the workspace."""
     from hydrocrane import plots
     from hydrocrane.analysis import linear
+    from hydrocrane.analysis.poses import pose_grid
     from hydrocrane.app.options import pose
     from hydrocrane.app.report import modes_table
-    from hydrocrane.analysis.poses import pose_grid
     from hydrocrane.machine.poses import in_words
 
     headless()
