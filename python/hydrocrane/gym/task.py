@@ -88,7 +88,7 @@ class TipTask:
         lower, upper = self.machine.joint_limits.T
         share = np.array([random.uniform(MARGIN, 1.0 - MARGIN, (2, len(lower))) for random in randoms])
         start, end = np.moveaxis(lower + (upper - lower) * share, 1, 0)
-        found = {"q": start, "target": np.atleast_2d(self.machine.tip(end))}
+        found = {"q": start, "target": self.machine.tip(end)}
         for name, value in given.items():
             wished = real_array(value, name)  # type: ignore[arg-type]
             if wished.shape not in (found[name].shape, found[name].shape[1:]):

@@ -66,7 +66,8 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         every crane one row or the same for all.
         """
         numbers = range(self.num_envs)
-        seeds = [None if seed is None else seed + i for i in numbers] if not isinstance(seed, list) else seed
+        seeds = [None] * self.num_envs if seed is None else seed
+        seeds = [seeds + i for i in numbers] if isinstance(seeds, int | np.integer) else list(seeds)
         if len(seeds) != self.num_envs:
             raise InputError(f"{len(seeds)} seeds for {self.num_envs} cranes; give one for each, or one whole number")
         for i, own in enumerate(seeds):

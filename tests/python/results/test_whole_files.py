@@ -186,3 +186,12 @@ def test_a_run_reads_back_as_it_was_written(run, tmp_path):
     again = hc.load_run(tmp_path / "run.nc")
     xr.testing.assert_identical(again.data.drop_attrs(), run.data.drop_attrs())
     assert again.outcome == run.outcome and np.array_equal(again.data.time, run.data.time)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="modes of files are those of POSIX")
+def test_a_file_that_is_overwritten_keeps_its_mode(tmp_path):
+    secret = tmp_path / "drive.toml"
+    secret.write_text("before")
+    secret.chmod(0o640)
+    write_text(secret, "after")
+    assert secret.read_text() == "after" and secret.stat().st_mode & 0o777 == 0o640

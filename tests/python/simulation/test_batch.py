@@ -174,6 +174,32 @@ def test_many_environments_are_one_environment_many_times():
     assert (np.abs(observations[:, -2:]).sum(axis=1) > 0).all()
 
 
+def test_seeds_and_options_of_many_environments_are_those_of_one():
+    pytest.importorskip("gymnasium")
+    from hydrocrane.gym import CraneTipEnv, CraneTipVectorEnv
+
+    many, alone = CraneTipVectorEnv(2), CraneTipEnv()
+    many.reset(seed=[3, 5])
+    alone.reset(seed=5)
+    # Without a seed the random numbers go on.
+    observations, information = many.reset(seed=[3, None])
+    first, _ = alone.reset()
+    np.testing.assert_array_equal(observations[1], first)
+    wished = {"target": [4.0, 0.5], "q": POSE}
+    observations, information = many.reset(options=wished)
+    np.testing.assert_array_equal(information["target"], [[4.0, 0.5]] * 2)
+    np.testing.assert_array_equal(observations, [alone.reset(options=wished)[0]] * 2)
+    for env, target in ((many, [[4.0, 0.5], [3.0, 0.0]]), (alone, [4.0, 0.5])):
+        _, information = env.reset(options={"target": target})
+        np.testing.assert_array_equal(information["target"], target)
+        with pytest.raises(InputError, match="goal"):
+            env.reset(options={"goal": [4.0, 0.5]})
+        with pytest.raises(InputError, match="shape"):
+            env.reset(options={"target": [1.0, 2.0, 3.0]})
+    with pytest.raises(InputError, match="3 seeds for 2 cranes"):
+        many.reset(seed=[1, 2, 3])
+
+
 def test_errors_name_what_is_no_machine():
     with pytest.raises(InputError, match="a bundled name or a path"):
         hc.BatchSimulator(7, 2)  # type: ignore[arg-type]

@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 import hydrocrane as hc
+from hydrocrane.errors import InputError
 from hydrocrane.studies import case, design
 
 RIG = "single-cylinder-step"
@@ -380,3 +381,21 @@ def test_blocks_cover_every_case_once_and_stay_small():
 def test_blocks_with_signals_stay_within_their_bytes():
     assert np.prod(design.block_shape((5000,), None, 8 * 40 * 2001)) * 8 * 40 * 2001 <= design.BLOCK_BYTES
     assert design.block_shape((5000,), None, 10**9) == (1,)
+
+
+def test_no_figure_takes_the_name_of_another():
+    def first(run):
+        return {"peak": 1.0}
+
+    def second(run):
+        return {"peak": 2.0}
+
+    for measures, name in (
+        ([first, second], "peak"),
+        ([lambda run: {"end_time": -3.0}], "end_time"),
+        ([lambda run: {"payload.mass": 5.0}], "payload.mass"),
+        (["tip_way", lambda run: {"tip_way": 5.0}], "tip_way"),
+        ([lambda run: {"outcome": 5.0}], "outcome"),
+    ):
+        with pytest.raises(InputError, match=f"`{name}`"):
+            hc.sweep("single-cylinder-step", {"payload.mass": [50]}, measures=measures, duration=0.1)

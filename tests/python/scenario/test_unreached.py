@@ -1,0 +1,51 @@
+"""What a run never reaches is said: times in ms, or since 1970."""
+
+from __future__ import annotations
+
+import pytest
+
+import hydrocrane as hc
+
+LIFT = "vertical-lift-open-loop"
+SPOOL = [0.0, 0.01, 0.02, 0.0]
+
+
+def said(plan: str | hc.Scenario = LIFT, **changes) -> list[str]:
+    run = hc.simulate(plan, duration=changes.pop("duration", 0.2), **changes)
+    return [warning.text for warning in run.warnings if warning.kind == "never-happens"]
+
+
+@pytest.mark.parametrize("times", [[1.7e9 + i for i in range(4)], [-9.0, -8.0, -7.0, -6.0]], ids=["epoch", "before"])
+@pytest.mark.parametrize("interpolation", ["hold", "linear"])
+def test_commands_wholly_outside(times, interpolation):
+    (text,) = said(commands={"lift": hc.Command(times, SPOOL, interpolation)})
+    assert "`lift`" in text and " 0 lie within" in text
+
+
+def test_commands_with_one_time_inside():
+    (text,) = said(commands={"lift": hc.Command([0.0, 10.0, 20.0, 30.0], SPOOL)})
+    assert "of the 4 times" in text and " 1 lie within" in text
+
+
+def test_a_supply_pressure_and_sticks_outside():
+    (text,) = said(supply=([1000.0, 2000.0, 3000.0], [140e5, 130e5, 120e5]))
+    assert "supply pressure" in text
+    stick = hc.Joystick([1000.0, 2000.0], {"z": [1.0, 0.0]})
+    (text,) = said("tip-vertical-line", joystick=stick, goals=())
+    assert "sticks" in text
+
+
+def test_events_after_the_end():
+    burst = hc.Burst("lift", "piston-side", time=500.0, opening=1e-6)
+    assert ["bursts at 500 s" in text for text in said(bursts=[burst])] == [True]
+    assert ["load" in text for text in said(payload_changes={2.0: 10.0})] == [True]
+    fault = hc.SensorFault("joint.boom.q", "freeze", time=300.0)
+    texts = said("tip-vertical-line", sensor_faults=[fault], phases=[hc.Phase(time=900.0, controller="lever")])
+    assert any("`joint.boom.q` fails at 300 s" in text for text in texts)
+    assert any("begins at 900 s" in text for text in texts)
+
+
+def test_what_happens_is_not_warned_of():
+    assert said(commands={"lift": 0.01}) == []
+    assert said(commands={"lift": hc.Command([0.0, 10.0], [0.0, 0.01], "linear")}) == []
+    assert said(commands={"lift": hc.Command([0.0, 0.05, 0.1, 5.0], SPOOL)}, payload_changes={0.1: 10.0}) == []
