@@ -32,8 +32,8 @@ UNITS = {"revolute joint": (1e3, "mrad"), "telescope": (1e3, "mm"), "pressure": 
 KINDS = ("rottne-f9-lab", "hiab-xs031", "rottne-f9-pump", "rottne-f9-ls", "rottne-f9-mobile")
 MASSES = (50.0, 30e3)
 DRIVES, DRIVE_END = 20, 6.0
-# Powers of the scale of lengths: loads of its third power, at the same pressures and speeds of pistons and pumps. What
-# a key names counts before its unit.
+# Powers of the scale of lengths: loads of its third power, at the same pressures and speeds of pistons and pumps.
+# What a key names counts before its unit.
 BY_NAME = {"bore": 1.5, "rod-diameter": 1.5, "flow": 3.0, "leakage": 3.0, "gradient": 3.0, "dead-volume": 4.0}
 BY_NAME |= {"volume": 3.0, "displacement": 3.0, "compliance": 3.0, "torque": 3.0, "speed": 0.0}
 BY_UNIT = {"m": 1.0, "kg": 3.0, "kg m^2": 5.0, "N": 3.0, "N/m": 2.0, "N s/m": 2.5, "s": 0.5, "rad/s": -0.5, "m/s": 0.5}

@@ -67,6 +67,7 @@ const MACHINE_WITH_MORE: &str = r#"
     measures = "cylinder.jib.x"
     kind = "wire-potentiometer"
     span = "1 m"
+    offset = "10 mm"
     [port-relief.lift]
     cylinder = "lift"
     side = "piston-side"
