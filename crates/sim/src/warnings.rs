@@ -23,6 +23,8 @@ const VACUUM_ROUNDING: f64 = 1e3;
 /// told, s: shorter ones close again within a stop.
 const TORN: f64 = 0.1;
 const TORN_TIME: f64 = 0.05;
+/// Time after which a section that is short is told, s: while spools open, pressures and pumps settle.
+const STARVED_TIME: f64 = 0.1;
 /// Share of a flow from which an error of the model is told.
 const TELLING: f64 = 0.01;
 /// Time between two checks of the energy ledger, s.
@@ -91,6 +93,8 @@ pub(crate) struct Watch {
     lost: Option<OilLost>,
     /// The worst shortfall of each section that had one.
     starved: Vec<Shortfall>,
+    /// How long each section has been short, s.
+    lacking: Vec<f64>,
     /// How long the sides of the cylinders have been at vacuum, s, in pairs.
     empty: Vec<f64>,
     /// Mean estimated errors of fixed steps, by state.
@@ -110,6 +114,7 @@ impl Watch {
             audit: None,
             lost: OilLost::new(stepper, driven),
             starved: vec![],
+            lacking: vec![0.0; machine.cylinders.len()],
             empty: vec![0.0; 2 * machine.cylinders.len()],
             estimates: vec![],
             found: vec![],
@@ -172,6 +177,11 @@ impl Watch {
             }
         }
         for short in driven.model.shortfalls(x) {
+            let lacking = &mut self.lacking[short.cylinder];
+            *lacking += t - stepper.previous_time();
+            if *lacking < STARVED_TIME {
+                continue;
+            }
             self.note(Finding::Starved(short.cylinder), t, short.missing());
             match self.starved.iter_mut().find(|worst| worst.cylinder == short.cylinder) {
                 Some(worst) if worst.missing() >= short.missing() => {}
