@@ -135,7 +135,8 @@ mod tests {
         let found = [&plain, &block].map(|block| read::<2, _>(block, Parameters::clone).expect("sound"));
         let told = Lever::new(0.01, [0.05, 0.02]);
         assert!(found.iter().all(|found| matches!(&found.controller, Kind::Lever(lever) if *lever == told)));
-        assert_eq!(found.map(|found| found.monitor), [None, lever(true).monitor]);
+        let monitors = found.map(|found| format!("{:?}", found.monitor));
+        assert_eq!(monitors, [None, lever(true).monitor].map(|monitor| format!("{monitor:?}")));
         for i in 0..block.len() {
             let mut damaged = block.clone();
             damaged[i] ^= 4;

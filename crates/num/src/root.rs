@@ -47,7 +47,8 @@ mod tests {
 
     #[test]
     fn finds_zeros_of_smooth_kinked_and_jumping_functions_in_few_evaluations() {
-        let cases: [(fn(f64) -> f64, f64, usize); 4] = [
+        type Case = (fn(f64) -> f64, f64, usize);
+        let cases: [Case; 4] = [
             (|x| x * x * x - 2.0, 1.259_921_049_894_873, 12),
             (|x| (x - 3.0).max(0.0) - 1e-3, 3.001, 60),
             (|x| if x < 2.0 { -1.0 } else { 1e3 }, 2.0, 120),

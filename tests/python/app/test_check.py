@@ -45,7 +45,8 @@ def test_right_machines_are_not_blamed(base):
 
 def test_one_screen_says_loads_speeds_and_the_lowest_mode():
     done = run("check", MINI)
-    for words in ("at rest with 0 kg at boom", "full valve, mm/s", "lowest natural frequency", "46 cSt", "no errors found"):
+    told = ("at rest with 0 kg at boom", "full valve, mm/s", "lowest natural frequency", "46 cSt", "no errors found")
+    for words in told:
         assert words in done.stdout, words
     assert len(done.stdout.splitlines()) <= 24
     wrong = run("check", MINI, "--set", "supply.pressure=5 bar")
