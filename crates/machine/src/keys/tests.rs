@@ -208,8 +208,8 @@ fn every_declared_key_is_read() {
     parse_scenario(SCENARIO_WITH_MORE, "more.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     let log = [("drive.csv".to_string(), "clock,up,feed\n0,0,100\n".to_string())];
     parse_scenario_with(SCENARIO_WITH_A_LOG, "log.toml", &log).unwrap_or_else(|error| panic!("{error}"));
-    // `extends` and `include` are read before files are merged.
-    let of_the_loader = ["machine file.extends", "machine file.include"];
+    // These are read before files are merged.
+    let of_the_loader = ["machine file.extends", "machine file.include", "machine file.without"];
     let unread =
         declarations().into_iter().filter(|(path, key)| !asked::has(key) && !of_the_loader.contains(&path.as_str()));
     assert_eq!(unread.map(|(path, _)| path).collect::<Vec<_>>(), [] as [&str; 0]);

@@ -62,12 +62,12 @@ fn assert_fixed(run: &Run, steps: u64) {
 
 #[test]
 fn a_stiff_lift_takes_its_number_of_steps() {
-    assert_near(&lift("rodas5p", 0.05), [253, 9]);
+    assert_near(&lift("rodas5p", 0.05), [280, 11]);
 }
 
 #[test]
 fn a_lift_by_the_exponential_method_takes_its_number_of_steps() {
-    assert_near(&lift("hc-exponential-4", 0.05), [150, 23]);
+    assert_near(&lift("hc-exponential-4", 0.05), [233, 51]);
     assert_near(&tip_control("hc-exponential-4", 0.05), [260, 60]);
 }
 
@@ -85,7 +85,7 @@ fn fixed_steps_divide_every_interval_between_commands() {
 
 #[test]
 fn a_stiff_closed_loop_takes_two_steps_per_sample() {
-    assert_near(&tip_control("rodas5p", 0.05), [396, 57]);
+    assert_near(&tip_control("rodas5p", 0.05), [444, 79]);
 }
 
 #[test]

@@ -100,7 +100,7 @@ fn the_account_explains_what_the_states_store() {
     let run = open_loop(m, &record, &[(0.2, 200.0), (PICKED, 50.0), (0.6, 120.0), (DROPPED, 0.0)]);
     let (worst, impacts) = (ledger::gap(m, &run), ledger::at_end(m, &run, "payload.impact"));
     assert!(impacts > 0.05, "the impacts cost {impacts} J");
-    assert!(worst < 1e-4 * impacts, "{worst} J of {impacts} J");
+    assert!(worst < 2e-4 * impacts, "{worst} J of {impacts} J");
 }
 
 #[test]
