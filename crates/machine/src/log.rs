@@ -81,6 +81,12 @@ impl Log {
         }
     }
 
+    /// Whether a value at or below this path was found to be outside its usual range.
+    pub fn doubts(&self, path: &str) -> bool {
+        let below = |key: &str| key.strip_prefix(path).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        self.unusual.borrow().iter().any(|known| below(&known.key))
+    }
+
     /// The values outside their usual ranges.
     pub fn unusual(&self) -> Vec<Unusual> {
         self.unusual.borrow().clone()

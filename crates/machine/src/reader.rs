@@ -101,6 +101,11 @@ impl<'a> Reader<'a> {
         place.error(kind, &join(&self.path, key), message)
     }
 
+    /// Whether a value of this table was found to be outside its usual range.
+    pub fn is_doubted(&self) -> bool {
+        self.log.doubts(&self.path)
+    }
+
     /// A sub-table.
     pub fn table(&self, key: &str) -> Result<Option<Reader<'a>>> {
         let keys = self.keys_below(key);

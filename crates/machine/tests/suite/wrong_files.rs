@@ -16,15 +16,15 @@ fn changed(base: &str, key: &str, value: &str) -> Result<Machine, MachineError> 
 const WRONG: &[(&str, &str, &str, &str)] = &[
     // Masses in g or t, moments of inertia in kg mm^2 or g mm^2.
     ("mini", "link.boom.mass", "227 g", "radius of gyration"),
-    ("mini", "link.arm.mass", "130 t", "lead"),
-    ("mini", "link.bucket.mass", "53 t", "lead"),
+    ("mini", "link.arm.mass", "13 t", "lead"),
+    ("mini", "link.bucket.mass", "53 t", "53 kg"),
     ("mini", "link.boom.inertia", "67.8 kg mm^2", "usual is"),
     ("mini", "link.arm.inertia", "30.3 kg cm^2", "lead"),
     ("mini", "link.bucket.inertia", "3020 kg m^2", "radius of gyration"),
     ("rottne-f9-lab", "link.boom.inertia", "118644 kg m^2", "radius of gyration"),
     ("rottne-f9-lab", "link.jib.mass", "27540 kg", "less than mass times distance squared"),
-    ("rottne-f9-lab", "link.extension.mass", "10 g", "radius of gyration"),
-    ("hiab-xs031", "link.lift.body.beam.mass", "54.6 t", "lead"),
+    ("rottne-f9-lab", "link.extension.mass", "100 g", "radius of gyration"),
+    ("hiab-xs031", "link.lift.body.beam.mass", "54.6 t", "54.6 kg"),
     ("hiab-xs031", "link.tilt.body.beam.inertia", "7.5 kg mm^2", "lead"),
     // Centres of gravity and points in cm or mm.
     ("mini", "link.boom.centre-of-gravity", "(10.25, 3.84) m", "beyond the link"),

@@ -21,7 +21,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     for (index, link) in machine.links.iter().enumerate() {
         let Some((_, table)) = tables.iter().find(|(name, _)| *name == link.name) else { continue };
         far_points(table, machine, &spans, index)?;
-        if spans[index] == 0.0 {
+        if spans[index] == 0.0 || table.is_doubted() {
             continue;
         }
         // With further bodies fixed on it, each is judged by its own values.

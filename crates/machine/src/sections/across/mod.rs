@@ -12,25 +12,35 @@ use crate::reader::Reader;
 use crate::sections::Result;
 use std::f64::consts::PI;
 
+/// A value that was found alone, in a table or in what it is compared with, would be blamed on others: these are left out until
+/// it is right.
 pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
+    hanging(root, machine)?;
     mass::check(root, machine)?;
+    let common = ["fluid", "supply"].map(|key| root.table_or_empty(key));
+    if common.into_iter().collect::<Result<Vec<_>>>()?.iter().any(Reader::is_doubted) {
+        return Ok(());
+    }
     let [cylinders, valves, frictions] = ["cylinder", "valve", "friction"].map(|key| root.named_tables(key));
     let [cylinders, valves, frictions] = [cylinders?, valves?, frictions?];
     for of in &machine.cylinders {
-        let sizes = Sizes::new(machine, of);
-        if let Some((_, table)) = cylinders.iter().find(|(name, _)| *name == of.name) {
-            cylinder::check(table, machine, of, &sizes)?;
-        }
-        if let Some((_, table)) = valves.iter().find(|(name, _)| *name == of.valve.name) {
-            valve::check(table, of, &sizes)?;
-        }
         // Exactly one friction table names the cylinder.
         let rubs = |table: &Reader| table.text("cylinder").is_ok_and(|name| name == of.name);
-        if let Some((_, table)) = frictions.iter().find(|(_, table)| rubs(table)) {
-            friction::check(table, of, &sizes)?;
+        let cylinder = cylinders.iter().find(|(name, _)| *name == of.name);
+        let valve = valves.iter().find(|(name, _)| *name == of.valve.name);
+        let friction = frictions.iter().find(|(_, table)| rubs(table));
+        let (Some((_, cylinder)), Some((_, valve)), Some((_, friction))) = (cylinder, valve, friction) else {
+            continue;
+        };
+        if [cylinder, valve, friction].into_iter().any(Reader::is_doubted) {
+            continue;
         }
+        let sizes = Sizes::new(machine, of);
+        cylinder::check(cylinder, machine, of, &sizes)?;
+        valve::check(valve, of, &sizes)?;
+        friction::check(friction, of, &sizes)?;
     }
-    hanging(root, machine)
+    Ok(())
 }
 
 /// What the checks of a cylinder have in common, plain and in SI.
