@@ -18,6 +18,7 @@ pub mod model;
 mod nearest;
 mod number;
 mod plausible;
+mod pressure_source;
 mod quantities;
 mod reader;
 pub mod scenario;

@@ -13,7 +13,7 @@ use crate::outcome::{Outcome, OutcomeKind};
 use crate::recorder::Recorder;
 use crate::sampled::{plan_fault, Event, Sampled, SampledPlan, Samples, Sampling};
 use crate::schedule::Schedule;
-use crate::warnings::sensor_stop;
+use crate::warning::Warning;
 use hydrocrane_control::controller::Controller;
 
 /// The source of the spool commands.
@@ -111,6 +111,18 @@ pub fn simulate_phases<'a>(
     run.warnings.extend(stops.into_iter().map(sensor_stop));
     run.warnings.sort_by(|a, b| a.time.total_cmp(&b.time));
     PhasedRun { run, samples, events }
+}
+
+/// Warning that a controller has stopped the crane because of a sensor.
+fn sensor_stop(Event { time, text, .. }: Event) -> Warning {
+    Warning {
+        time,
+        kind: "sensor-stop",
+        text,
+        cure: "if the sensor is in order, state its errors in its `[sensor]` table, and those of valves and supply in \
+               `[control.plausibility]`"
+            .to_string(),
+    }
 }
 
 /// Begins a phase with a controller; sticks and sent commands continue from the last such phase.

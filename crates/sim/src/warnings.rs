@@ -4,7 +4,6 @@ use crate::driven::Driven;
 use crate::ledger::ledger_terms;
 use crate::model::Model;
 use crate::oil_lost::OilLost;
-use crate::sampled::Event;
 use crate::sensing::unmeasured;
 use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
@@ -455,18 +454,6 @@ pub fn without_sensors(machine: &Machine, time: f64, reads_pressures: bool, tip:
             if estimable { "; without pressure sensors, state `control.tip.pressures = \"estimated\"`" } else { "" }
         ),
     })
-}
-
-/// Warning that a controller has stopped the crane because of a sensor.
-pub(crate) fn sensor_stop(Event { time, text, .. }: Event) -> Warning {
-    Warning {
-        time,
-        kind: "sensor-stop",
-        text,
-        cure: "if the sensor is in order, state its errors in its `[sensor]` table, and those of valves and supply in \
-               `[control.plausibility]`"
-            .to_string(),
-    }
 }
 
 /// Warnings on an equilibrium `x` that was asked for in the pose `q` with `payload` (kg): joints that rest on their end stops instead, and

@@ -80,7 +80,8 @@ fn an_explicit_lift_takes_its_number_of_steps() {
 fn fixed_steps_divide_every_interval_between_commands() {
     // 0.3, 1 and 0.7 s.
     assert_near(&lift("hc-rosenbrock-3", 0.005), [60 + 200 + 140, 0]);
-    assert_fixed(&lift("hc-rosenbrock-3", 0.02), 15 + 50 + 35);
+    // A few of them are divided while the spools jump.
+    assert_near(&lift("hc-rosenbrock-3", 0.02), [15 + 50 + 35 + 6, 1]);
 }
 
 #[test]

@@ -4,5 +4,6 @@ mod bounds;
 mod bursts;
 mod cockpit;
 mod common;
+mod files;
 mod goals;
 mod ground;
