@@ -449,7 +449,7 @@ pub fn usual_symbols() -> impl Iterator<Item = &'static str> {
 }
 
 /// The symbols of units of this dimension.
-pub mod scenario;
+#[cfg(feature = "schema")]
 pub fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static str> {
     symbols().filter(move |symbol| lookup(symbol).is_some_and(|unit| unit.dimension == dimension))
 }
