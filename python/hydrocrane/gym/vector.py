@@ -66,8 +66,9 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         every crane one row or the same for all.
         """
         numbers = range(self.num_envs)
-        seeds = [None] * self.num_envs if seed is None else seed
-        seeds = [seeds + i for i in numbers] if isinstance(seeds, int | np.integer) else list(seeds)
+        seeds: list[int | None] = [None for _ in numbers]
+        if seed is not None:
+            seeds = [seed + i for i in numbers] if isinstance(seed, int | np.integer) else list(seed)
         if len(seeds) != self.num_envs:
             raise InputError(f"{len(seeds)} seeds for {self.num_envs} cranes; give one for each, or one whole number")
         for i, own in enumerate(seeds):

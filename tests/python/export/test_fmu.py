@@ -168,6 +168,30 @@ def test_directional_derivatives_are_those_of_the_jacobian(crane, fmi, tmp_path)
     unit.close()
 
 
+@pytest.mark.parametrize(
+    ("overrides", "commands"),
+    [
+        ({}, [0.0, 0.01, 0.2]),
+        ({"valve.lift.command.dead-band": "2 mm"}, [0.0, 0.001, 0.01]),
+        ({"valve.lift.acceleration-limit": "100 m/s^2"}, [0.0, 0.001]),
+    ],
+    ids=["plain", "dead-band", "acceleration-limit"],
+)
+def test_derivatives_by_commands_where_tools_linearise(overrides, commands, tmp_path):
+    crane = hc.load_machine("rottne-f9-lab", overrides)
+    unit = Unit(hc.export_fmu(crane, tmp_path / "one.fmu"), tmp_path / "unzipped", exchange=True).begin()
+    unit.fmu.enterContinuousTimeMode()
+    name, rates = inputs(crane)[0], [f"der({name})" for name in crane.state_names]
+    for command in commands:
+        ends = []
+        for step in (1e-7, -1e-7):
+            unit.set({name: command + step})
+            ends.append(unit.get(rates))
+        unit.set({name: command})
+        assert np.allclose(unit.directional(rates, [name], [1.0]), (ends[0] - ends[1]) / 2e-7, rtol=1e-6, atol=1e-3)
+    unit.close()
+
+
 @pytest.mark.evidence
 def test_directional_derivatives_of_outputs(crane, fmi, tmp_path):
     """Against central differences of the native outputs, which have no exact derivatives."""

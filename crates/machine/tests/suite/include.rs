@@ -84,3 +84,28 @@ fn errors_name_the_included_file_or_the_line_that_includes_it() {
         assert_eq!(loaded("list", &[("mine.toml", &text)]).unwrap_err().slug(), "wrong-type");
     }
 }
+
+#[test]
+fn a_file_does_without_keys_of_the_one_it_extends() {
+    let own = "extends = \"hiab-xs031\"\nwithout = [\"valve.lift.nominal-edge-pressure-drop\"]\n\
+               [valve.lift]\nclass = \"assumed\"\nnominal-pressure-drop = \"20 bar\"\n";
+    let machine = loaded("without", &[("mine.toml", own)]).unwrap();
+    assert!(machine.provenance.iter().any(|p| p.key == "valve.lift.nominal-pressure-drop"));
+    assert!(machine.provenance.iter().all(|p| p.key != "valve.lift.nominal-edge-pressure-drop"));
+    for (text, slug) in [
+        ("extends = \"rig-rottne\"\nwithout = [\"valve.tset.overlap\"]\n", "unknown-reference"),
+        ("extends = \"rig-rottne\"\nwithout = [\"valve.test.stroke.x\"]\n", "unknown-reference"),
+        ("extends = \"rig-rottne\"\nwithout = [1]\n", "wrong-type"),
+        ("without = [\"valve\"]\n", "conflicting-keys"),
+    ] {
+        assert_eq!(loaded("without-nothing", &[("mine.toml", text)]).unwrap_err().slug(), slug, "{text}");
+    }
+}
+
+#[test]
+fn names_and_texts_have_no_control_characters() {
+    for text in ["[machine]\nname = \"a\\u0001b\"\n", "[link.base.point]\n\"a\\u0007\" = \"(0, 0) m\"\n"] {
+        let own = format!("extends = \"rig-rottne\"\n{text}");
+        assert_eq!(loaded("control", &[("mine.toml", &own)]).unwrap_err().slug(), "not-text", "{text}");
+    }
+}
