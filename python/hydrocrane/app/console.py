@@ -33,7 +33,12 @@ def _fitted(table: Table, console: Console) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    if console.measure(table).minimum <= console.width:
+    # A measure is cut to the width that it is given: only a very wide one tells what the words need.
+    if console.measure(table, options=console.options.update(width=10_000)).minimum <= console.width:
+        # Columns share what is too little by their widths; none may fall below its longest word.
+        for column in table.columns:
+            words = " ".join(str(cell) for cell in (column.header, *column.cells)).split()
+            column.min_width = max(map(len, words), default=0)
         return table
     blocks = Table(title=table.title, title_justify="left", box=None, pad_edge=False, show_header=False)
     blocks.add_column(style="bold", no_wrap=True)

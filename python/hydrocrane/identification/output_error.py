@@ -179,16 +179,18 @@ def fit(
     """
     evaluator = _Evaluator(unknowns, function, joint, softened)
     low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
-    found = optimize.least_squares(
-        evaluator.residuals,
-        np.clip(evaluator.start, low, high),
-        jac=evaluator.slopes,
-        bounds=(low, high),
-        xtol=tolerance,
-        ftol=tolerance,
-        gtol=None,
-        max_nfev=MOST_EVALUATIONS,
-    )
+    # A trial far from the data may have a cost beyond all numbers; the search then goes back.
+    with np.errstate(over="ignore"):
+        found = optimize.least_squares(
+            evaluator.residuals,
+            np.clip(evaluator.start, low, high),
+            jac=evaluator.slopes,
+            bounds=(low, high),
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=None,
+            max_nfev=MOST_EVALUATIONS,
+        )
     freedom = max(evaluator.count - len(unknowns), 1)
     return Estimate(
         names=tuple(u.name for u in unknowns),

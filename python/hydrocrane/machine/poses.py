@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,16 +12,26 @@ from numpy.typing import ArrayLike
 from hydrocrane.arrays import Array, vectors
 from hydrocrane.errors import InputError
 
-if TYPE_CHECKING:
-    from hydrocrane.machine.machine import Machine
-
 # The unit that people read, with its SI value, by the SI unit; and the larger of the wrong ones that people give.
 SHOWN = {"rad": ("deg", math.pi / 180.0), "m": ("mm", 1e-3)}
 # A sliding coordinate may lie outside its range by so many ranges: what is to be found are factors of 100 and 1000.
 _RANGES = 10.0
 
 
-def poses(machine: Machine, value: ArrayLike, name: str = "q") -> Array:
+class Jointed(Protocol):
+    """What a pose is checked against, such as :class:`hydrocrane.Machine`."""
+
+    @property
+    def joint_names(self) -> Sequence[str]: ...
+
+    @property
+    def joint_units(self) -> Sequence[str]: ...
+
+    @property
+    def joint_limits(self) -> Array: ...
+
+
+def poses(machine: Jointed, value: ArrayLike, name: str = "q") -> Array:
     """`value` as joint coordinates (..., n), rad or m, that may be meant so.
 
     Geometry and mechanics hold outside the joint ranges too, and what searches a pose may leave them. Refused is what
@@ -45,7 +56,7 @@ def poses(machine: Machine, value: ArrayLike, name: str = "q") -> Array:
     return q
 
 
-def _far(machine: Machine, name: str, q: Array, place: tuple[int, ...]) -> str:
+def _far(machine: Jointed, name: str, q: Array, place: tuple[int, ...]) -> str:
     joint = place[-1]
     unit = machine.joint_units[joint]
     shown, size = SHOWN[unit]
@@ -58,7 +69,7 @@ def _far(machine: Machine, name: str, q: Array, place: tuple[int, ...]) -> str:
     )
 
 
-def in_words(machine: Machine, q: ArrayLike) -> str:
+def in_words(machine: Jointed, q: ArrayLike) -> str:
     """A pose as ``boom 100 deg, extension 50 mm``."""
     parts = []
     for joint, unit, value in zip(machine.joint_names, machine.joint_units, np.asarray(q), strict=True):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import minimum_filter1d
 
 from hydrocrane.arrays import Array
 from hydrocrane.machine.machine import Machine
@@ -60,6 +59,8 @@ def compared(
 
 def _lasting(time: Array, apart: Array) -> Array:
     """The part of a difference (m,) that lasts longer than :data:`BRIEF`."""
+    from scipy.ndimage import minimum_filter1d
+
     if len(time) < 2:
         return apart
     samples = int(BRIEF / float(np.median(np.diff(time)))) + 1

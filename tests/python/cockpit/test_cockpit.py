@@ -170,7 +170,8 @@ def test_a_machine_file_goes_to_the_page_as_text(tmp_path):
 
 
 def test_a_machine_in_several_files_goes_to_the_page_as_one_text(tmp_path):
-    (tmp_path / "base.toml").write_text('extends = "rottne-f9-lab"\n[supply]\npressure = "60 bar"\n', encoding="utf-8")
+    base = 'extends = "rottne-f9-lab"\n[supply]\nclass = "setting"\npressure = "60 bar"\n'
+    (tmp_path / "base.toml").write_text(base, encoding="utf-8")
     path = tmp_path / "mine.toml"
     path.write_text('extends = "base.toml"\n', encoding="utf-8")
     request = drive_request(str(path), {})

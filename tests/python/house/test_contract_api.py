@@ -39,6 +39,7 @@ METHODS = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore::hydrocrane.result_warning.DoubtfulResult")
 @pytest.mark.parametrize(("name", "takes", "shape", "loaded"), METHODS, ids=[m[0] for m in METHODS])
 def test_shapes_of_single_cases_and_batches(corrected, name, takes, shape, loaded):
     sizes = {"n": len(corrected.joint_names), "s": len(corrected.state_names), "2": 2}

@@ -29,7 +29,7 @@ def sources() -> list[Path]:
 
 def test_no_second_table_of_defaults():
     keys = "|".join(map(re.escape, controls()))
-    assert "damping-ratio" in keys and "flow-tolerance" in keys
+    assert {"damping-ratio", "flow-tolerance"} <= set(controls())
     pattern = re.compile("|".join(form.format(key=f"(?:{keys})") for form in SECOND))
     found = [
         f"{path.relative_to(ROOT)}: {match.group(0)}"

@@ -86,6 +86,7 @@ def test_a_machine_survives_pickling():
 # --- values and shapes ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.filterwarnings("ignore::hydrocrane.result_warning.DoubtfulResult")
 @pytest.mark.parametrize("name", MACHINES)
 def test_batches_equal_single_calls(name):
     crane = hc.load_machine(name)

@@ -197,7 +197,7 @@ def test_what_is_driven_live_is_repeated_to_the_last_bit(tmp_path):
     live.step(0.3)
     live.set_stick(z=0.3)
     live.step(0.3)
-    assert live.warnings[-1].kind == "oil-lost"
+    assert "oil-lost" in {warning.kind for warning in live.warnings}
     live.set_stick(x=-0.2)
     live.step(0.4)
     saved = live.scenario(record_interval=live.period)

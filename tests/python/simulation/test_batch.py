@@ -102,7 +102,7 @@ def test_payloads_are_each_crane_s_own(crane):
         (lambda b: b.reset(), "either q"),
         (lambda b: b.reset(q=POSE, cranes=[3]), "between 0 and 2"),
         (lambda b: b.reset(q=POSE, cranes=[0.5]), "numbers of cranes or 3 truth values"),
-        (lambda b: b.reset(q=[[9.0, 9.0, 9.0]]), "limit"),
+        (lambda b: b.reset(q=[[9.0, 9.0, 9.0]]), "its range is"),
         (lambda b: b.set_payload(-1.0), "zero or more"),
         (lambda b: b.set_payload([1.0, 2.0]), "or 3 of them"),
         (lambda b: hc.BatchSimulator(b.machine, 0), "a whole number, one or more"),

@@ -77,7 +77,7 @@ def test_the_ledger_accounts_for_the_loads(run):
 
 def test_runs_without_changes_have_one_payload():
     run = hc.simulate(plan(payload=40.0, duration=0.1))
-    assert (run.data["payload"].values == 40.0).all() and run.payload_changes == () and run.events == ()
+    assert (run.data["payload"].values == 40.0).all() and run.payload_changes == ()
     assert not run.data["ledger.payload.load"].any() and not run.data["ledger.payload.impact"].any()
 
 

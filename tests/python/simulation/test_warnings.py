@@ -37,7 +37,9 @@ def test_each_kind_has_a_file_that_provokes_it_and_a_row_in_the_reference(file: 
 @pytest.mark.parametrize("scenario", [name for name in hc.bundled_scenarios() if name != AS_PRINTED])
 def test_bundled_scenarios_give_no_warning(scenario: str) -> None:
     run = hc.simulate(scenario, duration=5.0)
-    assert run.outcome.completed and run.warnings == ()
+    # The load drops a little when the spool of this section closes, and its rod side has no anti-cavitation valve.
+    allowed = ["cavitation"] if scenario == "flow-valve-lift" else []
+    assert run.outcome.completed and kinds(run) == allowed
 
 
 def test_warnings_are_kept_in_files(tmp_path: Path) -> None:
@@ -130,16 +132,20 @@ def test_the_stepping_interface_warns_too() -> None:
     crane = hc.load_machine("rottne-f9-lab", {"payload.mass": 3000})
     sim = hc.Simulator(crane, sample_time=0.01)
     sim.reset(q=[1.745, 1.745, -0.31])
-    assert {warning.kind for warning in sim.warnings} == {"start-rests-on-stop", "pressure-above-rating"}
+    assert {warning.kind for warning in sim.warnings} == {
+        "start-rests-on-stop",
+        "start-not-held",
+        "pressure-above-rating",
+    }
     sim.step(np.zeros(3))
     sim.reset(q=[1.745, 1.745, 0.0])
-    assert {warning.kind for warning in sim.warnings} == {"pressure-above-rating"}
+    assert {warning.kind for warning in sim.warnings} == {"start-not-held", "pressure-above-rating"}
 
 
 def test_cases_of_a_study_carry_their_warnings() -> None:
     study = hc.sweep("vertical-lift-open-loop", {"payload.mass": [0.0, 3000.0]}, duration=0.1, measures=["end_time"])
     messages = study["message"].values.tolist()
-    assert messages[0] == "" and messages[1].startswith("warning: the pressure in cylinder `lift` reaches")
+    assert messages[0] == "" and messages[1].startswith("warning: the load at the start needs 527 bar")
 
 
 def test_runs_of_an_implausible_machine_say_so() -> None:

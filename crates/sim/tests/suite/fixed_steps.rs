@@ -190,6 +190,6 @@ fn a_step_is_cut_where_a_chamber_cavitates_and_the_work_stays_bounded() {
         assert!(apart < most, "{step}: {apart}");
         let of_the_machine = ["pressure-above-rating", "cavitation", "start-not-held"];
         assert!(even.warnings.iter().all(|w| of_the_machine.contains(&w.kind)), "{:?}", even.warnings);
-        assert!((even.accepted + even.rejected) as f64 <= 1.2 / step, "{} {}", even.accepted, even.rejected);
+        assert!((even.accepted + even.rejected) as f64 <= 1.4 / step, "{} {}", even.accepted, even.rejected);
     }
 }
