@@ -1,6 +1,7 @@
 //! Controllers by name, each with a controller model taken from a machine description.
 
 use crate::controller_model::controller_model;
+use crate::gain::gain;
 use crate::sensor_monitor::{self, names};
 use hydrocrane_control::chamber_estimate::Pressures;
 use hydrocrane_control::controller::Controller;
@@ -68,15 +69,6 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
         Kind::HeinzePid(settings) => Box::new(HeinzePid::new(model, settings)),
         Kind::Lever(lever) => Box::new(lever),
     })
-}
-
-/// A gain of a controller, or a threshold of the sensor monitor, that has a declared default.
-///
-/// # Panics
-/// If none is declared.
-pub(crate) fn gain(machine: &Machine, controller: &str, key: &str) -> f64 {
-    let value = machine.control.gain(controller, key);
-    value.unwrap_or_else(|| panic!("`control.{controller}.{key}` is declared without a default"))
 }
 
 /// The gains of `tip` that have a default: key, SI unit (empty for a plain number) and value for a machine.

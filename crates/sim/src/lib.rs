@@ -10,6 +10,7 @@ pub mod controllers;
 mod driven;
 mod event_loop;
 mod faults;
+mod gain;
 mod ledger;
 mod live;
 mod method_choice;

