@@ -47,8 +47,8 @@ def test_a_file_makes_a_sensor_fail_and_control_returns(tmp_path):
     frozen, back = run.events
     assert "`joint.boom.q` is frozen" in frozen.text and 1.0 < frozen.time < 1.3
     assert "restarts" in back.text and 3.5 <= back.time < 3.8
-    for event in run.events:
-        assert event.text.removeprefix("warning: ") in run.summary()
+    for words in ("`joint.boom.q` is frozen", back.text):
+        assert words in run.summary()
     data = run.data
     held = data["controller.lift"].sel(time=slice(frozen.time + 0.12, back.time - 0.01))
     assert (held == 0).all()
