@@ -55,7 +55,7 @@ def bode(models: LinearModel | MachineLike | Mapping[str, LinearModel], omega: A
     >>> figure = hc.bode(model.select("cylinder.lift.command", "tip.z"))
     >>> figure.savefig("bode.png")
     >>> [curve.get_label() for curve in hc.bode("single-cylinder").axes[0].lines[:1]]
-    ['tip.z by cylinder.main.command']
+    ['tip.z by cylinder.test.command']
     """
     named = dict(models) if isinstance(models, Mapping) else {"": _model(models)}
     pairs = [(label, m, o, i) for label, m in named.items() for o in m.output_names for i in m.input_names]

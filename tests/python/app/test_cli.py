@@ -112,7 +112,7 @@ def test_charts_of_a_machine(tmp_path, chart):
 def test_workspace_loadchart_and_modes(tmp_path):
     works("workspace", "rottne-f9-lab", folder=tmp_path)
     table = works("loadchart", "rottne-f9-lab", "--samples", 8, folder=tmp_path)
-    assert "reach, m" in table and "at the best height" in table and "at the worst height" in table
+    assert "reach, m" in table and "at the best height" in table and "at the worst permitted height" in table
     out = works("modes", "rottne-f9-lab", "--at", "boom=100 deg", "--samples", 3, folder=tmp_path)
     assert "cylinder.lift." in out and "record every" in out and "in larger motions" in out
     chosen = works("loadchart", "rottne-f9-lab", "--samples", 8, "--height", "50 cm", folder=tmp_path)

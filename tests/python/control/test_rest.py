@@ -77,7 +77,7 @@ def test_ten_minutes_at_rest_of_the_loader_crane(payload, seed):
 @pytest.mark.parametrize(("sensors", "payload", "lag"), [("ideal", 0.0, 10e-3), ("data-sheet", 200.0, 20e-3)])
 def test_random_sticks_stay_within_limits_regions_and_pressures(sensors, payload, lag):
     found = soak(hc.load_machine(LAB), 3, 180.0, payload=payload, sensors=sensors)
-    assert found.outcome == "completed" and not found.warnings and not found.alarms
+    assert found.outcome == "completed" and not found.alarms and all("vacuum" in text for text in found.warnings)
     assert found.beyond_limits == 0.0 and found.pressure < 1.5 and found.lag < lag
     assert found.clearance > 0.03
 
@@ -86,7 +86,7 @@ def test_random_sticks_stay_within_limits_regions_and_pressures(sensors, payload
 @pytest.mark.parametrize(("seed", "lasts"), [(0, 210.0), (1, 290.0)])
 def test_random_sticks_do_not_lead_the_loader_crane_over_its_dead_centre(seed, lasts):
     found = soak(hc.load_machine("hiab-xs031"), seed, lasts, full_speed=0.3)
-    assert found.outcome == "completed" and not found.warnings and not found.alarms
+    assert found.outcome == "completed" and not found.alarms and all("vacuum" in text for text in found.warnings)
     assert found.beyond_limits == 0.0 and found.pressure < 1.5
 
 
