@@ -16,12 +16,17 @@ pub struct Precision {
 /// Relative density of the oil that counts as much as a state's scale.
 const DENSITY_SCALE: f64 = 1e-3;
 
-/// Share of its stiffness without pressure that the oil has at its softest between two pressures, at most one. Where free gas
+/// Modulus of the softer end of a step, Pa.
+#[inline(always)]
+fn softer<T: Real>(fluid: &Fluid<T>, from: T, to: T) -> T {
+    fluid.bulk_modulus(from).min(fluid.bulk_modulus(to))
+}
+
+/// Share of its stiffness without pressure that the oil has at the softer end of a step, at most one. Where free gas
 /// makes oil soft, a small error of its pressure is a large one of its volume, and of the time at which it is stiff again.
 #[inline(always)]
 pub fn stiffness<T: Real>(fluid: &Fluid<T>, from: T, to: T) -> T {
-    let least = fluid.bulk_modulus(from).min(fluid.bulk_modulus(to));
-    (least / fluid.bulk_modulus(T::c(0.0))).min(T::c(1.0))
+    (softer(fluid, from, to) / fluid.bulk_modulus(T::c(0.0))).min(T::c(1.0))
 }
 
 impl Precision {
@@ -52,7 +57,7 @@ impl Precision {
         }
         for c in 0..layout.joints() {
             for i in [layout.p1(c), layout.p2(c)] {
-                let density = error(i) / fluid.bulk_modulus(from[i]).min(fluid.bulk_modulus(to[i]));
+                let density = error(i) / softer(fluid, from[i], to[i]);
                 sum += (density * self.density).square();
             }
         }
