@@ -36,7 +36,7 @@ class Soak:
     warnings : tuple of str
         Texts of the run's warnings.
     alarms : tuple of str
-        Events other than those that explain a tip at rest.
+        Events other than warnings and those that explain a tip at rest.
     tip_speed : float
         Largest speed of the tip.
     pressure : float
@@ -137,7 +137,9 @@ def soak(
     return Soak(
         outcome=run.outcome.kind,
         warnings=tuple(warning.text for warning in run.warnings),
-        alarms=tuple(event.text for event in run.events if not event.text.startswith("the tip stands")),
+        alarms=tuple(
+            event.text for event in run.events if not event.warning and not event.text.startswith("the tip stands")
+        ),
         tip_speed=float(np.hypot(*np.einsum("tij,tj->it", driven.tip_jacobian(q), of(joints, "qd"))).max()),
         pressure=float(of(cylinders, "p1", "p2").max()) / driven.supply_pressure,
         beyond_limits=float(max(0.0, (np.maximum(low - q, q - high) / (high - low)).max())),

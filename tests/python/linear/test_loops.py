@@ -162,7 +162,7 @@ def test_commands(tmp_path):
     done = run("bode", LAB, "--from", "cylinder.lift.command", "-o", "b.png", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     done = run("bode", LAB, "--loops", "-o", "l.png", folder=tmp_path)
-    assert done.returncode == 0 and "unstable, grows" in done.stdout
+    assert done.returncode == 0 and "unstable" in done.stdout
     assert {p.name for p in tmp_path.iterdir()} == {"x.mat", "b.png", "l.png"}
     for words in (["linearise", LAB, "-o", "x.txt"], ["linearise", LAB, "-o", "x.mat", "--to", "tip.y"],
                   ["bode", LAB, "--loops", "--to", "tip.z"], ["bode", "vertical-lift-open-loop"]):  # fmt: skip
