@@ -22,14 +22,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 import torch
 from stable_baselines3 import PPO
-from stable_baselines3.common.vec_env import VecEnv
 
 import hydrocrane as hc
 from hydrocrane.gym import CraneTipVectorEnv, TipTask
+from hydrocrane.gym.stable_baselines import Cranes, features
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
+from benches.computer import processor  # noqa: E402
 from benches.tables import table  # noqa: E402
 
 PAGE = Path(__file__).with_name("reinforcement-learning.md")
@@ -38,92 +39,21 @@ SEEDS = (0, 1, 2)
 CRANES, STEPS = 256, 2_500_000
 # Targets of the comparison, and the seed of the first.
 TARGETS, FIRST = 100, 10_000
-# Distances from here on, m, count by their ratio, in the reward and in what the policy sees.
-NEAR = 3e-3
-
-
-class Cranes(VecEnv):
-    """Many cranes as stable-baselines3 takes them.
-
-    The policy sees the environment's observation and, twice, how far each piston has to go by the Jacobians: in
-    tenths of a metre, and by
-    its ratio to `NEAR`. The reward is minus the decimal logarithm of the distance from the target, so that from 20
-    mm to 10 mm counts as
-    much as from 2 m to 1 m. A finished episode restarts at the next step, whose action and reward count for nothing.
-    """
-
-    def __init__(self, cranes: int) -> None:
-        self.cranes = CraneTipVectorEnv(cranes)
-        self.task = self.cranes.task
-        width = self.task.observation_space.shape[0] + 2 * len(self.task.machine.cylinder_names)
-        space = type(self.task.observation_space)(-np.inf, np.inf, (width,), np.float32)
-        super().__init__(cranes, space, self.task.action_space)
-        self.ends: list[float] = []
-        self._actions = np.zeros((cranes, 1))
-
-    def seed(self, seed: int | None = None) -> Sequence[None | int]:
-        self._seed = seed
-        return [seed]
-
-    def reset(self) -> np.ndarray:
-        return features(self.task, self.cranes.reset(seed=getattr(self, "_seed", None))[0])
-
-    def step_async(self, actions: np.ndarray) -> None:
-        self._actions = actions
-
-    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        seen, paid, lost, late, _ = self.cranes.step(self._actions)
-        distance = np.linalg.norm(seen[:, -2:], axis=1)
-        over, own = lost | late, features(self.task, seen)
-        self.ends += distance[over].tolist()
-        reward = np.where(paid == 0.0, 0.0, -np.log10(distance + NEAR)) - 100.0 * lost
-        facts: list[dict[str, Any]] = [{} for _ in over]
-        for i in np.flatnonzero(over):
-            facts[i] = {"terminal_observation": own[i], "TimeLimit.truncated": bool(late[i] and not lost[i])}
-        return own, reward.astype(np.float32), over, facts
-
-    def close(self) -> None:
-        self.cranes.close()
-
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        return [None] * self.num_envs
-
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        raise NotImplementedError
-
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
-        raise NotImplementedError
-
-    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        return [False] * self.num_envs
-
-
-def features(task: TipTask, seen: np.ndarray) -> np.ndarray:
-    """What the policy sees, (n, width), of observations (n, ...)."""
-    machine = task.machine
-    lower, upper = machine.joint_limits.T
-    q = np.clip(0.5 * (seen[:, : len(lower)] * (upper - lower) + lower + upper), lower, upper).astype(np.float64)
-    # The shortest motion of the pistons, as shares of their strokes, that moves the tip to the target.
-    by_piston = machine.tip_jacobian(q) @ np.linalg.inv(machine.stroke_jacobian(q))
-    way = (np.linalg.pinv(by_piston, rcond=0.05) @ seen[:, -2:, np.newaxis].astype(np.float64))[..., 0]
-    ratio = way / (np.abs(way) + NEAR)
-    return np.concatenate([seen, np.clip(way / 0.1, -3.0, 3.0), ratio], axis=1).astype(np.float32)
 
 
 def trained(seed: int, steps: int = STEPS) -> tuple[PPO, list[tuple[int, float, float]]]:
-    """A policy, and over the training the steps taken, the processor time, s, and the median distance at the end of
-    episodes, m."""
+    """A policy; over the training the steps taken, the time, s, and the median distance at the end of episodes, m."""
     cranes = Cranes(CRANES)
     model = PPO(
         "MlpPolicy", cranes, seed=seed, n_steps=100, batch_size=3200, n_epochs=6, gamma=0.98, gae_lambda=0.95,
         learning_rate=lambda left: 1e-3 * left, ent_coef=0.0, device="cpu",
         policy_kwargs={"net_arch": [64, 64], "log_std_init": -1.0},
     )  # fmt: skip
-    begin, curve = time.process_time(), []
+    begin, curve = time.perf_counter(), []
 
     def note(local: dict[str, Any], _: dict[str, Any]) -> bool:
         if len(cranes.ends) >= CRANES:
-            curve.append((model.num_timesteps, time.process_time() - begin, float(np.median(cranes.ends))))
+            curve.append((model.num_timesteps, time.perf_counter() - begin, float(np.median(cranes.ends))))
             cranes.ends.clear()
             print(f"seed {seed}: {curve[-1][0]} steps, {curve[-1][1]:.0f} s, {1e3 * curve[-1][2]:.1f} mm", flush=True)
         return True
@@ -142,8 +72,7 @@ def plan_of(task: TipTask, seed: int) -> tuple[hc.Scenario, np.ndarray]:
 
 @cache
 def compared() -> tuple[int, ...]:
-    """Seeds of the first episodes whose targets `tip` takes: outside of the machine's regions, and not next to a
-    limit."""
+    """Seeds of the first episodes whose targets `tip` takes: outside of all regions, and not next to a limit."""
     task, found = TipTask.of("rottne-f9-lab"), []
     for seed in count(FIRST):
         try:
@@ -165,7 +94,7 @@ def ends_of(act: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     return np.linalg.norm(seen[:, -2:], axis=1)
 
 
-def controlled(name: str) -> np.ndarray:
+def controlled(name: str, times: float = 1.0) -> np.ndarray:
     """The same by a controller: `tip` goes to the target, `heinze-pid` follows a stick that points there."""
     task = TipTask.of("rottne-f9-lab")
     ends = []
@@ -177,7 +106,7 @@ def controlled(name: str) -> np.ndarray:
             x, z = way / np.linalg.norm(way)
             stick = hc.Joystick([0.0, moving], {"x": [x, 0.0], "z": [z, 0.0]}, full_speed=speed, interpolation="hold")
             plan = plan.changed(goals=[], controller=name, joystick=stick)
-        run = hc.simulate(plan)
+        run = hc.simulate(plan, duration=times * task.duration)
         ends.append(
             np.hypot(*(run.columns[f"tip.{axis}"].values[-1] - goal for axis, goal in zip("xz", target, strict=True)))
         )
@@ -210,11 +139,14 @@ Generated by `docs/validation/reinforcement_learning.py`; do not edit. How it is
 controller](../howto/train-a-controller.md).
 
 PPO of stable-baselines3 learns on {cranes} cranes `hydrocrane/CraneTip-v0`, {steps:.1f} million steps for each seed.
-Then {targets} episodes of 10 s
-with other starts and targets: where the tip is at the end, for the policies without exploration and for two
-controllers of the package
-from the same starts to the same targets. `tip` gets each target as a goal; `heinze-pid` a stick that points there
-for 7 s.
+Then {targets} episodes of 10 s with
+other starts and targets: where the tip is at the end, for the policies without exploration and for two controllers of
+the package from the same starts to the same targets. `tip` gets each target as a goal; `heinze-pid` a stick that points
+there for 7 s. All cores of the computer take part in a training: {cores} of {computer} here.
+
+Failures first: about every fifth target is not reached by the policies. `tip` keeps to the full speed of its machine
+file, so that 10 s are too short for every third target; the row with 40 s shows what it reaches then. The environment
+is the model that the controllers are made from: nothing here says how a policy does on another machine.
 
 ![learning curve](reinforcement-learning.png)
 
@@ -227,16 +159,20 @@ def main(arguments: Sequence[str]) -> None:
     seeds = tuple(map(int, arguments)) or SEEDS
     torch.set_num_threads(os.cpu_count() or 1)
     found: dict[str, Any] = {"policies": {}, "controllers": {}}
-    for name in ("tip", "heinze-pid"):
-        found["controllers"][name] = summary(controlled(name))
+    for name, controller, times in (
+        ("`tip`", "tip", 1.0),
+        ("`tip`, 40 s", "tip", 4.0),
+        ("`heinze-pid`", "heinze-pid", 1.0),
+    ):
+        found["controllers"][name] = summary(controlled(controller, times))
         print(name, found["controllers"][name], flush=True)
     for seed in seeds:
-        began, processor = time.perf_counter(), time.process_time()
+        began = time.perf_counter()
         model, curve = trained(seed)
-        seconds = [time.perf_counter() - began, time.process_time() - processor]
+        seconds = time.perf_counter() - began
         task = TipTask.of("rottne-f9-lab")
         ends = ends_of(lambda seen: model.predict(features(task, seen), deterministic=True)[0])
-        found["policies"][str(seed)] = summary(ends) | {"seconds": seconds[0], "processor": seconds[1], "curve": curve}
+        found["policies"][str(seed)] = summary(ends) | {"seconds": seconds, "curve": curve}
         print(seed, summary(ends), seconds, flush=True)
         FIGURES.write_text(json.dumps(found) + "\n", encoding="utf-8")
     written(found)
@@ -245,11 +181,14 @@ def main(arguments: Sequence[str]) -> None:
 def written(found: dict[str, Any]) -> None:
     drawn({seed: of["curve"] for seed, of in found["policies"].items()})
     figures = lambda of: [f"{1e3 * of['median']:.1f}", f"{1e3 * of['90 %']:.1f}", f"{100 * of['within 10 mm']:.0f} %"]  # noqa: E731
-    rows = [[f"PPO, seed {seed}", *figures(of), f"{of['processor']:.0f}"] for seed, of in found["policies"].items()]
-    rows += [[f"`{name}`", *figures(of), ""] for name, of in found["controllers"].items()]
-    heads = ["controller", "median, mm", "90 %, mm", "within 10 mm", "training, s of processor time"]
+    rows = [[f"PPO, seed {seed}", *figures(of), f"{of['seconds']:.0f}"] for seed, of in found["policies"].items()]
+    rows += [[name, *figures(of), ""] for name, of in found["controllers"].items()]
+    heads = ["controller", "median, mm", "90 %, mm", "within 10 mm", "training, s"]
     PAGE.write_text(
-        HEAD.format(cranes=CRANES, steps=1e-6 * STEPS, targets=TARGETS) + table(heads, rows) + "\n", encoding="utf-8"
+        HEAD.format(cranes=CRANES, steps=1e-6 * STEPS, targets=TARGETS, cores=os.cpu_count(), computer=processor())
+        + table(heads, rows)
+        + "\n",
+        encoding="utf-8",
     )
 
 

@@ -31,6 +31,8 @@ def settings(root: Path) -> dict[str, Any]:
         "nb_execution_in_temp": True,
         "nb_execution_raise_on_error": True,
         "nb_execution_timeout": 600,
+        # It trains for minutes and needs PyTorch.
+        "nb_execution_excludepatterns": [f"{FOLDER}train-a-policy.md"],
         "nb_merge_streams": True,
     }
 
