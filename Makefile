@@ -12,7 +12,7 @@ SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml'
 # Tests start hundreds of programs. Where no bytecode is kept, each of them compiles all that it imports, for almost two seconds.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test compiled-and-tested module-of-tests test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives machines-at-random fuzz soak bench docs site lint clean
+.PHONY: demo test compiled-and-tested module-of-tests test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives machines-at-random environments fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -53,6 +53,7 @@ evidence-tools: $(VENV)/.tested
 	$(BIN)/python tests/frozen/bits.py
 	$(MAKE) --no-print-directory drives DRIVES=1 DRIVE_SECONDS=20 PAGE_OF=
 	$(MAKE) --no-print-directory machines-at-random RANDOM_MACHINES=40 PAGE_OF=
+	$(MAKE) --no-print-directory environments STEPS=1e6 PAGE_OF=
 	$(MAKE) --no-print-directory fuzz INPUTS=2000 PAGE_OF=
 
 # The cockpit's page, carried by every wheel that is built after it.
@@ -91,6 +92,11 @@ drives: $(VENV)/.tested
 RANDOM_MACHINES ?= 300
 machines-at-random: $(VENV)/.tested
 	$(BIN)/python docs/validation/random_machines.py --seeds $(SEED):$$(($(SEED) + $(RANDOM_MACHINES))) $(if $(PAGE_OF),--page)
+
+# Learning environments under the actions of a learner; fails where a step takes too long.
+STEPS ?= 1e8
+environments: $(VENV)/.tested
+	$(BIN)/python docs/validation/environment_soak.py --steps $(STEPS) $(if $(PAGE_OF),,--no-page)
 
 # Damaged machine and scenario files and links for the core, damaged study and mapping files and logs for Python; fails where
 # one of them makes a panic, a hang, a large memory or a number that is none. What failed goes to FAILURES.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -116,6 +116,7 @@ class BatchSimulator:
         self._start_payload = self._masses(machine.payload() if payload is None else payload, "payload")
         workers = 0 if threads is None else _count(threads, "threads")
         self._started = np.zeros(self.n, dtype=bool)
+        self._doubts: list[tuple[ResultWarning, ...]] = [()] * self.n
         with translated():
             self._core = _core.BatchSimulator(
                 machine.core, self.n, self.sample_time, self.step_size, self.tolerance, workers, instruction_set
@@ -153,12 +154,18 @@ class BatchSimulator:
 
     @property
     def warnings(self) -> tuple[ResultWarning, ...]:
-        """What makes the cranes doubtful: ``step-too-long`` where some are :attr:`inexact`."""
+        """What makes cranes doubtful: ``step-too-long`` where some are :attr:`inexact`, and their starts at rest."""
+        found = []
         count = int(self.inexact.sum())
-        if not count:
-            return ()
-        text = f"the error of the shortest steps exceeds the tolerance in {count} of {self.n} cranes: see `inexact`"
-        return (ResultWarning("step-too-long", text, "shorten `step`, or check single cranes with hc.Simulator"),)
+        if count:
+            text = f"the error of the shortest steps exceeds the tolerance in {count} of {self.n} cranes: see `inexact`"
+            cure = "shorten `step`, or check single cranes with hc.Simulator"
+            found.append(ResultWarning("step-too-long", text, cure))
+        for kind in dict.fromkeys(doubt.kind for doubts in self._doubts for doubt in doubts):
+            own = {i: doubt for i, doubts in enumerate(self._doubts) for doubt in doubts if doubt.kind == kind}
+            first, doubt = next(iter(own.items()))
+            found.append(replace(doubt, text=f"{len(own)} of {self.n} cranes, the first being {first}: {doubt.text}"))
+        return tuple(found)
 
     @property
     def outcomes(self) -> list[str]:
@@ -196,6 +203,7 @@ class BatchSimulator:
             starts = self._at_rest(poses(self.machine, q), chosen)
         else:
             starts = vectors(cast(ArrayLike, state), "state", self.machine.state_names)
+            self._doubt(chosen, [()] * len(chosen))
         with translated():
             self._core.reset(
                 chosen, _table(starts, len(chosen), "q" if state is None else "state"), self._start_payload[chosen]
@@ -264,8 +272,14 @@ class BatchSimulator:
         payloads = self._start_payload[chosen]
         tasks = np.column_stack([_table(q, len(chosen), "q"), payloads])
         unique, where = np.unique(tasks, axis=0, return_inverse=True)
-        rests = [self.machine.equilibrium(task[:-1], payload=float(task[-1])) for task in unique]
-        return np.array(rests)[where.reshape(-1)]
+        rests = [self.machine.rest(task[:-1], payload=float(task[-1])) for task in unique]
+        where = where.reshape(-1)
+        self._doubt(chosen, [rests[k][1] for k in where])
+        return np.array([state for state, _ in rests])[where]
+
+    def _doubt(self, chosen: NDArray[np.int64], doubts: list[tuple[ResultWarning, ...]]) -> None:
+        for i, own in zip(chosen, doubts, strict=True):
+            self._doubts[i] = own
 
 
 def _table(array: Array, rows: int, name: str) -> Array:

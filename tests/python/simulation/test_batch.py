@@ -93,6 +93,16 @@ def test_payloads_are_each_crane_s_own(crane):
     np.testing.assert_array_equal(batch.payload, [30.0, 50.0, 30.0])
 
 
+@pytest.mark.filterwarnings("error")
+def test_starts_that_the_supply_does_not_hold_are_told_together(crane):
+    batch = hc.BatchSimulator(crane, 4, payload=[0.0, 900.0, 0.0, 950.0])
+    batch.reset(q=POSE)
+    (doubt,) = batch.warnings
+    assert doubt.kind == "start-not-held" and doubt.text.startswith("2 of 4 cranes, the first being 1: ")
+    batch.reset(state=batch.state[0], cranes=[1])
+    assert batch.warnings[0].text.startswith("1 of 4 cranes, the first being 3: ")
+
+
 @pytest.mark.parametrize(
     ("call", "says"),
     [
