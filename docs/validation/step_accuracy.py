@@ -34,6 +34,7 @@ DRIVES, SECONDS, HOLD = 50, 4.0, 0.5
 TIGHT = hc.Solver(method="rodas5p", rtol=1e-9)
 WAYS = {
     "default": hc.Solver(),
+    "1 ms": hc.Solver(step=1e-3),
     "5 ms": hc.Solver(step=5e-3),
     "10 ms": hc.Solver(step=1e-2),
     "20 ms": hc.Solver(step=2e-2),
@@ -123,10 +124,9 @@ Failures first: the last column counts drives that were more than 1 mm off witho
 
 {table}
 
-`default` is `auto` at its default tolerance, `5 ms` and so on are fixed steps, `batch` is `hc.BatchSimulator` at its
-default. Fixed steps do not keep the tip within a millimetre under such drives. Their warning `step-inexact` comes where
-the mean estimate passes 1 %, so that they can be off by some millimetres without a word. For figures, use steps by
-tolerance.
+`default` is `auto` at its default tolerance, `5 ms` and so on are fixed steps by `auto`, `batch` is
+`hc.BatchSimulator` at its default. A fixed step is divided where its estimated error is large
+([why](../theory/integration.md#fixed-steps)): the longer the steps, the more of them are.
 """
 
 

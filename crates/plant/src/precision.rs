@@ -15,6 +15,9 @@ pub struct Precision {
 
 /// Relative density of the oil that counts as much as a state's scale.
 const DENSITY_SCALE: f64 = 1e-3;
+/// Time of a fast full stroke of a piston, s: what a spool that is wrong for its own time constant lets in, as a share of
+/// the oil in a chamber, is its error times this constant over this time.
+const STROKE_TIME: f64 = 1.0;
 
 /// Modulus of the softer end of a step, Pa.
 #[inline(always)]
@@ -30,13 +33,15 @@ pub fn stiffness<T: Real>(fluid: &Fluid<T>, from: T, to: T) -> T {
 }
 
 impl Precision {
-    /// Errors up to `tolerance` times the scales of the states. Spools do not count themselves, only by their effect on the
-    /// oil.
+    /// Errors up to `tolerance` times the scales of the states. A spool counts by the oil that its error lets in before it
+    /// has faded, which no other state shows within the step.
     pub fn new(layout: &Layout, tolerance: f64) -> Self {
         let mut weights: Vec<f64> = layout.scales.iter().map(|scale| 1.0 / (tolerance * scale)).collect();
         for c in 0..layout.joints() {
-            weights[layout.xs(c)] = 0.0;
-            weights[layout.vs(c)] = 0.0;
+            let (xs, vs) = (layout.xs(c), layout.vs(c));
+            let fades = layout.scales[xs] / layout.scales[vs];
+            weights[xs] *= fades / (STROKE_TIME * DENSITY_SCALE);
+            weights[vs] = 0.0;
         }
         Precision { weights, density: 1.0 / (tolerance * DENSITY_SCALE) }
     }

@@ -17,10 +17,10 @@ pub enum Task {
 pub fn method_for<'a>(solver: &'a Solver, machine: &Machine, task: Task) -> &'a str {
     if solver.method != AUTO {
         &solver.method
-    } else if solver.step.is_some() {
-        FIXED_STEPS
     } else if task == Task::States && is_smooth(machine) {
         "hc-exponential-4"
+    } else if solver.step.is_some() {
+        FIXED_STEPS
     } else {
         "rodas5p"
     }

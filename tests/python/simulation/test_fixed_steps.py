@@ -44,7 +44,7 @@ def test_every_interval_between_commands_is_divided_evenly():
     about = hc.simulate("vertical-lift-open-loop", ledger=False, **FIXED).data.attrs
     # A few steps in which the spools jump are cut.
     effort = [about[f"solver_{key}"] for key in ("steps", "rhs", "jacobians", "factorisations")]
-    assert all(1000 <= count <= 1010 for count in effort), effort
+    assert all(1000 <= count <= 1040 for count in effort), effort
     about = hc.simulate("tip-vertical-line", duration=1.0, ledger=False, method="hc-rosenbrock-3", step=3e-3).data.attrs
     assert (about["solver_steps"], about["solver_rejected"]) == (400, 0)
     assert about["solver_max_step"] == 3e-3
@@ -112,8 +112,8 @@ def test_any_stiff_method_takes_fixed_steps_or_steps_by_tolerances(method):
     exact = tip(hc.simulate("vertical-lift-open-loop", rtol=1e-9))[-1]
     even = hc.simulate("vertical-lift-open-loop", method=method, step=1e-3)
     assert even.outcome.completed and "steps of 1 ms" in even.summary()
-    # A few intervals between commands are no whole number of steps.
-    assert 5000 <= even.data.attrs["solver_steps"] <= 5005
+    # A few intervals are no whole number of steps, and steps in which spools jump are cut.
+    assert 5000 <= even.data.attrs["solver_steps"] <= 5025
     free = [hc.simulate("vertical-lift-open-loop", method=method, rtol=rtol) for rtol in (1e-4, 1e-6)]
     assert free[0].data.attrs["solver_steps"] < free[1].data.attrs["solver_steps"]
     assert "rtol" in free[0].summary()
@@ -132,10 +132,10 @@ def test_former_names_of_methods_are_read_with_a_warning(tmp_path):
 
 
 def test_a_step_alone_asks_for_fixed_steps(tmp_path):
-    stated = hc.simulate(hc.load_scenario(write(tmp_path, 'method = "hc-rosenbrock-3"\nstep = "2 ms"')))
+    stated = hc.simulate(hc.load_scenario(write(tmp_path, 'method = "hc-exponential-4"\nstep = "2 ms"')))
     chosen = hc.simulate(hc.load_scenario(write(tmp_path, 'step = "2 ms"')))
-    assert chosen.data.attrs["solver_method"] == "hc-rosenbrock-3" and chosen.data.attrs["solver_choice"] == "auto"
-    assert "hc-rosenbrock-3 (chosen: auto), steps of 2 ms" in chosen.summary()
+    assert chosen.data.attrs["solver_method"] == "hc-exponential-4" and chosen.data.attrs["solver_choice"] == "auto"
+    assert "hc-exponential-4 (chosen: auto), steps of 2 ms" in chosen.summary()
     for name in chosen.machine.state_names:
         assert (chosen.data[name].values == stated.data[name].values).all()
 

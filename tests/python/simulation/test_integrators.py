@@ -117,7 +117,12 @@ STATIC = {"friction.test.model": "static"}
 
 @pytest.mark.parametrize(
     ("changes", "taken"),
-    [({}, "hc-exponential-4"), ({"overrides": STATIC}, "rodas5p"), ({"step": 5e-3}, "hc-rosenbrock-3")],
+    [
+        ({}, "hc-exponential-4"),
+        ({"overrides": STATIC}, "rodas5p"),
+        ({"step": 5e-3}, "hc-exponential-4"),
+        ({"step": 5e-3, "overrides": STATIC}, "hc-rosenbrock-3"),
+    ],
 )
 def test_auto_takes_the_fastest_suitable_method_and_says_which(changes, taken):
     chosen = hc.simulate("single-cylinder-step", duration=0.5, **changes)
@@ -135,8 +140,9 @@ def test_auto_of_sensitivities_and_of_the_stepping_interface():
     assert (found["solver_method"], found["solver_choice"]) == ("rodas5p", "auto")
     crane = hc.load_machine("single-cylinder")
     assert hc.Simulator(crane).method == "hc-exponential-4"
-    assert hc.Simulator(crane, step=1e-3).method == "hc-rosenbrock-3"
-    assert hc.Simulator(hc.load_machine("single-cylinder", STATIC)).method == "rodas5p"
+    assert hc.Simulator(crane, step=1e-3).method == "hc-exponential-4"
+    static = hc.load_machine("single-cylinder", STATIC)
+    assert [hc.Simulator(static, step=step).method for step in (None, 1e-3)] == ["rodas5p", "hc-rosenbrock-3"]
 
 
 def test_check_says_what_auto_takes():

@@ -251,7 +251,7 @@ static SOLVER: &[Key] = &[
         .defaults(&["auto"])
         .formerly(FORMER_METHODS)
         .means(
-            "Method of integration: `auto` takes the fastest suitable one for the machine, with `step` `hc-rosenbrock-3`; \
+            "Method of integration: `auto` takes the fastest suitable one for the machine; \
              `rodas5p`, `hc-exponential-4` and `hc-rosenbrock-3` are for stiff machines, `tsit5` is explicit.",
         )
         .source("theory/integration.md"),
