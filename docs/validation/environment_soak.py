@@ -13,11 +13,13 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
+from itertools import product
 from pathlib import Path
 
 import numpy as np
+from tip_rest import in_processes
 
-import hydrocrane as hc
 from hydrocrane.gym import CraneTipVectorEnv
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,7 +31,7 @@ from benches.tables import table  # noqa: E402
 PAGE = Path(__file__).with_name("environment-soak.md")
 MACHINES = ("rottne-f9-lab", "hiab-xs031", "rottne-f9-mobile", "rottne-f9-ls")
 CRANES = 64
-# Processor time of one step of all cranes, s, that no step may take, on one core.
+# Processor time that no step of all cranes may take, s.
 LONGEST = 50e-3
 # Samples for which full strokes are held, and the steps of the policy's training.
 HELD, TRAINED = 20, 100_000
@@ -57,55 +59,55 @@ def held(rng: np.random.Generator, shape: tuple[int, int]) -> Policy:
     return act
 
 
-def learned(machine: str, cranes: CraneTipVectorEnv) -> Policy | None:
+DRAWN = {"normal": normal, "saturated": saturated, "held": held}
+CASES = list(product(MACHINES, (*DRAWN, "learned")))
+
+
+def learned(cranes: CraneTipVectorEnv) -> Policy | None:
     """The actions, with exploration, of a policy that has begun to learn; None without the extra ``rl``."""
     try:
+        import torch
         from stable_baselines3 import PPO
 
         from hydrocrane.gym.stable_baselines import Cranes, features
     except ImportError:
         return None
-    model = PPO("MlpPolicy", Cranes(CRANES, machine), seed=0, n_steps=100, batch_size=3200, device="cpu").learn(TRAINED)
+    torch.set_num_threads(1)
+    school = Cranes(CRANES, cranes.task.machine, threads=1)
+    model = PPO("MlpPolicy", school, seed=0, n_steps=100, batch_size=3200, device="cpu").learn(TRAINED)
     return lambda seen: np.clip(model.predict(features(cranes.task, seen))[0], -1.0, 1.0)
 
 
-def soaked(machine: str, kind: str, steps: int) -> list[str] | None:
-    """A row of the table, with `steps` steps of cranes of a machine; None where the actions cannot be had."""
-    cranes, rng = CraneTipVectorEnv(CRANES, machine), np.random.default_rng(0)
+def soaked(steps: int, case: int) -> list[str] | None:
+    """A row of the table, with `steps` steps of one of `CASES`; None where its actions cannot be had."""
+    machine, kind = CASES[case]
+    cranes, rng = CraneTipVectorEnv(CRANES, machine, threads=1), np.random.default_rng(0)
     shape = (CRANES, len(cranes.task.machine.cylinder_names))
-    act = (
-        learned(machine, cranes)
-        if kind == "learned"
-        else {"normal": normal, "saturated": saturated, "held": held}[kind](rng, shape)
-    )
+    act = DRAWN[kind](rng, shape) if kind in DRAWN else learned(cranes)
     if act is None:
+        print(machine, kind, "needs the extra `rl`", sep="\t", flush=True)
         return None
     seen, _ = cranes.reset(seed=0)
-    lost = begun = 0
-    spent, finite = [], True
+    lost, ended, spent, finite = 0, 0, [], True
     for _ in range(max(1, steps // CRANES)):
         actions = act(seen)
         began = time.process_time()
         seen, _, gone, late, _ = cranes.step(actions)
-        spent.append(time.process_time() - began)
-        lost, begun = lost + int(gone.sum()), begun + int((gone | late).sum())
+        spent.append(1e3 * (time.process_time() - began))
+        lost, ended = lost + int(gone.sum()), ended + int((gone | late).sum())
         finite &= bool(np.isfinite(seen).all())
     cranes.close()
     took = np.array(spent)
-    good = finite and took.max() < LONGEST
-    figures = [
-        f"{1e-6 * len(took) * CRANES:.3g}",
-        str(begun),
-        str(lost),
-        f"{1e3 * np.median(took):.2f}",
-        f"{1e3 * took.max():.1f}",
-    ]
-    return [machine, kind, *figures, "yes" if good else "**no**"]
+    good = finite and took.max() < 1e3 * LONGEST
+    figures = [f"{1e-6 * len(took) * CRANES:.3g}", f"{ended}", f"{lost}", f"{np.median(took):.2f}", f"{took.max():.1f}"]
+    row = [machine, kind, *figures, "yes" if good else "**no**"]
+    print(*row, sep="\t", flush=True)
+    return row
 
 
 TEXT = """# Learning environments for long
 
-Written by `python docs/validation/environment_soak.py --steps {steps:.0e}`: {cranes} cranes `hydrocrane/CraneTip-v0` per
+Written by `python docs/validation/environment_soak.py --steps {steps:.0e}`: {cranes} cranes `hydrocrane/CraneTip-v0` a
 step, on {computer}. Every observation is a number, and no step of all cranes takes more than {longest:.0f} ms of
 processor time.
 
@@ -124,13 +126,8 @@ def main() -> int:
     parser.add_argument("--steps", type=float, default=1e8, help="steps of single cranes in all")
     parser.add_argument("--no-page", action="store_true", help="write nothing")
     chosen = parser.parse_args()
-    hc.load_machine(MACHINES[0])
-    kinds, rows = ("normal", "saturated", "held", "learned"), []
-    for machine in MACHINES:
-        for kind in kinds:
-            row = soaked(machine, kind, int(chosen.steps / len(MACHINES) / len(kinds)))
-            print(*(row or [machine, kind, "needs the extra `rl`"]), sep="\t", flush=True)
-            rows += [row] if row else []
+    found = in_processes(partial(soaked, int(chosen.steps / len(CASES))), range(len(CASES)))
+    rows = [row for row in found if row]
     rows.sort(key=lambda row: row[-1] == "yes")
     heads = ["machine", "actions", "steps, 10^6", "episodes", "lost", "median, ms", "longest, ms", "holds"]
     if not chosen.no_page:
