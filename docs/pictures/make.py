@@ -16,6 +16,7 @@ import matplotlib
 matplotlib.use("Agg")
 
 import drive_the_tip  # noqa: E402
+import machine_file  # noqa: E402
 
 import hydrocrane as hc  # noqa: E402
 from hydrocrane.plots.style import write  # noqa: E402
@@ -55,5 +56,6 @@ if __name__ == "__main__":
     front_page()
     of_how_to()
     drive_the_tip.draw_all(FOLDER)
+    machine_file.draw_all(FOLDER)
     for page in PAGES:
         of_page(page)

@@ -322,10 +322,12 @@ def check(
     say(*findings(unusual))
 
 
-@app.command(epilog="Example:  hydrocrane new my-crane --machine rottne-f9-lab")
+@app.command(epilog="Example:  hydrocrane new my-crane --pump ls")
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to create.")],
-    machine: Annotated[str, typer.Option(help="Bundled machine to start from.")] = "rottne-f9-lab",
+    machine: Annotated[
+        str | None, typer.Option(help="Copy this bundled machine in place of an example without a maker.")
+    ] = None,
     pump: Annotated[
         str | None, typer.Option(help="Add a pump: fixed, pressure-compensated or ls (load-sensing).")
     ] = None,

@@ -1,4 +1,4 @@
-"""A folder to start one's own machine in: a copy of a bundled machine and of a scenario that runs it."""
+"""A folder to start one's own machine in: a machine and a scenario that runs it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,31 @@ from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import bundled_machines
 from hydrocrane.scenario.scenario_file import bundled_scenarios, load_scenario
 
+# A machine of no maker: what a newcomer replaces value by value.
+TEMPLATE = Path(__file__).parent / "template"
 
-def write_starter(folder: Path, machine: str, pump: str | None = None) -> tuple[Path, Path]:
-    """Write ``machine.toml``, with a `pump` of that kind, and ``scenario.toml`` into `folder`; overwrites nothing."""
-    if machine not in bundled_machines():
+
+def write_starter(folder: Path, machine: str | None = None, pump: str | None = None) -> tuple[Path, Path]:
+    """Write ``machine.toml``, with a `pump` of that kind, and ``scenario.toml`` into `folder`; overwrites nothing.
+
+    They are the template, or copies of a bundled `machine` and of a scenario that runs it.
+    """
+    if machine is not None and machine not in bundled_machines():
         raise unknown("machine", machine, bundled_machines())
-    machine_file, scenario_file = folder / "machine.toml", folder / "scenario.toml"
-    for path in (machine_file, scenario_file):
+    files = folder / "machine.toml", folder / "scenario.toml"
+    for path in files:
         if path.exists():
             raise InputError(f"{path} exists already; choose another folder")
+    described, scenario = _template() if machine is None else _bundled(machine)
+    added = pump_text(machine or str(TEMPLATE / "machine.toml"), pump) if pump else ""
+    return write_text(files[0], described + added), write_text(files[1], scenario)
+
+
+def _template() -> tuple[str, str]:
+    return (TEMPLATE / "machine.toml").read_text("utf-8"), (TEMPLATE / "scenario.toml").read_text("utf-8")
+
+
+def _bundled(machine: str) -> tuple[str, str]:
     name, driven = _scenario_of(machine)
     scenario = _core.bundled_text("scenario", name)
     own, count = re.subn(
@@ -29,8 +45,7 @@ def write_starter(folder: Path, machine: str, pump: str | None = None) -> tuple[
     )
     if not count:
         raise InputError(f"the bundled scenario of {machine} does not name its machine on a separate line")
-    described = _core.bundled_text("machine", machine) + (pump_text(machine, pump) if pump else "")
-    return write_text(machine_file, described), write_text(scenario_file, own)
+    return _core.bundled_text("machine", machine), own
 
 
 def _scenario_of(machine: str) -> tuple[str, str]:

@@ -19,7 +19,7 @@ HEAD = """
 
 [pump.main]
 class = "assumed"
-source = "sized by `hydrocrane new`; efficiencies as data sheets of axial piston pumps state them"
+source = "an example of `hydrocrane new`, to be replaced: sized for the valves, efficiencies as of axial piston pumps"
 type = "{kind}"
 displacement = "{displacement:.3g} ml"    # per revolution; {enough_for}
 speed = "{speed:.0f} rpm"
@@ -38,7 +38,7 @@ UNLOADING = """# ls-margin = "15 bar"       # unloads the pump: it idles this fa
 MAINS = """
 [mains]
 class = "assumed"
-source = "three metres of hose"
+source = "three metres of hose: an example of `hydrocrane new`, to be replaced"
 volume = "0.4 l"
 hose-compliance = "0.04 ml/bar"
 relief-gradient = "4 l/(min bar)"
@@ -62,7 +62,7 @@ SECTIONS = """
 
 
 def pump_text(machine: str, pump: str) -> str:
-    """The tables ``[pump.main]`` and ``[mains]`` for a bundled machine, as text to be added to its file."""
+    """The tables ``[pump.main]`` and ``[mains]`` for a machine, as text to be added to its file."""
     if pump not in KINDS:
         raise unknown("pump", pump, tuple(KINDS))
     crane = load_machine(machine)

@@ -1,4 +1,4 @@
-"""A pump that `hydrocrane new` hangs a machine on."""
+"""What `hydrocrane new` writes: an example of nobody's crane, and a pump to hang a machine on."""
 
 import numpy as np
 import pytest
@@ -36,3 +36,17 @@ def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path, machine,
     with pytest.raises(InputError, match=words):
         write_starter(tmp_path / "new", machine, pump)
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("pump", [None, "ls"])
+def test_without_a_machine_the_start_is_nobodys_crane(tmp_path, pump):
+    """No word of a bundled machine or its sources, and no value without the word that it is to be replaced."""
+    machine_file, scenario_file = write_starter(tmp_path, pump=pump)
+    words = (machine_file.read_text() + scenario_file.read_text()).lower()
+    assert not [word for word in ("heinze", "rottne", "thesis", "hiab", "kalmar") if word in words]
+    crane = hc.load_machine(machine_file)
+    assert not crane.warnings
+    assert {kind for _, kind, _ in crane.provenance} == {"assumed"}
+    assert all("to be replaced" in source for _, _, source in crane.provenance)
+    run = hc.simulate(scenario_file)
+    assert run.outcome.kind == "completed" and not run.warnings
