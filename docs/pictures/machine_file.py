@@ -87,9 +87,7 @@ def arrow(axes: Axes, start: np.ndarray, end: np.ndarray, colour: str, style: st
     axes.annotate("", end, start, arrowprops=props)
 
 
-def name_at(
-    axes: Axes, text: str, place: np.ndarray, right: float, up: float, ha: str = "center", **style: Any
-) -> None:
+def name_at(axes: Axes, text: str, at: np.ndarray, right: float, up: float, ha: str = "center", **style: Any) -> None:
     """A text so many points right and up of a place."""
     axes.annotate(text, at, (right, up), textcoords="offset points", ha=ha, **style)
 

@@ -214,29 +214,44 @@ def _advice(
     fastest: complex,
     loop_gain: Callable[[Array, int], np.ndarray],
 ) -> str:
-    """The oscillation that grows, the loop that feeds it, and changes that were tried and make all loops stable."""
-    omega = float(abs(np.angle(fastest)) / plant.period)
-    cylinders = [name.split(".")[1] for name in model.input_names]
-    gains = [complex(loop_gain(np.array([max(omega, _LOWEST)]), i)[0]) for i in range(len(pids))]
-    worst = int(np.argmax(np.abs(gains)))
-    hertz = model.oscillations.frequency
-    near = int(np.argmin(np.abs(hertz * 2 * np.pi - omega))) if hertz.size else -1
-    mode = f", near the natural mode of {hertz[near]:.3g} Hz in {model.oscillations.state[near]}" if hertz.size else ""
-    growth = np.log(abs(fastest)) / plant.period
-    why = (
-        f"an oscillation of {omega / (2 * np.pi):.3g} Hz{mode}, grows e-fold in {1 / growth:.2g} s; there the loop of "
-        f"{cylinders[worst]} has a gain of {abs(gains[worst]):.2g}"
-    )
+    """What grows and why, and changes that were tried and make all loops stable."""
+    proportional = [PidGains(p.proportional, 0.0, p.derivative) for p in pids]
+    time = plant.period / np.log(abs(fastest))
+    if _steady(fastest):
+        integral = not _steady(plant.fastest(proportional, signs))
+        cause = "the integral parts drive it" if integral else "also without integral parts: is a sign of a gain wrong?"
+        why = f"the error grows steadily, without an oscillation, e-fold in {time:.2g} s; {cause}"
+    else:
+        why = _oscillation(model, abs(np.angle(fastest)) / plant.period, time, loop_gain)
     cures = []
     if share := _stable_share(plant, pids, signs):
         cures.append(f"all gains times {share:.2g}")
-    elif share := _stable_share(plant, [PidGains(p.proportional, 0.0, p.derivative) for p in pids], signs):
+    elif share := _stable_share(plant, proportional, signs):
         cures.append(f"no integral part and all other gains times {share:.2g}")
     if plant.delay and abs(_Sampled(model, plant.period, 0.0).fastest(pids, signs)) < _RADIUS:
         cures.append(f"no delay in place of {plant.delay * 1e3:.3g} ms")
     if not cures:
         cures = ["neither smaller gains nor a shorter delay; add damping, or take `tip`"]
     return f"unstable: {why}; what makes it stable: {', or '.join(cures)}"
+
+
+def _steady(eigenvalue: complex) -> bool:
+    """Whether what grows with this eigenvalue per sample does so without changing its sign."""
+    return eigenvalue.imag == 0.0 and eigenvalue.real > _RADIUS
+
+
+def _oscillation(model: LinearModel, omega: float, time: float, loop_gain: Callable[[Array, int], np.ndarray]) -> str:
+    """An oscillation of `omega`, rad/s, with the nearest natural mode and the loop that feeds it."""
+    cylinders = [name.split(".")[1] for name in model.input_names]
+    gains = [abs(complex(loop_gain(np.array([omega]), i)[0])) for i in range(len(cylinders))]
+    worst = int(np.argmax(gains))
+    hertz = model.oscillations.frequency
+    near = int(np.argmin(np.abs(hertz * 2 * np.pi - omega))) if hertz.size else -1
+    mode = f" (next natural mode: {hertz[near]:.3g} Hz in {model.oscillations.state[near]})" if hertz.size else ""
+    return (
+        f"an oscillation of {omega / (2 * np.pi):.3g} Hz{mode} grows e-fold in {time:.2g} s; there the loop of "
+        f"{cylinders[worst]} has a gain of {gains[worst]:.2g}"
+    )
 
 
 def _stable_share(plant: _Sampled, pids: list[PidGains], signs: Array) -> float | None:

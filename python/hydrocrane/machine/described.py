@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 from hydrocrane import _core
+from hydrocrane.machine.poses import SHOWN
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
-
-_SHOWN = {"rad": ("deg", 180 / math.pi), "m": ("mm", 1e3)}
 
 
 def described(machine: _core.Machine, tally: Mapping[str, int], warnings: Sequence[ResultWarning]) -> str:
     """Joints, cylinders with their valves, supply, overrides, provenance and warnings, as HTML."""
     lines = [f"title  {machine.title}"] if machine.title else []
     for joint, unit, (low, high) in zip(machine.joint_names, machine.joint_units, machine.joint_limits, strict=True):
-        name, factor = _SHOWN[unit]
-        lines.append(f"joint {joint}  {low * factor:.4g} to {high * factor:.4g} {name}")
+        name, size = SHOWN[unit]
+        lines.append(f"joint {joint}  {low / size:.4g} to {high / size:.4g} {name}")
     words = dict(machine.words)
     valves = {words[key]: key.split(".")[1] for key in words if key.startswith("valve.") and key.endswith(".cylinder")}
     for cylinder, (low, high) in zip(machine.cylinder_names, machine.stroke_limits, strict=True):

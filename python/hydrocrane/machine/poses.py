@@ -16,6 +16,8 @@ from hydrocrane.errors import InputError
 SHOWN = {"rad": ("deg", math.pi / 180.0), "m": ("mm", 1e-3)}
 # A sliding coordinate may lie outside its range by so many ranges: what is to be found are factors of 100 and 1000.
 _RANGES = 10.0
+# Digits below the leading one of a joint's range that are printed at most.
+_DIGITS = 5
 
 
 class Jointed(Protocol):
@@ -70,9 +72,11 @@ def _far(machine: Jointed, name: str, q: Array, place: tuple[int, ...]) -> str:
 
 
 def in_words(machine: Jointed, q: ArrayLike) -> str:
-    """A pose as ``boom 100 deg, extension 50 mm``."""
+    """A pose as ``boom 100 deg, extension 50 mm``; what is small against the range of its joint is rounding."""
     parts = []
-    for joint, unit, value in zip(machine.joint_names, machine.joint_units, np.asarray(q), strict=True):
+    ranges = np.diff(machine.joint_limits)[:, 0]
+    for joint, unit, value, width in zip(machine.joint_names, machine.joint_units, np.asarray(q), ranges, strict=True):
         shown, size = SHOWN[unit]
-        parts.append(f"{joint} {float(value) / size:.4g} {shown}")
+        digits = _DIGITS - math.floor(math.log10(width / size))
+        parts.append(f"{joint} {round(float(value) / size, digits) + 0.0:.4g} {shown}")
     return ", ".join(parts)
