@@ -33,6 +33,13 @@ class Stated:
         ------
         InputError
             If nothing states it, also if a default applies.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> coulomb = crane.value("friction.extension.coulomb")
+        >>> print(coulomb.si, coulomb.unit, coulomb.provenance)
+        [160. 280.] N fitted
         """
         if key not in self._values:
             raise unknown(f"value of {self.core.name}", key, self._values)

@@ -55,16 +55,18 @@ WITHOUT_EXAMPLE = 85
 
 
 def methods() -> dict[str, str]:
-    """Docstring of every method of a public class, by `Class.method`."""
+    """Docstring of every method of a public class, its own or of a base without a public name, by `Class.method`."""
     found = {}
     for name in PUBLIC:
         public = getattr(hc, name)
         if not inspect.isclass(public) or issubclass(public, BaseException):
             continue
-        for member, it in vars(public).items():
-            made = getattr(it, "__func__", it)
-            if inspect.isfunction(made) and not member.startswith("_"):
-                found[f"{name}.{member}"] = inspect.getdoc(made) or ""
+        bases = [base for base in public.__mro__[1:] if base.__module__.startswith("hydrocrane.")]
+        for of in [public, *(base for base in bases if base.__name__ not in PUBLIC)]:
+            for member, it in vars(of).items():
+                made = getattr(it, "__func__", it)
+                if inspect.isfunction(made) and not member.startswith("_"):
+                    found[f"{name}.{member}"] = inspect.getdoc(made) or ""
     return found
 
 

@@ -1,0 +1,177 @@
+"""Geometry of a machine: pistons, tip, poses, workspace."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrocrane.arrays import Array, real_array, rows, vectors
+from hydrocrane.errors import InputError, OutOfReachError, translated
+from hydrocrane.machine.shaped import Shaped
+
+# Poses of a tip, nested like the tips.
+Poses: TypeAlias = "list[Array] | list[Poses]"
+
+
+class Geometry(Shaped):
+    """The part of a machine that lengths and angles determine."""
+
+    def strokes(self, q: ArrayLike) -> Array:
+        """Piston positions from mid-stroke (..., n_cyl), m, of joint coordinates q (..., n)   (40)-(42).
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> q = np.deg2rad([100.0, 100.0, 0.0])
+        >>> print(crane.strokes(q).round(4))
+        [0.0427 0.0485 0.    ]
+        """
+        return self._over(self.core.strokes, self._joints(q))
+
+    def joints_from_strokes(self, x: ArrayLike) -> Array:
+        """Joint coordinates (..., n) of piston positions x (..., n_cyl), on the branch inside the joint limits.
+
+        Raises
+        ------
+        OutOfReachError
+            If no pose inside the limits has these strokes.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> q = np.deg2rad([100.0, 100.0, 0.0])
+        >>> print(np.rad2deg(crane.joints_from_strokes(crane.strokes(q))[:2]).round(6))
+        [100. 100.]
+        """
+        x = vectors(x, "x", self.cylinder_names)
+        return self._over(self.core.joints_from_strokes, x, error=OutOfReachError)
+
+    def stroke_jacobian(self, q: ArrayLike) -> Array:
+        """d(strokes)/d(q), (..., n_cyl, n).
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> q = np.deg2rad([100.0, 100.0, 0.0])
+        >>> print(np.diagonal(crane.stroke_jacobian(q)).round(3))
+        [ 0.208 -0.118  1.   ]
+        """
+        return self._over(self.core.stroke_jacobian, self._joints(q))
+
+    def cylinder_slopes(self, q: ArrayLike) -> Array:
+        """Direction of each cylinder from barrel to rod (..., n_cyl), rad from x towards z; thesis (15), (28).
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> q = np.deg2rad([100.0, 100.0, 0.0])
+        >>> print(np.rad2deg(crane.cylinder_slopes(q)).round(1))
+        [-97.8  15.4 -70. ]
+        """
+        return self._over(self.core.cylinder_slopes, self._joints(q))
+
+    def centres_of_gravity(self, q: ArrayLike) -> Array:
+        """Centre of gravity of each moving link (..., n, 2) in the inertial frame, m; thesis (31)-(33).
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> q = np.deg2rad([100.0, 100.0, 0.0])
+        >>> print(crane.centres_of_gravity(q).round(2).tolist())
+        [[1.05, 1.0], [2.49, 0.87], [2.72, 0.25]]
+        """
+        return self._over(self.core.centres_of_gravity, self._joints(q))
+
+    def tip(self, q: ArrayLike) -> Array:
+        """Crane tip in the inertial frame (..., 2): x forward, z up, m   (30)-(34).
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> q = np.deg2rad([100.0, 100.0, 0.0])
+        >>> print(crane.tip(q).round(3), crane.tip(np.tile(q, (4, 5, 1))).shape)
+        [ 2.825 -0.199] (4, 5, 2)
+        """
+        return self._over(self.core.tip, self._joints(q))
+
+    def tip_jacobian(self, q: ArrayLike) -> Array:
+        """d(tip)/d(q), (..., 2, n).
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> q = np.deg2rad([100.0, 100.0, 0.0])
+        >>> rates = np.array([0.1, 0.0, 0.0])
+        >>> print((crane.tip_jacobian(q) @ rates).round(3))
+        [0.093 0.283]
+        """
+        return self._over(self.core.tip_jacobian, self._joints(q))
+
+    def inverse_kinematics(self, tip: ArrayLike, x3: float = 0.0) -> Poses:
+        """Poses that put the tip at `tip` (2,) with the telescope at `x3`, m   (35)-(39).
+
+        Returns
+        -------
+        list of (n,) arrays
+            Only poses inside the joint limits, best first; empty if none reaches it. A batch of tips (..., 2)
+            gives lists nested in its leading axes.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> poses = crane.inverse_kinematics([2.5, 0.5])
+        >>> print(len(poses), crane.tip(poses[0]).round(6))
+        1 [2.5 0.5]
+        """
+        tip = vectors(tip, "tip", ("x", "z"))
+        extension = real_array(x3, "x3")
+        if extension.ndim:
+            raise InputError(f"x3 must be one number in metres, got shape {extension.shape}")
+        if tip.ndim > 1:
+            return [self.inverse_kinematics(point, float(extension)) for point in tip]
+        with translated():
+            found = self.core.inverse_kinematics(np.ascontiguousarray(tip), float(extension))
+        return [np.array(pose, dtype=np.float64) for pose in found]
+
+    def workspace(self) -> list[Array]:
+        """Boundary curves of the tip's reach, each (k, 2) in the inertial frame, m   (3.1.3).
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> print(max(curve[:, 0].max() for curve in crane.workspace()).round(2))
+        4.14
+        """
+        return [np.asarray(curve, dtype=np.float64) for curve in self.core.workspace()]
+
+    def drawing(self, q: ArrayLike) -> list[tuple[str, str, Array]]:
+        """Lines of the crane in pose q (n,): (kind, name, (k, 2) points in the inertial frame, m).
+
+        `kind` is one of ``link``, ``cylinder-barrel``, ``cylinder-rod``, ``torque-link``, ``joint``, ``tip``.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> q = np.deg2rad([100.0, 100.0, 0.0])
+        >>> print(sorted({kind for kind, name, line in crane.drawing(q)}))
+        ['cylinder-barrel', 'cylinder-rod', 'joint', 'link', 'tip', 'torque-link']
+        """
+        q = self._joints(q)
+        if q.ndim != 1:
+            raise InputError(f"drawing takes one pose of shape ({len(self.joint_names)},), got shape {q.shape}")
+        with translated():
+            return [(kind, name, np.asarray(line)) for kind, name, line in self.core.drawing(np.ascontiguousarray(q))]
+
+    def clearance(self, place: ArrayLike) -> Array:
+        """Distance of places (..., 2) from the nearest :attr:`keep_out` region, m, negative inside.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> print(crane.clearance([[2.0, 0.5], [0.0, -0.5]]).round(2))
+        [ 1.71 -0.2 ]
+        """
+        lead, (points,) = rows(vectors(place, "place", ("x", "z")))
+        return self.core.clearance(points).reshape(lead)
