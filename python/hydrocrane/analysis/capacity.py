@@ -94,6 +94,14 @@ class LoadChart:
         height : {"best", "worst"} or float
             Height of the tip, m: the best or the worst of those that are permitted and within
             reach, or a given one; NaN if the tip cannot or must not be at that height.
+
+        Examples
+        --------
+        >>> chart = hc.load_chart("rottne-f9-lab", samples=5)
+        >>> reach, payload = chart.against_reach("worst")
+        >>> best = chart.against_reach("best")[1]
+        >>> print(np.nanmax(payload) <= np.nanmax(best))
+        True
         """
         best, worst = self._best_and_worst
         if height == "best":
@@ -106,7 +114,15 @@ class LoadChart:
         return self._reaches, self._refined(lambda places: places.payload(points)[None])[0]
 
     def over_places(self) -> tuple[Array, Array, Array]:
-        """Places x (r,), z (h,), m, and the payload (h, r), kg, of the pose that holds most there; NaN out of reach."""
+        """Places x (r,), z (h,), m, and the payload (h, r), kg, of the pose that holds most there; NaN out of reach.
+
+        Examples
+        --------
+        >>> chart = hc.load_chart("rottne-f9-lab", samples=5)
+        >>> x, z, payload = chart.over_places()
+        >>> print(payload.shape == (z.size, x.size))
+        True
+        """
         low, high = self._extent[1]
         levels = np.linspace(low, high, _HEIGHTS)
         points = np.stack(np.meshgrid(self._reaches, levels), axis=-1)

@@ -79,10 +79,29 @@ class Controller(Protocol):
     """
 
     def reset(self, machine: Machine, obs: Observation, /) -> None:
-        """Restart on a crane."""
+        """Restart on a crane.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> controller = hc.NamedController("tip")
+        >>> controller.reset(crane, hc.Simulator(crane).reset(q=crane.home))
+        >>> print(isinstance(controller, hc.Controller))
+        True
+        """
 
     def step(self, obs: Observation, command: Stick, /) -> ArrayLike:
-        """Spool commands (n_cyl,), m, positive extends."""
+        """Spool commands (n_cyl,), m, positive extends.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> def hold(obs, command):
+        ...     return [0.0, 0.0, 0.0]
+        >>> run = hc.simulate(hc.Scenario(joints=start, controller=hold, duration=0.1))
+        >>> print(run.outcome.kind)
+        completed
+        """
 
 
 StepFunction: TypeAlias = Callable[["Observation", Stick], ArrayLike]

@@ -180,6 +180,13 @@ class Joystick:
             Log column -> axis, if the names differ.
         **more
             Other fields of a joystick; ``interpolation`` is ``linear`` unless given.
+
+        Examples
+        --------
+        >>> log = {"time": [0.0, 1.0, 2.0], "stick.z": [0.0, 0.5, 0.0]}
+        >>> stick = hc.Joystick.from_log(log)
+        >>> print(stick.at(0.5).axes)
+        [0.   0.25]
         """
         from hydrocrane.logs import TIME_NAMES, columns_of, time_of
 
@@ -206,7 +213,14 @@ class Joystick:
         return cls(time_of(table), axes, mode, **fields)
 
     def table(self, cylinders: tuple[str, ...]) -> Array:
-        """Deflections (k, axes), in the order x, z or that of `cylinders`."""
+        """Deflections (k, axes), in the order x, z or that of `cylinders`.
+
+        Examples
+        --------
+        >>> stick = hc.Joystick([0.0, 1.0], {"z": [0.5, 0.0]})
+        >>> print(stick.table(()).tolist())
+        [[0.0, 0.5], [0.0, 0.0]]
+        """
         names = TIP_AXES if self.mode == "tip" else cylinders
         for name in self.axes:
             if name not in names:
@@ -215,7 +229,14 @@ class Joystick:
         return np.column_stack([self.axes.get(name, centred) for name in names])
 
     def at(self, t: float, cylinders: tuple[str, ...] = ()) -> Stick:
-        """The sticks at time t, after the dead zone and without the ramp, for your own loops."""
+        """The sticks at time t, after the dead zone and without the ramp, for your own loops.
+
+        Examples
+        --------
+        >>> stick = hc.Joystick([0.0, 1.0], {"z": [0.5, 0.0]}, dead_zone=0.1)
+        >>> print(stick.at(0.5).axes.round(3), stick.at(1.5).axes)
+        [0.    0.444] [0. 0.]
+        """
         table = self.table(cylinders)
         row = int(np.searchsorted(self.time, t + 1e-12, side="right")) - 1
         if row < 0:

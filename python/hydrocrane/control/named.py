@@ -93,7 +93,16 @@ class NamedController:
         return tuple(self._told)
 
     def reset(self, machine: MachineLike, obs: Observation) -> None:
-        """Restart on a crane with a first observation."""
+        """Restart on a crane with a first observation.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> plant, controller = hc.Simulator(crane), hc.NamedController("tip")
+        >>> controller.reset(crane, plant.reset(q=crane.home))
+        >>> print(controller.period, controller.notices)
+        0.01 ()
+        """
         machine = self._known or as_machine(machine)
         joints = [f"joint.{joint}.q" for joint in machine.joint_names]
         self._signals = joints + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
@@ -113,6 +122,15 @@ class NamedController:
             Before the first :meth:`reset`.
         InputError
             A stick with another shape than its mode, or an observation of another crane.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> plant, controller = hc.Simulator(crane), hc.NamedController("lever")
+        >>> obs = plant.reset(q=crane.home)
+        >>> controller.reset(crane, obs)
+        >>> print(controller.step(obs, hc.Stick("lever", np.array([0.5, 0.0, 0.0]))))
+        [0.025, 0.0, 0.0]
         """
         if self._core is None:
             raise SimulationError("call reset(machine, obs) before the first step")

@@ -163,6 +163,13 @@ class LinearModel(Matrices):
         ------
         InputError
             If python-control is not installed.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> model = crane.linearise(crane.home, outputs="tip.z", friction="released")
+        >>> print(model.to_control().output_labels)
+        ['tip_z']
         """
         from hydrocrane.linear.exports import state_space
 

@@ -54,7 +54,16 @@ class Log:
     @classmethod
     def of(cls, data: LogLike, mapping: MappingLike = None, source: str = "") -> Log:
         """A checked log of a file, Dataset, DataFrame, mapping of arrays or run; in SI unless `mapping` or file says
-        otherwise."""
+        otherwise.
+
+        Examples
+        --------
+        >>> t = np.linspace(0.0, 1.0, 101)
+        >>> mapping = {"signal": {"x": {"column": "way", "unit": "mm"}}}
+        >>> log = hc.Log.of({"time": t, "way": 100 * t}, mapping)
+        >>> print(log.data["x"].values[-1])
+        0.1
+        """
         if isinstance(data, Log):
             return data if mapping is None else cls.of(data.data, mapping, data.source)
         if isinstance(data, str | PathLike):
@@ -87,7 +96,15 @@ class Log:
         return readings(self.data[name].values)
 
     def usable(self, *signals: str) -> Log:
-        """This log, if it has the `signals` and no fatal flag; else an error that says what is missing or wrong."""
+        """This log, if it has the `signals` and no fatal flag; else an error that says what is missing or wrong.
+
+        Examples
+        --------
+        >>> t = np.linspace(0.0, 1.0, 101)
+        >>> log = hc.Log.of({"time": t, "x": 0.1 * t, "p1": np.full(101, 50e5)})
+        >>> print(log.usable("x") is log)
+        True
+        """
         for name in signals:
             self[name]
         if self.fatal:
@@ -95,14 +112,30 @@ class Log:
         return self
 
     def spoilt(self, *signals: str) -> np.ndarray:
-        """(n,) True if one of the `signals` is missing, frozen or at the end of its range."""
+        """(n,) True if one of the `signals` is missing, frozen or at the end of its range.
+
+        Examples
+        --------
+        >>> t = np.linspace(0.0, 1.0, 101)
+        >>> log = hc.Log.of({"time": t, "x": 0.1 * t, "p1": np.full(101, 50e5)})
+        >>> print(log.spoilt("p1").any(), log.spoilt("x").any())
+        False False
+        """
         bad = self.stuck(*signals)
         for name in signals:
             bad |= ~np.isfinite(self[name])
         return bad
 
     def stuck(self, *signals: str) -> np.ndarray:
-        """(n,) True if one of the `signals` is frozen or at the end of its range."""
+        """(n,) True if one of the `signals` is frozen or at the end of its range.
+
+        Examples
+        --------
+        >>> t = np.linspace(0.0, 1.0, 101)
+        >>> log = hc.Log.of({"time": t, "x": 0.1 * t, "p1": np.full(101, 50e5)})
+        >>> print(log.stuck("x").sum())
+        0
+        """
         time = self.time
         bad = np.zeros(time.size, dtype=bool)
         for flag in self.flags:
@@ -113,7 +146,15 @@ class Log:
         return bad
 
     def between(self, start: float, end: float) -> Log:
-        """The part from `start` to `end`, s, checked again."""
+        """The part from `start` to `end`, s, checked again.
+
+        Examples
+        --------
+        >>> t = np.linspace(0.0, 1.0, 101)
+        >>> log = hc.Log.of({"time": t, "x": 0.1 * t, "p1": np.full(101, 50e5)})
+        >>> print(log.between(0.2, 0.5).data.sizes["time"])
+        31
+        """
         inside = (self.time >= start) & (self.time <= end)
         if not inside.any():
             raise InputError(f"{self.source}: no sample between {start:.6g} and {end:.6g} s")
@@ -121,7 +162,17 @@ class Log:
         return replace(self, data=part, flags=rechecked(part, self.flags))
 
     def summary(self) -> str:
-        """Length, signals and flags, one line each."""
+        """Length, signals and flags, one line each.
+
+        Examples
+        --------
+        >>> t = np.linspace(0.0, 1.0, 101)
+        >>> log = hc.Log.of({"time": t, "x": 0.1 * t, "p1": np.full(101, 50e5)})
+        >>> print(log.summary())
+        dict: 101 samples over 1 s
+          x          0 .. 0.1 m
+          p1         5e+06 .. 5e+06 Pa
+        """
         time = self.time
         lines = [f"{self.source}: {time.size} samples over {time[-1] - time[0] if time.size else 0.0:.6g} s"]
         for name in map(str, self.data.data_vars):
@@ -133,7 +184,16 @@ class Log:
         return "\n".join(lines + [f"  {'FATAL ' if flag.fatal else ''}{flag}" for flag in self.flags])
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the signals to ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``; it reads back equal."""
+        """Write the signals to ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``; it reads back equal.
+
+        Examples
+        --------
+        >>> t = np.linspace(0.0, 1.0, 101)
+        >>> log = hc.Log.of({"time": t, "x": 0.1 * t, "p1": np.full(101, 50e5)})
+        >>> path = log.save("drive.csv")
+        >>> print(path.name, list(hc.Log.of(path).data))
+        drive.csv ['x', 'p1']
+        """
         from hydrocrane.logs.writers import write_log
 
         return write_log(self.data, Path(path))

@@ -44,7 +44,14 @@ class PayloadChange:
 
     @classmethod
     def of(cls, entry: PayloadEntry) -> PayloadChange:
-        """From the core's entry, also after a conversion to JSON and back."""
+        """From the core's entry, also after a conversion to JSON and back.
+
+        Examples
+        --------
+        >>> run = hc.simulate("vertical-lift-open-loop", payload_changes={0.05: 50.0}, duration=0.1)
+        >>> print(run.payload_changes[0].after)
+        50.0
+        """
         time, (before, after), (incoming, outgoing), loss = entry
         return cls(time, before, after, (incoming[0], incoming[1]), (outgoing[0], outgoing[1]), loss)
 

@@ -351,17 +351,45 @@ class Scenario:
         return load_machine(self.machine, self.machine_overrides)
 
     def initial_state(self, machine: Machine) -> Array:
-        """State (n_states,) at time zero."""
+        """State (n_states,) at time zero.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> state = hc.Scenario(joints=start).initial_state(crane)
+        >>> print(state.shape, state[:3])
+        (21,) [1.745 1.745 0.   ]
+        """
         return self.start(machine)[0]
 
     def start(self, machine: Machine) -> tuple[Array, tuple[ResultWarning, ...]]:
-        """State (n_states,) at time zero, and its warnings."""
+        """State (n_states,) at time zero, and its warnings.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> state, warnings = hc.Scenario(joints=start).start(crane)
+        >>> print(state.shape, warnings)
+        (21,) ()
+        """
         with translated():
             state, doubts = _core.start_state(machine.core, scenario_entry(self, machine.cylinder_names))
         return state, tuple(ResultWarning(*entry) for entry in doubts)
 
     def command_grid(self, machine: Machine) -> tuple[Array, Array, bool]:
-        """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to interpolate."""
+        """Commands of all cylinders on common times: times (k,), spools (k, n_cyl), and whether to interpolate.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> plan = hc.Scenario(joints=start, commands={"lift": ([0.5, 2.0], [0.003, 0.0])})
+        >>> times, spools, linear = plan.command_grid(crane)
+        >>> print(times, spools[:, 0], linear)
+        [0.  0.5 2. ] [0.    0.003 0.   ] False
+        """
         with translated():
             return _core.command_table(machine.core, scenario_entry(self, machine.cylinder_names))
 

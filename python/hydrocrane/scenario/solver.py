@@ -75,7 +75,13 @@ class Solver:
         return f"rtol {self.rtol:g}" if self.step is None else f"steps of {self.step * 1e3:g} ms"
 
     def tightened(self) -> Solver:
-        """The solver of a repeat: with a hundredth of the tolerance, or half the step."""
+        """The solver of a repeat: with a hundredth of the tolerance, or half the step.
+
+        Examples
+        --------
+        >>> print(hc.Solver(rtol=1e-4).tightened().rtol < 1.1e-6)
+        True
+        """
         if self.step is not None:
             return replace(self, step=0.5 * self.step)
         rtol = max(self.rtol * TIGHTER, TIGHTEST)

@@ -195,6 +195,14 @@ class BatchSimulator:
             In place of q.
         cranes : (m,) array of int or (n,) array of bool, optional
             Which cranes; default is all n.
+
+        Examples
+        --------
+        >>> cranes = hc.BatchSimulator("rottne-f9-lab", 3)
+        >>> obs = cranes.reset(q=cranes.machine.home)
+        >>> obs = cranes.reset(q=np.deg2rad([100.0, 100.0, 0.0]), cranes=[1])
+        >>> print(np.rad2deg(obs.q[:, 0]).round(2))
+        [ 82.11 100.    82.11]
         """
         if (q is None) == (state is None):
             raise InputError("reset takes either q, poses to rest in, or state, full states")
@@ -218,6 +226,14 @@ class BatchSimulator:
         ------
         SimulationError
             Before every crane was reset.
+
+        Examples
+        --------
+        >>> cranes = hc.BatchSimulator("rottne-f9-lab", 3)
+        >>> obs = cranes.reset(q=cranes.machine.home)
+        >>> obs = cranes.step([[2e-3, 0, 0], [0, 0, 0], [-2e-3, 0, 0]])
+        >>> print(obs.t, obs.qd[0, 0] > obs.qd[2, 0])
+        [0.01 0.01 0.01] True
         """
         if not self._started.all():
             missing = int(np.argmin(self._started))
@@ -233,6 +249,14 @@ class BatchSimulator:
         """Set the load at the tips to `mass`, kg, one for each of `cranes` or one for all.
 
         Picking up a load, which is at rest, changes the joint rates at once; releasing one leaves the state unchanged.
+
+        Examples
+        --------
+        >>> cranes = hc.BatchSimulator("rottne-f9-lab", 3)
+        >>> obs = cranes.reset(q=cranes.machine.home)
+        >>> cranes.set_payload([0.0, 50.0, 100.0])
+        >>> print(cranes.payload)
+        [  0.  50. 100.]
         """
         chosen = self._chosen(cranes)
         if not self._started[chosen].all():
@@ -243,7 +267,15 @@ class BatchSimulator:
         self._core.set_payload(chosen, np.ascontiguousarray(np.broadcast_to(masses, len(chosen))))
 
     def observe(self) -> BatchObservation:
-        """Observation of the cranes in their present state."""
+        """Observation of the cranes in their present state.
+
+        Examples
+        --------
+        >>> cranes = hc.BatchSimulator("rottne-f9-lab", 3)
+        >>> obs = cranes.reset(q=cranes.machine.home)
+        >>> print(np.array_equal(cranes.observe().tip, obs.tip))
+        True
+        """
         rows, joints = self._core.observe(), len(self.machine.joint_names)
         pressures = rows[:, 2 * joints : 4 * joints].reshape(self.n, joints, 2)
         return BatchObservation(self.time, rows[:, :joints], rows[:, joints : 2 * joints], pressures, rows[:, -2:])

@@ -185,6 +185,14 @@ class LiveSimulator:
         ------
         SimulationError
             If it fails; ``state`` keeps the last good one.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> live = hc.LiveSimulator(hc.Scenario(joints=start, controller="tip"))
+        >>> obs = live.step()
+        >>> print(obs.t, live.step(0.1).t)
+        0.01 0.11
         """
         seconds = None if duration is None else self._seconds(duration)
         if self._outcome is not None:
@@ -200,6 +208,15 @@ class LiveSimulator:
 
         Deflections are shares from -1 to 1; all other axes are centred, so ``set_stick()`` releases all. A
         stick outside its dead zone cancels a goal.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> live = hc.LiveSimulator(hc.Scenario(joints=start, controller="tip"))
+        >>> before = live.observation.tip[1]
+        >>> live.set_stick(z=0.5)
+        >>> print(live.step(0.5).tip[1] > before, live.as_planned)
+        True False
         """
         axes = self.axes
         for name, value in deflections.items():
@@ -210,7 +227,19 @@ class LiveSimulator:
         self._core.set_sticks([float(deflections.get(name, 0.0)) for name in axes])
 
     def set_precision(self, share: float) -> None:
-        """Set the share of the full speed from the next sample on, 0 to 1: a slower stick for precise work."""
+        """Set the share of the full speed from the next sample on, 0 to 1: a slower stick for precise work.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> live = hc.LiveSimulator(hc.Scenario(joints=start, controller="tip"))
+        >>> live.set_stick(z=1.0)
+        >>> live.set_precision(0.1)
+        >>> slow = live.step(0.3).tip[1]
+        >>> live.set_precision(1.0)
+        >>> print(live.step(0.3).tip[1] - slow > 0.01)
+        True
+        """
         if not 0 <= _number("the precision", share) <= 1:
             raise InputError(f"the precision is a share of the full speed, from 0 to 1; got {share!r}")
         self._core.set_precision(float(share))
@@ -228,17 +257,48 @@ class LiveSimulator:
         InputError
             A point out of reach or in a keep-out region, with the nearest valid one; a controller other than ``tip``; a
             stick that is deflected.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> live = hc.LiveSimulator(hc.Scenario(joints=start, controller="tip"))
+        >>> live.go_to(2.7, 0.0, speed=0.3)
+        >>> obs = live.step(0.2)
+        >>> print(live.goal)
+        (2.7, 0.0)
         """
         place = (_number("`x` of a goal", x), _number("`z` of a goal", z))
         with translated():
             self._core.go_to(place, None if speed is None else _number("the speed to a goal", speed))
 
     def drop_goal(self) -> None:
-        """Cancel the goal from the next sample on: the tip comes to rest smoothly where it is."""
+        """Cancel the goal from the next sample on: the tip comes to rest smoothly where it is.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> live = hc.LiveSimulator(hc.Scenario(joints=start, controller="tip"))
+        >>> live.go_to(2.7, 0.0)
+        >>> obs = live.step(0.2)
+        >>> live.drop_goal()
+        >>> obs = live.step(0.1)
+        >>> print(live.goal)
+        None
+        """
         self._core.drop_goal()
 
     def set_payload(self, mass: float) -> None:
-        """Set the load at the tip to `mass`, kg, from the next sample on."""
+        """Set the load at the tip to `mass`, kg, from the next sample on.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> live = hc.LiveSimulator(hc.Scenario(joints=start, controller="tip"))
+        >>> live.set_payload(50.0)
+        >>> obs = live.step(0.1)
+        >>> print(live.payload, len(live.payload_changes))
+        50.0 1
+        """
         self._core.set_payload(self.machine.payload(mass))
 
     def scenario(self, **changes: Unpack[RunChanges]) -> Scenario:
@@ -247,6 +307,16 @@ class LiveSimulator:
         If somebody took over from spool commands, the bits are the same with steps of one size (``Solver(step=...)``),
         and within the tolerance otherwise. Its duration ends at the last sample. ``live.scenario().save("drive.toml")``
         writes it to a file.
+
+        Examples
+        --------
+        >>> start = {"boom": 1.745, "jib": 1.745, "extension": 0.0}
+        >>> live = hc.LiveSimulator(hc.Scenario(joints=start, controller="tip"))
+        >>> live.set_stick(z=0.2)
+        >>> obs = live.step(0.5)
+        >>> again = live.scenario()
+        >>> print(again.controller, again.joystick.axes["z"][-1])
+        tip 0.2
         """
         told = self._core.record()
         if told["end"] <= 0:

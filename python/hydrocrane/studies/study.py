@@ -167,7 +167,16 @@ class Study:
         block: int | None = None,
         progress: Progress | bool | None = None,
     ) -> xr.Dataset:
-        """Run the cases that are not done; parameters and result as in :func:`sweep`."""
+        """Run the cases that are not done; parameters and result as in :func:`sweep`.
+
+        Examples
+        --------
+        >>> loads = {"payload.mass": ["0 kg", "100 kg"]}
+        >>> study = hc.Study("vertical-lift-open-loop", loads, measures=["max(tip.z)"], changes={"duration": 0.1})
+        >>> found = study.run()
+        >>> print(list(found))
+        ['end_time', 'max(tip.z)', 'message', 'outcome']
+        """
         with written_by_one(None if store is None else Path(store)):
             kept = Store.at(store, self._layout(block), overwrite=overwrite)
             self._fill(kept, workers, scheduler, progress)
@@ -197,7 +206,15 @@ class Study:
             raise StudyInterrupted(_stopped(total - _sizes(kept.pending()), total, kept)) from None
 
     def pictured(self, measure: str | None) -> str:
-        """The measure to draw: `measure`, which must be one of the study's, or the first after the end time."""
+        """The measure to draw: `measure`, which must be one of the study's, or the first after the end time.
+
+        Examples
+        --------
+        >>> loads = {"payload.mass": ["0 kg", "100 kg"]}
+        >>> study = hc.Study("vertical-lift-open-loop", loads, measures=["max(tip.z)"], changes={"duration": 0.1})
+        >>> print(study.pictured(None))
+        max(tip.z)
+        """
         names = [own.name for own in self.job.measures]
         if measure is not None and measure not in names:
             raise unknown("measure of the study", measure, names)

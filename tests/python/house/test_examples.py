@@ -50,8 +50,8 @@ def test_examples_of_a_public_name_run(name, tmp_path, monkeypatch):
     assert not failures, "\n".join(failures)
 
 
-# Public methods without an example: this number only falls.
-WITHOUT_EXAMPLE = 85
+# Public methods without an example, those of results of a fit, which takes seconds: this number only falls.
+WITHOUT_EXAMPLE = 13
 
 
 def methods() -> dict[str, str]:
