@@ -112,8 +112,13 @@ pygments_dark_style = "github-dark"
 html_theme_options = {
     "source_directory": "",
     "top_of_page_buttons": [],
-    "light_css_variables": {"color-brand-primary": "#0b5c8f", "color-brand-content": "#0b5c8f"},
-    "dark_css_variables": {"color-brand-primary": "#6cb8ea", "color-brand-content": "#6cb8ea"},
+    "light_css_variables": {"color-brand-primary": "#0b5c8f", "color-brand-content": "#0b5c8f", "pictures": "none"},
+    # Pictures are drawn on white: white and black change places, almost to the theme's background, and hues stay.
+    "dark_css_variables": {
+        "color-brand-primary": "#6cb8ea",
+        "color-brand-content": "#6cb8ea",
+        "pictures": "invert(0.93) hue-rotate(180deg)",
+    },
 }
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True

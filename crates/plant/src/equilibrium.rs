@@ -5,8 +5,9 @@ use crate::hydraulic_axis::{HydraulicAxis, SupplyPressures};
 use crate::layout::Layout;
 use crate::local::LocalState;
 use crate::plant::Plant;
+use crate::steady::{Section, PRESSURE};
 use hydrocrane_machine::Machine;
-use hydrocrane_num::{portable, Real};
+use hydrocrane_num::{portable, root, Real};
 use hydrocrane_physics::hydraulics::edge_flows::PortPressures;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::parts::AnyParts;
@@ -35,14 +36,31 @@ impl<const N: usize> Plant<f64, N> {
         for c in 0..N {
             require_inside(machine, &self.cylinders[c], c, q[c], strokes[c].0)?;
         }
-        let mut x = self.held(layout, q, machine.equilibrium.back_pressure, payload);
+        let x = self.held(layout, q, machine.equilibrium.back_pressure, payload);
         if mode == EquilibriumMode::Hold {
             return Ok(x);
         }
-        if layout.load().is_some() {
-            return Err(PoseError::LoadSensing);
-        }
         let forces = self.standing_force(q, payload);
+        if layout.load().is_none() {
+            return self.fed(machine, layout, x, &forces, None);
+        }
+        // What the sections signal falls with the pressure that they are given. Where it feeds them by no opening, they lack all of it.
+        let (tank, highest) = (self.supply_pressures.tank, self.supply().map_or(0.0, |supply| supply.highest));
+        let fed = |load: f64| self.fed(machine, layout, x.clone(), &forces, Some(load));
+        fed(root(tank, highest, PRESSURE, |load| fed(load).map_or(highest, |x| self.signal(layout, &x) - load)))
+    }
+
+    /// The state of rest `x` under the pressure `forces` (N), with spools that feed the leakage; `load`: as of [`Plant::settle_supply`].
+    fn fed(
+        &self,
+        machine: &Machine,
+        layout: &Layout,
+        mut x: Vec<f64>,
+        forces: &[f64; N],
+        load: Option<f64>,
+    ) -> Result<Vec<f64>, PoseError> {
+        let strokes = self.strokes(&self.mechanics.pose(&hydrocrane_num::array::from_fn(|c| x[layout.q(c)])));
+        self.settle_supply(layout, &mut x, load);
         // The small flow of the open spools changes the pressure of the mains, which changes this flow far less.
         for _ in 0..if self.supply().is_some() { SUPPLY_ROUNDS } else { 1 } {
             let supply_pressures = self.pressures_at(layout, &x);
@@ -60,10 +78,20 @@ impl<const N: usize> Plant<f64, N> {
                     x[layout.xs(c)] = spool;
                 }
             }
-            self.settle_supply(layout, &mut x);
+            self.settle_supply(layout, &mut x, load);
             self.settle_openings(layout, &mut x);
         }
         Ok(x)
+    }
+
+    /// Highest pressure that the sections give to the load-sensing line in the state of rest `x`, Pa.
+    fn signal(&self, layout: &Layout, x: &[f64]) -> f64 {
+        let at = self.pressures_at(layout, x);
+        let signals = self.cylinders.iter().enumerate().map(|(c, unit)| {
+            let section = Section { unit, vacuum: self.fluid.vacuum, spool: x[layout.xs(c)], load: 0.0 };
+            section.flows(&at, [x[layout.p1(c)], x[layout.p2(c)]]).1.signal
+        });
+        signals.fold(at.tank, f64::max)
     }
 }
 
@@ -83,7 +111,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         }
         for _ in 0..SUPPLY_ROUNDS {
             self.settle_openings(layout, &mut x);
-            self.settle_supply(layout, &mut x);
+            self.settle_supply(layout, &mut x, None);
         }
         self.settle_openings(layout, &mut x);
         x
@@ -111,8 +139,8 @@ impl<T: Real, const N: usize> Plant<T, N> {
     }
 
     /// Writes the steady state of the supply for the flow that the valves draw at its present state: an iteration that
-    /// begins with closed valves and ends when nothing changes.
-    fn settle_supply(&self, layout: &Layout, x: &mut [T]) {
+    /// begins with closed valves and ends when nothing changes. The load-sensing line has the pressure `sensed` (Pa), or that of the tank.
+    fn settle_supply(&self, layout: &Layout, x: &mut [T], sensed: Option<T>) {
         let Some(p) = self.mains(layout) else { return };
         let Some(supply) = self.supply() else {
             x[p] = self.supply_pressures.supply;
@@ -131,13 +159,14 @@ impl<T: Real, const N: usize> Plant<T, N> {
                 returned += edges.tank() + relieved + unit.leakage.flows(a, b, tank).1;
             }
         }
-        let (pressure, shares) = supply.at_rest(tank, drawn);
+        let sensed = sensed.unwrap_or(tank);
+        let (pressure, shares) = supply.at_rest(tank, sensed, drawn);
         x[p] = pressure;
         if let Some(load) = layout.load() {
-            x[load] = tank;
+            x[load] = sensed;
         }
         layout.swivels().zip(shares).for_each(|(at, share)| x[at] = share);
-        let settled = SupplyPressures { supply: pressure, load: tank, tank };
+        let settled = SupplyPressures { supply: pressure, load: sensed, tank };
         if let (Some(at), Some(p)) = (layout.tank(), supply.tank_line_at_rest(&settled, returned)) {
             x[at] = p;
         }
@@ -239,6 +268,9 @@ impl Balance<'_> {
     fn bisect(&self, mut a: f64, mut b: f64, rate_a: f64) -> f64 {
         for _ in 0..200 {
             let middle = 0.5 * (a + b);
+            if middle == a || middle == b {
+                break;
+            }
             match self.rod_side_rate(middle) {
                 Some(rate) if rate * rate_a > 0.0 => a = middle,
                 _ => b = middle,
@@ -258,6 +290,9 @@ impl Balance<'_> {
         }
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
+            if middle == low || middle == high {
+                break;
+            }
             if self.rates(p1, p2, middle).0 < 0.0 {
                 low = middle;
             } else {

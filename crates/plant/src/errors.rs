@@ -61,6 +61,4 @@ pub enum PoseError {
          opening balances its leakage between tank and supply pressure; lower the payload or choose mode \"hold\""
     )]
     NotSteady { cylinder: String, force: f64 },
-    #[error("mode \"steady\": a load-sensing pump is in standby while the spools are closed, and nothing feeds them; choose mode \"hold\"")]
-    LoadSensing,
 }

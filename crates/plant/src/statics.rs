@@ -63,11 +63,15 @@ impl<const N: usize> Statics for Crane<N> {
     }
 
     fn holdable(&self) -> Vec<[f64; 2]> {
-        self.plant().holdable().map(|sides| sides.map(|(pressure, _)| pressure)).to_vec()
+        self.plant()
+            .holdable(self.plant().supply_pressures.supply)
+            .map(|sides| sides.map(|(pressure, _)| pressure))
+            .to_vec()
     }
 
     fn capacity(&self, q: &[f64], ceiling: f64) -> (f64, Option<usize>) {
-        let (plant, most) = (self.plant(), self.plant().holdable());
+        let plant = self.plant();
+        let most = plant.holdable(plant.supply_pressures.supply);
         let tank = plant.supply_pressures.tank;
         let [empty, loaded] = [0.0, LOAD].map(|payload| plant.resting_force(&array::<N>(q), payload, false));
         let mut first = (ceiling, None);
@@ -97,7 +101,8 @@ impl<const N: usize> Statics for Crane<N> {
         let plant = self.plant();
         let (tank, back) = (plant.supply_pressures.tank, self.machine.equilibrium.back_pressure);
         let q = hydrocrane_num::array::from_fn(|i| x[self.layout.q(i)]);
-        let (forces, most) = (plant.standing_force(&q, payload), plant.holdable());
+        let forces = plant.standing_force(&q, payload);
+        let most = plant.holdable(plant.pressures_at(&self.layout, x).supply);
         let mut found = Vec::new();
         for (c, (unit, force)) in plant.cylinders.iter().zip(forces).enumerate() {
             let [least, held] = [tank, back].map(|back| hold_pressures(unit, force, back));
@@ -129,10 +134,10 @@ impl<T: Real> HydraulicAxis<T> {
 }
 
 impl<const N: usize> Plant<f64, N> {
-    /// Highest pressure at which each chamber carries a load, Pa, and what ends it.
-    fn holdable(&self) -> [[(f64, HeldBy); 2]; N] {
+    /// Highest pressure at which each chamber carries a load, Pa, and what ends it; without pumps the `supply` has that pressure, Pa.
+    fn holdable(&self, supply: f64) -> [[(f64, HeldBy); 2]; N] {
         let tank = self.supply_pressures.tank;
-        let mains = self.supply().map_or(self.supply_pressures.supply, |supply| supply.reach(tank));
+        let mains = self.supply().map_or(supply, |supply| supply.reach(tank));
         hydrocrane_num::array::from_fn(|c| {
             [0, 1].map(|side| {
                 let tight = self.cylinders[c].tight_to(side, tank);

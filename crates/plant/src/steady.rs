@@ -21,18 +21,18 @@ use hydrocrane_physics::hydraulics::parts::AnyParts;
 /// Least speed at which friction is evaluated, m/s: a piston that moves has broken away.
 const CREEP: f64 = 1e-3;
 /// Pressure to which balances are solved, Pa, and speed, m/s.
-const PRESSURE: f64 = 1e-3;
+pub(crate) const PRESSURE: f64 = 1e-3;
 const SPEED: f64 = 1e-12;
 /// Most rounds for the leakage between both chambers, which hardly changes with the speed.
 const ROUNDS: usize = 30;
 
 /// A cylinder with its valve, the spool at `spool` (m), under `load` (N, positive where the piston pushes outward).
 #[derive(Debug, Clone, Copy)]
-struct Section<'a> {
-    unit: &'a HydraulicAxis<f64>,
-    vacuum: f64,
-    spool: f64,
-    load: f64,
+pub(crate) struct Section<'a> {
+    pub unit: &'a HydraulicAxis<f64>,
+    pub vacuum: f64,
+    pub spool: f64,
+    pub load: f64,
 }
 
 /// A section in steady motion.
@@ -116,7 +116,7 @@ impl Section<'_> {
     }
 
     /// Flows into both chambers, m^3/s, and what the section asks of the supply, at the pressures `p` of the chambers (Pa).
-    fn flows(&self, at: &SupplyPressures<f64>, p: [f64; 2]) -> ([f64; 2], Demand<f64>) {
+    pub fn flows(&self, at: &SupplyPressures<f64>, p: [f64; 2]) -> ([f64; 2], Demand<f64>) {
         let (unit, spool) = (self.unit, self.spool);
         let ports = unit.ports(at, 0.0, p, None);
         let (a, b) = (unit.port_a::<AnyParts>(&ports, spool), unit.port_b::<AnyParts>(&ports, spool));

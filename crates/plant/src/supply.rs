@@ -244,14 +244,14 @@ impl<T: Real> Supply<T> {
         self.highest.max(pressure + pressure - self.relief.tight_to() + full / gradient)
     }
 
-    /// Pressure of the mains and shares of the displacements at rest, with the load-sensing line at the pressure `tank` (Pa) of
-    /// what returns, where the valves draw `drawn` (m^3/s).
-    pub fn at_rest(&self, tank: T, drawn: T) -> (T, Shares<T>) {
+    /// Pressure of the mains and shares of the displacements at rest, with the load-sensing line at the pressure `load` and what returns
+    /// at `tank` (Pa), where the valves draw `drawn` (m^3/s).
+    pub fn at_rest(&self, tank: T, load: T, drawn: T) -> (T, Shares<T>) {
         let (idle, reservoir) = (T::c(0.0), self.reservoir(tank));
-        let mut found = self.at_rest_with(&self.full_flows(&[idle; MAX_PUMPS], idle), tank, drawn);
+        let mut found = self.at_rest_with(&self.full_flows(&[idle; MAX_PUMPS], idle), [tank, load], drawn);
         for _ in 0..ENGINE_ROUNDS {
             let (p, e) = found;
-            found = self.at_rest_with(&self.full_flows(&e, p - reservoir), tank, drawn);
+            found = self.at_rest_with(&self.full_flows(&e, p - reservoir), [tank, load], drawn);
         }
         found
     }
@@ -272,7 +272,7 @@ impl<T: Real> Supply<T> {
     }
 
     /// The same while the pumps give `full` (m^3/s) at full displacement: all laws are linear then.
-    fn at_rest_with(&self, full: &Shares<T>, tank: T, drawn: T) -> (T, Shares<T>) {
+    fn at_rest_with(&self, full: &Shares<T>, [tank, load]: [T; 2], drawn: T) -> (T, Shares<T>) {
         let (zero, mut shares) = (T::c(0.0), [T::c(1.0); MAX_PUMPS]);
         let (mut leakage, mut sum) = (zero, zero);
         for (of, full) in self.pumps().zip(full) {
@@ -281,11 +281,11 @@ impl<T: Real> Supply<T> {
         }
         let given = leakage * self.reservoir(tank) - drawn;
         if !self.swivels() {
-            let ReliefValve { pressure, gradient } = self.relief(tank);
+            let ReliefValve { pressure, gradient } = self.relief(load);
             return ((sum + gradient * pressure + given) / (leakage + gradient), shares);
         }
         let mut highest = T::c(f64::NEG_INFINITY);
-        self.pumps().for_each(|of| highest = highest.max(self.setting(of, tank)));
+        self.pumps().for_each(|of| highest = highest.max(self.setting(of, load)));
         // A pump that keeps less than the others do rests at zero displacement.
         let gives = |set: T, p: T| p.lt(set) | highest.le(set);
         let mut p = T::c(f64::NEG_INFINITY);
@@ -293,7 +293,7 @@ impl<T: Real> Supply<T> {
             let (mut steepness, mut kept) = (zero, zero);
             for (of, full) in self.pumps().zip(full) {
                 if let Some(control) = &of.control {
-                    let set = self.setting(of, tank);
+                    let set = self.setting(of, load);
                     let steep = T::select(gives(set, p), *full / control.range, zero);
                     (steepness, kept) = (steepness + steep, kept + steep * set);
                 }
@@ -301,7 +301,7 @@ impl<T: Real> Supply<T> {
             p = (kept + given) / (leakage + steepness);
         }
         for (of, share) in self.pumps().zip(&mut shares) {
-            let (set, range) = (self.setting(of, tank), of.control.as_ref().map_or(T::c(1.0), |control| control.range));
+            let (set, range) = (self.setting(of, load), of.control.as_ref().map_or(T::c(1.0), |control| control.range));
             *share = T::select(gives(set, p), (set - p) / range, zero);
         }
         (p, shares)

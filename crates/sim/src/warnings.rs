@@ -482,6 +482,10 @@ pub fn doubts_at_rest(model: &dyn Model, q: &[f64], x: &[f64], payload: f64) -> 
 fn not_held(machine: &Machine, unheld: &Unheld) -> Warning {
     let (cylinder, side) = (&machine.cylinders[unheld.cylinder].name, SIDES[unheld.side]);
     let (what, cure) = match unheld.held_by {
+        HeldBy::Supply if machine.supply.measured => (
+            "the measured supply has",
+            "carry less, start in another pose, or check unit and column of the supply's log",
+        ),
         HeldBy::Supply => ("the supply has", "carry less, start in another pose, or raise `supply.pressure`"),
         HeldBy::Relief => (
             "the relief valve at its port keeps",
@@ -503,10 +507,7 @@ fn limited(limit: Limit, machine: &Machine) -> (&'static str, String) {
     let pump = mains.and_then(|mains| mains.pumps().next()).map_or("", |pump| pump.name.as_ref());
     match limit {
         Limit::Priority => ("the section with priority is served first", "use a larger pump".to_string()),
-        Limit::Relief => (
-            "the relief valve of the mains opens first",
-            "raise `mains.relief-pressure` above the pressure of the pump".to_string(),
-        ),
+        Limit::Relief => ("the relief valve of the mains opens first", "raise `mains.relief-pressure`".to_string()),
         Limit::Torque => ("the pump is at its torque limit", format!("raise `pump.{pump}.torque-limit`")),
         Limit::Engine => {
             ("the engine has slowed down under its load", format!("lower `pump.{pump}.droop`, or set a `torque-limit`"))

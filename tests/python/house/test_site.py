@@ -10,7 +10,11 @@ from html import unescape
 from pathlib import Path
 from urllib.parse import unquote
 
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+
+from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED
 
 ROOT = Path(__file__).resolve().parents[3]
 SITE = ROOT / "docs" / "site"
@@ -100,3 +104,24 @@ def test_the_site_fetches_nothing_from_elsewhere(site):
     for style in site.rglob("*.css"):
         assert not re.findall(r"url\(\s*[\"']?(?:https?:)?//|@import", style.read_text(encoding="utf-8")), style
     assert list(site.rglob("KaTeX_Main-Regular*.woff2"))
+
+
+def test_pictures_are_readable_in_the_dark():
+    """Every colour of the pictures has on the turned background three quarters of its contrast on white, at least 3."""
+    share, angle = re.search(r"invert\(([\d.]+)\) hue-rotate\((\d+)deg\)", (SITE / "conf.py").read_text()).groups()
+    assert ".content img { filter: var(--pictures); }" in (SITE / "static/site.css").read_text() and angle == "180"
+    # The matrix of hue-rotate by 180 degrees, https://www.w3.org/TR/filter-effects-1/#feColorMatrixElement.
+    weights = np.array([0.213, 0.715, 0.072])
+    turned = 2.0 * np.tile(weights, (3, 1)) - np.eye(3)
+
+    def dark(colour):
+        inverted = float(share) + np.array(to_rgb(colour)) * (1.0 - 2.0 * float(share))
+        return np.clip(turned @ inverted, 0.0, 1.0)
+
+    def contrast(one, other):
+        light = [(np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4) @ weights) for c in (one, other)]
+        return (max(light) + 0.05) / (min(light) + 0.05)
+
+    for colour in (INK, MUTED, ACCENT, *COLOURS):
+        on_white = contrast(np.array(to_rgb(colour)), np.ones(3))
+        assert contrast(dark(colour), dark("white")) > max(3.0, 0.75 * on_white), colour

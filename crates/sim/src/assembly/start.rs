@@ -15,24 +15,28 @@ use std::f64::consts::TAU;
 /// # Errors
 /// A missing or unknown joint or cylinder, or a pose that is not possible.
 pub fn start(scenario: &Scenario, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
-    let (mut x, mut doubts) = at_rest(&scenario.initial, model, payload)?;
+    let q = pose(&scenario.initial, model)?;
+    let mut x = at_rest(&scenario.initial, model, &q, payload)?;
     if let Some(supply) = &scenario.supply {
         if let Some((message, cure)) = supply.fault() {
             return Err(format!("{message}; {cure}").into());
         }
-        doubts.extend(unusual(supply, model.machine()).into_iter().chain(overridden(scenario)));
         place(supply, model, &mut x);
+    }
+    let mut doubts = match scenario.initial.pressures {
+        Pressures::Explicit(_) => Vec::new(),
+        _ => doubts_at_rest(model, &q, &x, payload),
+    };
+    if let Some(supply) = &scenario.supply {
+        doubts.extend(unusual(supply, model.machine()).into_iter().chain(overridden(scenario)));
     }
     Ok((x, doubts))
 }
 
-/// The pose with the holding pressures or with stated ones.
-fn at_rest(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
-    let q = pose(initial, model)?;
+/// The pose `q` with the holding pressures or with stated ones.
+fn at_rest(initial: &Initial, model: &dyn Model, q: &[f64], payload: f64) -> Result<Vec<f64>, AssemblyError> {
     let Pressures::Explicit(stated) = &initial.pressures else {
-        let x = model.equilibrium(&q, EquilibriumMode::Hold, payload)?;
-        let doubts = doubts_at_rest(model, &q, &x, payload);
-        return Ok((x, doubts));
+        return Ok(model.equilibrium(q, EquilibriumMode::Hold, payload)?);
     };
     let names: Vec<&str> = model.machine().cylinders.iter().map(|c| c.name.as_str()).collect();
     let pressures = in_order("cylinder", stated, &names)?;
@@ -42,16 +46,16 @@ fn at_rest(initial: &Initial, model: &dyn Model, payload: f64) -> Result<(Vec<f6
     }
     let layout = model.layout();
     let mut x = vec![0.0; layout.len()];
-    x[..q.len()].copy_from_slice(&q);
+    x[..q.len()].copy_from_slice(q);
     if let Some(first) = layout.mains() {
         // The supply is at rest, independent of the stated chamber pressures.
-        let rest = model.equilibrium(&q, EquilibriumMode::Hold, payload)?;
+        let rest = model.equilibrium(q, EquilibriumMode::Hold, payload)?;
         x[first..].copy_from_slice(&rest[first..]);
     }
     for (c, pair) in pressures.into_iter().flatten().enumerate() {
         [x[layout.p1(c)], x[layout.p2(c)]] = pair;
     }
-    Ok((x, Vec::new()))
+    Ok(x)
 }
 
 /// The coordinate of every joint.
