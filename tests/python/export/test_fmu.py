@@ -192,6 +192,59 @@ def test_derivatives_by_commands_where_tools_linearise(overrides, commands, tmp_
     unit.close()
 
 
+# Sizes of states by their unit, for differences.
+SIZES = {"rad": 1.0, "rad/s": 0.1, "m": 1e-3, "m/s": 0.1, "Pa": 1e6, "1": 1.0}
+
+
+def differences(unit, rates, set_to, at, step):
+    """Central differences of the rates by one number, that `set_to` sets."""
+    ends = []
+    for moved in (at + step, at - step):
+        set_to(moved)
+        ends.append(unit.get(rates))
+    set_to(at)
+    return (ends[0] - ends[1]) / (2.0 * step)
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize("name", hc.bundled_machines())
+def test_derivatives_of_every_machine_where_tools_linearise(name, tmp_path):
+    """By commands at rest, in the dead band, open and beyond the stroke; by states with open and saturated spools."""
+    machine = hc.load_machine(name)
+    # A delay is no state, so such machines are exported for co-simulation only.
+    delays = [key for key in machine.keys if key.endswith(".delay")]
+    machine = machine.changed(dict.fromkeys(delays, "0 s"))
+    unit = Unit(hc.export_fmu(machine, tmp_path / "one.fmu"), tmp_path / "unzipped", exchange=True).begin()
+    unit.fmu.enterContinuousTimeMode()
+    names, rates = list(machine.state_names), [f"der({name})" for name in machine.state_names]
+    unit_of = dict(zip(names, machine.state_units, strict=True))
+    rest, strokes = machine.equilibrium(machine.home), machine.spool_strokes
+    spools = [names.index(f"cylinder.{c}.xs") for c in machine.cylinder_names]
+    for share in (0.0, 0.01, 0.6, 1.2):
+        for sense in (1.0, -1.0):
+            unit.set(dict(zip(inputs(machine), sense * share * strokes, strict=True)))
+            for c, command in enumerate(inputs(machine)):
+                by = differences(unit, rates, lambda v, of=command: unit.set({of: v}), sense * share * strokes[c], 1e-7)
+                found = unit.directional(rates, [command], [1.0])
+                assert np.allclose(found, by, rtol=1e-5, atol=1e-6 * np.abs(by).max() + 1e-3), (share, command)
+        if share < 0.1:
+            continue
+        # In motion, since printed friction jumps at rest.
+        x = rest + np.array([0.01 if state.endswith(".qd") else 0.0 for state in names])
+        x[spools] = min(share, 1.0) * strokes * np.resize([1.0, -1.0], strokes.size)
+        for i, state in enumerate(names):
+
+            def moved(value, i=i):
+                x[i] = value
+                unit.set_states(x)
+
+            unit.set_states(x)
+            by = differences(unit, rates, moved, x[i], 1e-6 * max(abs(x[i]), SIZES[unit_of[state]]))
+            found = unit.directional(rates, [state], [1.0])
+            assert np.allclose(found, by, rtol=1e-4, atol=1e-4 * np.abs(by).max()), (share, state, found, by)
+    unit.close()
+
+
 @pytest.mark.evidence
 def test_directional_derivatives_of_outputs(crane, fmi, tmp_path):
     """Against central differences of the native outputs, which have no exact derivatives."""

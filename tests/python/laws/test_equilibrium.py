@@ -108,3 +108,24 @@ def test_a_load_beyond_the_supply_pressure_has_no_steady_state():
     crane = hc.load_machine("hiab-xs031")
     with pytest.raises(hc.OutOfReachError, match="cylinder `lift`"):
         crane.equilibrium(crane.home, "steady", payload=5000.0)
+
+
+@pytest.mark.parametrize("payload", [0.0, 200.0])
+@pytest.mark.parametrize(
+    ("name", "overrides"),
+    [
+        ("rottne-f9-ls", {}),
+        ("rottne-f9-ls", {"valve.lift.compensator-time-constant": "20 ms"}),
+        ("rottne-f9-mobile", {"tank-line.volume": "1 l", "tank-line.nominal-flow": "20 l/min",
+                              "tank-line.nominal-pressure-drop": "20 bar"}),
+    ],
+)  # fmt: skip
+def test_a_load_sensing_circuit_feeds_its_leakage(name, overrides, payload):
+    """The section of the highest load signals it, and the pump keeps its margin above: nothing changes."""
+    crane = hc.load_machine(name, overrides)
+    rest = crane.equilibrium(crane.home, "steady", payload=payload)
+    rates = dict(zip(crane.state_names, crane.state_derivative(rest, part(crane, rest, "xs"), payload=payload)))
+    assert max(map(abs, rates.values())) < 1.0, rates
+    at = dict(zip(crane.state_names, rest, strict=True))
+    loads = [max(at[f"cylinder.{c}.p1"], at[f"cylinder.{c}.p2"]) for c in crane.cylinder_names]
+    assert at["mains.load"] == pytest.approx(max(loads), rel=1e-3) and at["mains.p"] > at["mains.load"] + 10e5

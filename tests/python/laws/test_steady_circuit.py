@@ -1,5 +1,6 @@
 """The circuit in steady motion and at rest, against figures by hand and against runs."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -112,6 +113,21 @@ def test_a_section_that_gets_less_than_its_spool_asks_for_says_so(overrides, sha
         (text,) = [text for text in texts if f"`{cylinder}`" in text]
         assert f"of the {asked[cylinder]:.2f} l/min" in text or f"of the {asked[cylinder]:.1f}" in text, text
     assert any(words in text for text in texts), texts
+
+
+def test_a_fixed_pump_whose_oil_leaves_over_the_relief_valve_says_so(tmp_path):
+    """The load takes all but 10 of 95 bar, so half a bar below the setting of the valve is a twentieth of the flow."""
+    text = TWO.read_text().replace('type = "load-sensing"', 'type = "fixed"')
+    for key in ("control-range", "time-constant", "ls-time-constant"):
+        text = re.sub(f'(?m)^{key} = ".*"\n', "", text)
+    (tmp_path / "fixed.toml").write_text(text)
+    steep = {"mains.relief-gradient": "100 l/(min bar)", "pump.main.displacement": "9 ml"}
+    pressures = dict.fromkeys(("supply.pressure", "mains.relief-pressure"), "95 bar")
+    run = driven(hc.load_machine(tmp_path / "fixed.toml", steep | pressures), 0.9, 0.0, joints=(-0.25, -0.25))
+    (warning,) = warned(run, "pump-saturated")
+    assert "`first`" in warning.text and "relief valve of the mains" in warning.text
+    assert warning.cure.startswith("raise `mains.relief-pressure`")
+    assert run.data["mains.relief_flow"].values[-1] > 0.0
 
 
 def sharing(folder, **overrides):

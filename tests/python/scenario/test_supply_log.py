@@ -189,3 +189,13 @@ def test_stated_chamber_pressures_leave_the_mains_of_a_pump_at_rest():
     pressures = dict.fromkeys(("lift", "jib", "extension"), (3000000.0, 2000000.0))
     still = hc.Scenario(machine="rottne-f9-pump", joints=POSE, pressures=pressures, duration=0.05)
     assert hc.simulate(still).columns["mains.p"].values[0] == pytest.approx(139.6e5, rel=1e-2)
+
+
+@pytest.mark.parametrize(("stated", "measured", "words"), [(140, 20, "measured supply has 20 bar"), (20, 140, None)])
+def test_a_start_is_judged_by_the_pressure_that_was_measured(stated, measured, words):
+    """Not by the one that the machine states: 100 kg need 39 bar in the lift cylinder."""
+    overrides = {"supply.pressure": f"{stated} bar"}
+    supply = ([0.0, 1.0], [1e5 * measured] * 2)
+    run = hc.simulate(PLAN, duration=0.1, payload=100.0, overrides=overrides, supply=supply)
+    texts = [warning.text for warning in run.warnings if warning.kind == "start-not-held"]
+    assert bool(texts) == bool(words) and all(words in text for text in texts)
