@@ -3,7 +3,6 @@
 //! Slices of joints, cylinders and states have the lengths of the layout; SI units throughout.
 
 use crate::crane::{array, Crane};
-use crate::equilibrium::EquilibriumMode;
 use crate::errors::PoseError;
 use crate::laws::Moment;
 use crate::layout::Layout;
@@ -14,6 +13,7 @@ use crate::outputs::OutputInfo;
 use crate::precision::stiffness;
 #[cfg(feature = "reference")]
 use crate::reference;
+use crate::rest::EquilibriumMode;
 #[cfg(feature = "output-derivatives")]
 use crate::rhs::Evaluator;
 use hydrocrane_machine::Machine;

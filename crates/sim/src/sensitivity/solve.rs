@@ -22,10 +22,10 @@ use hydrocrane_machine::scenario::{burst_fault, burst_times, tighten, with_hoses
 use hydrocrane_machine::{Machine, Number, OverrideValue, Template};
 use hydrocrane_ode::System;
 use hydrocrane_ode::{method, Effort, Stepper};
-use hydrocrane_plant::equilibrium::EquilibriumMode;
 use hydrocrane_plant::errors::BuildError;
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::outputs::{self, OutputInfo, OIL_ENERGY};
+use hydrocrane_plant::EquilibriumMode;
 use std::sync::Arc;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
