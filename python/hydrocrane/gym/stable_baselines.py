@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -29,8 +28,7 @@ class Cranes(VecEnv):
     Parameters
     ----------
     cranes : int
-    machine : Machine or str
-    **settings
+    machine, sample_time, duration, payload, threads
         As in :class:`~hydrocrane.gym.CraneTipVectorEnv`.
 
     Attributes
@@ -48,8 +46,16 @@ class Cranes(VecEnv):
         model = PPO("MlpPolicy", Cranes(256)).learn(100_000)
     """
 
-    def __init__(self, cranes: int, machine: MachineLike = "rottne-f9-lab", **settings: Any) -> None:
-        self.cranes = CraneTipVectorEnv(cranes, machine, **settings)
+    def __init__(
+        self,
+        cranes: int,
+        machine: MachineLike = "rottne-f9-lab",
+        sample_time: float = 0.05,
+        duration: float = 10.0,
+        payload: float | None = None,
+        threads: int | None = None,
+    ) -> None:
+        self.cranes = CraneTipVectorEnv(cranes, machine, sample_time, duration, payload, threads)
         self.task = self.cranes.task
         seen = self.task.observation_space.shape or (0,)
         width = seen[0] + 2 * len(self.task.machine.cylinder_names)
@@ -68,13 +74,13 @@ class Cranes(VecEnv):
     def step_async(self, actions: np.ndarray) -> None:
         self._actions = actions
 
-    def step_wait(self) -> tuple[Numbers, Numbers, np.ndarray, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[Numbers, Numbers, np.ndarray, list[dict[str, object]]]:
         seen, paid, lost, late, _ = self.cranes.step(self._actions)
         distance = np.linalg.norm(seen[:, -2:], axis=1)
         over, own = lost | late, features(self.task, seen)
         self.ends += distance[over].tolist()
         reward = np.where(paid == 0.0, 0.0, -np.log10(distance + NEAR)) + LOST * lost
-        facts: list[dict[str, Any]] = [{} for _ in over]
+        facts: list[dict[str, object]] = [{} for _ in over]
         for i in np.flatnonzero(over):
             facts[i] = {"terminal_observation": own[i], "TimeLimit.truncated": bool(late[i] and not lost[i])}
         return own, reward.astype(np.float32), over, facts
@@ -82,16 +88,16 @@ class Cranes(VecEnv):
     def close(self) -> None:
         self.cranes.close()
 
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: object = None) -> list[object]:
         return [getattr(self.cranes, attr_name, None)] * self.num_envs
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+    def set_attr(self, attr_name: str, value: object, indices: object = None) -> None:
         raise NotImplementedError("cranes of one batch have no attributes of their own")
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
+    def env_method(self, method_name: str, *args: object, indices: object = None, **kwargs: object) -> list[object]:
         raise NotImplementedError("cranes of one batch have no methods of their own")
 
-    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: object, indices: object = None) -> list[bool]:
         return [False] * self.num_envs
 
 
