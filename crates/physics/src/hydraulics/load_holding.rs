@@ -32,6 +32,9 @@ hydrocrane_num::stored!([] enum LoadHolding<f64> {
     2: HoseBurst { 0: HoseBurst<f64> },
 });
 
+/// Beyond any pressure (Pa) and flow (m^3/s).
+const FAR: f64 = 1e15;
+
 /// What such a valve lets pass.
 #[derive(Debug, Clone, Copy)]
 pub struct Held<T> {
@@ -76,6 +79,28 @@ impl<T: Real> LoadHolding<T> {
             LoadHolding::Counterbalance(valve) => valve.opening(p.chamber, p.pilot),
             LoadHolding::PilotCheck(valve) => valve.opening(p.chamber, p.pilot, p.tank),
             LoadHolding::HoseBurst(_) => T::c(1.0),
+        }
+    }
+
+    /// The same valve with this `opening` (0 to 1) at all pressures.
+    pub fn fixed(&self, opening: T) -> Self {
+        let far = T::c(FAR);
+        match *self {
+            LoadHolding::Counterbalance(of) => LoadHolding::Counterbalance(Counterbalance {
+                setting: -far,
+                coefficient: of.coefficient * opening.max(T::c(LEAST)),
+                ..of
+            }),
+            LoadHolding::PilotCheck(of) => LoadHolding::PilotCheck(PilotCheck {
+                spring: -far,
+                coefficient: of.coefficient * opening.max(T::c(LEAST)),
+                ..of
+            }),
+            LoadHolding::HoseBurst(of) => LoadHolding::HoseBurst(HoseBurst {
+                closing_flow: far,
+                coefficient: of.coefficient * opening.max(T::c(LEAST)),
+                ..of
+            }),
         }
     }
 
