@@ -14,7 +14,7 @@ use hydrocrane_physics::hydraulics::crossover_relief::CrossoverRelief;
 use hydrocrane_physics::hydraulics::edge_flows::{EdgeFlows, PortPressures};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 use hydrocrane_physics::hydraulics::hose_leak::HoseLeak;
-use hydrocrane_physics::hydraulics::load_holding::{HeldPressures, LoadHolding};
+use hydrocrane_physics::hydraulics::load_holding::LoadHolding;
 use hydrocrane_physics::hydraulics::parts::AnyParts;
 use hydrocrane_physics::hydraulics::port_valves::PortValves;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
@@ -212,10 +212,11 @@ fn range(seen: Interval, fluid: &Fluid<f64>) -> Interval {
 fn flows(valve: &SpoolValve<f64>, trust: &Trust, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
     let valve = SpoolValve { compensator: trust.compensator, ..*valve };
     let mut flows = [Interval::NONE; 2];
-    for at in [Some(spool.low), (spool.high > spool.low).then_some(spool.high)].into_iter().flatten() {
-        let held = held(&valve, at, spool, p, &trust.tank);
-        for valve in &held[..if valve.couples_ports() { 2 } else { 1 }] {
-            include(&mut flows, trust, p, |ports| valve.flows(at, ports));
+    let held = if valve.couples_ports() { held(&valve, spool, p, trust.tank[0]) } else { [valve; 2] };
+    for valve in &held[..if valve.couples_ports() { 2 } else { 1 }] {
+        include(&mut flows, trust, p, |ports| valve.flows(spool.low, ports));
+        if spool.high > spool.low {
+            include(&mut flows, trust, p, |ports| valve.flows(spool.high, ports));
         }
     }
     if spool.low < 0.0 && spool.high > 0.0 {
@@ -248,45 +249,18 @@ fn include(
     }
 }
 
-/// The valve with its spool `at` (m) a position of `spool` and what holds its loads as little and as far open as it can be over these
-/// pressures.
-fn held(valve: &SpoolValve<f64>, at: f64, spool: Interval, p: &[Interval; 2], tank: &[f64; 2]) -> [SpoolValve<f64>; 2] {
-    let openings: [Option<Interval>; 2] = hydrocrane_num::array::from_fn(|port| {
-        Some(match valve.holding[port].as_ref()? {
-            LoadHolding::HoseBurst(of) if most_drained(valve, port, spool, p, tank[0]) > of.closing_flow => {
-                Interval { low: of.bleed, high: 1.0 }
-            }
-            LoadHolding::HoseBurst(_) => Interval::at(1.0),
-            piloted => {
-                // The other port opens it while it is fed.
-                let drains = if port == 0 { at < 0.0 } else { at >= 0.0 };
-                Interval::hull([p[port].low, p[port].high].into_iter().flat_map(|chamber| {
-                    [p[1 - port].low, p[1 - port].high].into_iter().flat_map(move |other| {
-                        tank.map(|tank| {
-                            let fed = valve.connection.signal(at, [other; 2], tank);
-                            piloted.closed(&HeldPressures { chamber, pilot: if drains { fed } else { tank }, tank })
-                        })
-                    })
-                }))
-            }
-        })
-    });
-    [|of: &Interval| of.low, |of: &Interval| of.high].map(|end| {
-        let holding = hydrocrane_num::array::from_fn(|port| {
-            valve.holding[port].zip(openings[port].as_ref()).map(|(of, opening)| of.fixed(end(opening)))
-        });
-        SpoolValve { holding, ..*valve }
-    })
-}
-
-/// What a port drains at most while nothing holds its load back, m^3/s.
-fn most_drained(valve: &SpoolValve<f64>, port: usize, spool: Interval, p: &[Interval; 2], tank: f64) -> f64 {
-    let open = SpoolValve { holding: valve.holding.map(|of| of.map(|of| of.fixed(1.0))), ..*valve };
+/// The valve with what holds its loads as little and as far open as it can be: one that the other port opens can open and shut faster
+/// than samples tell.
+fn held(valve: &SpoolValve<f64>, spool: Interval, p: &[Interval; 2], tank: f64) -> [SpoolValve<f64>; 2] {
+    let open = SpoolValve { holding: valve.holding.map(|of| of.map(|of| of.ends()[1])), ..*valve };
+    // What a port drains at most while nothing holds its load back.
     let ports = PortPressures { supply: tank, load: tank, tank, a: p[0].high, b: p[1].high, opening: None };
-    match port {
-        0 => open.flows(spool.low, &ports).a_to_tank,
-        _ => open.flows(spool.high, &ports).b_to_tank,
-    }
+    let most = [open.flows(spool.low, &ports).a_to_tank, open.flows(spool.high, &ports).b_to_tank];
+    let least = hydrocrane_num::array::from_fn(|port| match valve.holding[port] {
+        Some(LoadHolding::HoseBurst(of)) if most[port] <= of.closing_flow => open.holding[port],
+        of => of.map(|of| of.ends()[0]),
+    });
+    [SpoolValve { holding: least, ..*valve }, open]
 }
 
 /// Oil that a chamber takes per pressure, over its area (m/Pa), at piston position `x` (m) over ranges of both pressures: that of the oil and of

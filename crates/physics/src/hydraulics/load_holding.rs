@@ -82,25 +82,19 @@ impl<T: Real> LoadHolding<T> {
         }
     }
 
-    /// The same valve with this `opening` (0 to 1) at all pressures.
-    pub fn fixed(&self, opening: T) -> Self {
-        let far = T::c(FAR);
+    /// The same valve as little and as far open at all pressures as it can be.
+    pub fn ends(&self) -> [Self; 2] {
+        let (far, near) = (T::c(FAR), T::c(1.0 / FAR));
         match *self {
-            LoadHolding::Counterbalance(of) => LoadHolding::Counterbalance(Counterbalance {
-                setting: -far,
-                coefficient: of.coefficient * opening.max(T::c(LEAST)),
-                ..of
-            }),
-            LoadHolding::PilotCheck(of) => LoadHolding::PilotCheck(PilotCheck {
-                spring: -far,
-                coefficient: of.coefficient * opening.max(T::c(LEAST)),
-                ..of
-            }),
-            LoadHolding::HoseBurst(of) => LoadHolding::HoseBurst(HoseBurst {
-                closing_flow: far,
-                coefficient: of.coefficient * opening.max(T::c(LEAST)),
-                ..of
-            }),
+            LoadHolding::Counterbalance(of) => {
+                [far, -far].map(|setting| LoadHolding::Counterbalance(Counterbalance { setting, ..of }))
+            }
+            LoadHolding::PilotCheck(of) => {
+                [far, -far].map(|spring| LoadHolding::PilotCheck(PilotCheck { spring, ..of }))
+            }
+            LoadHolding::HoseBurst(of) => {
+                [near, far].map(|closing_flow| LoadHolding::HoseBurst(HoseBurst { closing_flow, ..of }))
+            }
         }
     }
 
