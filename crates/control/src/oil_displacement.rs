@@ -263,8 +263,8 @@ fn held(valve: &SpoolValve<f64>, spool: Interval, p: &[Interval; 2], tank: f64) 
     [SpoolValve { holding: least, ..*valve }, open]
 }
 
-/// Oil that a chamber takes per pressure, over its area (m/Pa), at piston position `x` (m) over ranges of both pressures: that of the oil and of
-/// its hoses.
+/// Oil that a chamber and its hoses take per pressure, over its area (m/Pa), at the piston position `x` (m) and over ranges of both
+/// pressures.
 fn softness(c: &Chambers<f64>, fluid: &Fluid<f64>, x: f64, p: &[Interval; 2]) -> [Interval; 2] {
     let (v1, v2) = c.volumes(x);
     let least = 1e-3 * c.mid_volume_1;

@@ -257,20 +257,29 @@ impl<const N: usize> Monitor<N> {
             }
             for (signal, kind) in wrong {
                 if !self.suspects.iter().any(|s| s.signal == signal) {
-                    let outlier = passage.as_ref().and_then(|p| self.outlier(model, p, scatter, signal, kind));
-                    let (kind, from) = outlier.unwrap_or((kind, m.t));
-                    self.suspects.push(Suspect {
-                        signal,
-                        kind,
-                        from,
-                        expected: expected(kind, signal, &moment, passage.as_ref()),
-                        plausible: outlier.map(|_| m.t),
-                    });
-                    found.push((signal, kind));
+                    let suspect = self.suspect(model, m.t, (signal, kind), &moment, passage.as_ref(), scatter);
+                    self.suspects.push(suspect);
+                    found.push((signal, suspect.kind));
                 }
             }
         }
         found
+    }
+
+    /// A sensor that becomes suspect at time `t` (s); one whose outlier has ended reads plausibly already.
+    fn suspect(
+        &self,
+        model: &ControllerModel<N>,
+        t: f64,
+        (signal, kind): (Signal, Kind),
+        now: &Moment,
+        passage: Option<&Passage>,
+        scatter: f64,
+    ) -> Suspect {
+        let outlier = passage.and_then(|passage| self.outlier(model, passage, scatter, signal, kind));
+        let (kind, from) = outlier.unwrap_or((kind, t));
+        let expected = expected(kind, signal, now, passage);
+        Suspect { signal, kind, from, expected, plausible: outlier.map(|_| t) }
     }
 
     /// Readings that no machine in good order can give.
