@@ -157,6 +157,7 @@ def healthy(machine: hc.Machine, mass: float, seed: int) -> tuple[bool, int]:
     deflections = {axis: [*rng.uniform(-1, 1, times.size - 1), 0.0] for axis in ("x", "z")}
     plan = hc.Scenario(
         machine=machine,
+        joints=dict(zip(machine.joint_names, machine.home, strict=True)),
         controller="tip",
         joystick=hc.Joystick(times, deflections),
         payload=float(0.1 * mass * rng.uniform()),

@@ -94,6 +94,8 @@ struct Track {
     missed: [OilDisplacement; 2],
     /// The cylinder where each pressure reading last changed.
     changed: [Standing; 2],
+    /// The sample before, s.
+    earlier: Option<(f64, Moment)>,
     /// Bits that readings have told against each pressure sensor since, and the piston position at the last of them, m.
     told: [f64; 2],
     stirred: [f64; 2],
@@ -232,7 +234,7 @@ impl<const N: usize> Monitor<N> {
             let (stroke, lever_arm) = strokes[c];
             let moment = Moment { stroke, p: m.p.get(c).copied().unwrap_or([f64::NAN; 2]) };
             let scatter = self.settings.scatter[c] * lever_arm.abs();
-            let mut wrong = self.beyond(c, q[c], &moment);
+            let mut wrong = self.beyond(model, m.t, c, q[c], &moment);
             let passage = match (&wrong[..], self.tracks[c]) {
                 _ if self.settings.pressures.is_none() => None,
                 ([], _) => self.advance(model, m.t, c, q[c], Standing { moment, load: load[c] }, scatter),
@@ -255,22 +257,33 @@ impl<const N: usize> Monitor<N> {
             }
             for (signal, kind) in wrong {
                 if !self.suspects.iter().any(|s| s.signal == signal) {
-                    self.suspects.push(Suspect {
-                        signal,
-                        kind,
-                        from: m.t,
-                        expected: expected(kind, signal, &moment, passage.as_ref()),
-                        plausible: None,
-                    });
-                    found.push((signal, kind));
+                    let suspect = self.suspect(model, m.t, (signal, kind), &moment, passage.as_ref(), scatter);
+                    self.suspects.push(suspect);
+                    found.push((signal, suspect.kind));
                 }
             }
         }
         found
     }
 
+    /// A sensor that becomes suspect at time `t` (s); one whose outlier has ended reads plausibly already.
+    fn suspect(
+        &self,
+        model: &ControllerModel<N>,
+        t: f64,
+        (signal, kind): (Signal, Kind),
+        now: &Moment,
+        passage: Option<&Passage>,
+        scatter: f64,
+    ) -> Suspect {
+        let outlier = passage.and_then(|passage| self.outlier(model, passage, scatter, signal, kind));
+        let (kind, from) = outlier.unwrap_or((kind, t));
+        let expected = expected(kind, signal, now, passage);
+        Suspect { signal, kind, from, expected, plausible: outlier.map(|_| t) }
+    }
+
     /// Readings that no machine in good order can give.
-    fn beyond(&self, c: usize, q: f64, now: &Moment) -> Wrong {
+    fn beyond(&self, model: &ControllerModel<N>, t: f64, c: usize, q: f64, now: &Moment) -> Wrong {
         let judge = |signal, reading: f64, possible: bool| {
             let kind = if reading.is_finite() { Kind::OutOfRange } else { Kind::NoReading };
             (!reading.is_finite() || !possible).then_some((signal, kind))
@@ -279,10 +292,41 @@ impl<const N: usize> Monitor<N> {
         let s = &self.settings;
         let joint = judge(Signal::Joint(c), q, within(q, s.joints[c]) && within(now.stroke, s.strokes[c]));
         let pressure = |i: usize| {
-            let limits = s.pressures.as_ref()?[c];
-            judge(Signal::Pressure(c, i), now.p[i], within(now.p[i], limits))
+            let limits @ [lowest, _] = s.pressures.as_ref()?[c];
+            let possible = within(now.p[i], limits) || now.p[i] > lowest && self.rises(model, t, c, i, now);
+            judge(Signal::Pressure(c, i), now.p[i], possible)
         };
         [joint, pressure(0), pressure(1)].into_iter().flatten().collect()
+    }
+
+    /// Whether piston and oil say how a pressure came to be so high: masses that a closing valve stops know no limit.
+    fn rises(&self, model: &ControllerModel<N>, t: f64, c: usize, side: usize, now: &Moment) -> bool {
+        self.tracks[c].is_some_and(|before| {
+            let oil = self.estimates(model, t, c, &before, now)[side].displacement();
+            oil.gap(&Interval::at(now.stroke - before.moment.stroke)) <= self.settings.jump[c]
+        })
+    }
+
+    /// Displacements by the oil since the sample `before`.
+    fn estimates(
+        &self,
+        model: &ControllerModel<N>,
+        t: f64,
+        c: usize,
+        before: &Track,
+        now: &Moment,
+    ) -> [OilDisplacement; 2] {
+        let swung = before.earlier.map_or([0.0; 2], |(_, earlier)| [0, 1].map(|i| before.moment.p[i] - earlier.p[i]));
+        let (moments, spool) = ([&before.moment, now], self.spools(c, before.t));
+        oil_displacements(
+            &model.cylinders[c],
+            &model.fluid,
+            moments,
+            swung,
+            t - before.t,
+            spool,
+            &self.settings.trust[c],
+        )
     }
 
     /// Advances to a sample; `None` where it is the first or follows too soon.
@@ -303,6 +347,7 @@ impl<const N: usize> Monitor<N> {
             reading,
             missed: [OilDisplacement::NOTHING; 2],
             changed: [now; 2],
+            earlier: None,
             told: [0.0; 2],
             stirred: [moment.stroke; 2],
         };
@@ -310,12 +355,10 @@ impl<const N: usize> Monitor<N> {
         if t - before.t < INTERVAL * (1.0 - 1e-6) {
             return None;
         }
-        let spool = self.spools(c, before.t);
-        let moments = [&before.moment, &moment];
-        let estimates =
-            oil_displacements(&model.cylinders[c], &model.fluid, moments, t - before.t, spool, &self.settings.trust[c]);
+        let estimates = self.estimates(model, t, c, &before, &moment);
         let missed = [0, 1].map(|i| before.missed[i].then(estimates[i]));
-        let mut track = Track { missed: if reading == before.reading { missed } else { first.missed }, ..first };
+        let missed_now = if reading == before.reading { missed } else { first.missed };
+        let mut track = Track { missed: missed_now, earlier: Some((before.t, before.moment)), ..first };
         for side in (0..2).filter(|&i| moment.p[i] == before.moment.p[i]) {
             track.changed[side] = before.changed[side];
             let way = (moment.stroke - before.stirred[side]).abs();
@@ -361,6 +404,29 @@ impl<const N: usize> Monitor<N> {
             _ => return None,
         };
         Some((Signal::Pressure(c, side), Kind::Jump(now.moment.p[side] - before.moment.p[side])))
+    }
+
+    /// The outlier that a jump of a pressure ends, and when it came, s: it went unseen, and from the sample before it to this one
+    /// piston and chamber agree.
+    fn outlier(
+        &self,
+        model: &ControllerModel<N>,
+        passage: &Passage,
+        scatter: f64,
+        signal: Signal,
+        kind: Kind,
+    ) -> Option<(Kind, f64)> {
+        let (Signal::Pressure(c, side), Kind::Jump(back)) = (signal, kind) else { return None };
+        let Passage { before, now, .. } = passage;
+        let (t, moment) = before.earlier?;
+        let size = before.moment.p[side] - moment.p[side];
+        if !returned(back, size) || now.t - t > (2.0 + 1e-6) * INTERVAL {
+            return None;
+        }
+        let oil = self.estimates(model, now.t, c, &Track { t, moment, earlier: None, ..*before }, &now.moment)[side]
+            .displacement();
+        let agree = oil.gap(&Interval::around(now.moment.stroke - moment.stroke, scatter)) <= self.settings.jump[c];
+        agree.then_some((Kind::Jump(size), before.t))
     }
 
     fn frozen_joint(&self, c: usize, now: &Track, scatter: f64) -> Option<(Signal, Kind)> {

@@ -12,7 +12,6 @@ use hydrocrane_control::plausibility::{Monitor, Settings, INTERVAL};
 use hydrocrane_machine::model::{Sensor, Valve};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::portable;
-use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_plant::{Crane, Kinematics, StateSpace};
 
 /// `controller` behind a monitor of the machine's sensors; its commands leave `delay` (s) after each sample.
@@ -162,9 +161,12 @@ impl<const N: usize> Basis<'_, N> {
             scatter,
             supply: around.supply,
             tank: around.tank,
-            compensated: matches!(unit.valve.compensator, Compensator::Before(_)) && unit.compensator_lag().is_none(),
+            compensator: unit.valve.compensator,
+            late: unit.compensator_lag().is_some(),
+            gives_way: unit.priority.is_some(),
             port_valves: unit.port_valves,
             crossover: unit.crossover,
+            leaks: unit.leaks,
             // The integral of the magnitude of a second-order lag's impulse response, less one.
             swing: 2.0 * overshoot / (1.0 - overshoot),
             play: valve.command.play,

@@ -15,15 +15,18 @@ from random_machines import CHECKS, judged, random_case  # noqa: E402
 SECONDS = 1.0
 
 
-# The monitor takes a healthy joint sensor of this machine for one that jumps.
-FALSE_ALARM = pytest.param(4, marks=pytest.mark.xfail(reason="a false alarm of the sensor monitor", strict=True))
-
-
-@pytest.mark.parametrize("seed", [FALSE_ALARM if seed == 4 else seed for seed in range(20)])
+@pytest.mark.parametrize("seed", range(20))
 def test_a_machine_that_nobody_tuned_for(seed):
     checks = [check for check in CHECKS if check != "fmu"]
     failed = [one for one in judged(seed, checks, partial(random_case, seconds=SECONDS)) if not one.holds]
     assert not failed
+
+
+# Hose-burst valves; masses that a closing valve stops; swings between samples; a compensator that follows late.
+@pytest.mark.parametrize("seed", [8, 28, 36, 43, 48])
+def test_the_monitor_accuses_no_sensor_in_order(seed):
+    (found,) = judged(seed, ["tip"], random_case)
+    assert found.holds, found
 
 
 def test_an_exported_machine_steps_as_the_simulator_does():

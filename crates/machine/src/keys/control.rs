@@ -131,7 +131,7 @@ const THRESHOLDS: &[Key] = &[
         .means("Plausible piston reading beyond the end of the stroke, share of the stroke."),
     gain("pressure-limit", &[NUMBER])
         .defaults(&["2"])
-        .means("Highest plausible pressure, relative to the supply pressure of the file, or the present one if higher, times the ratio of the areas."),
+        .means("Highest pressure that is plausible without a rise that piston and oil confirm, relative to the supply pressure of the file, or the present one if higher, times the ratio of the areas."),
     gain("recovery-time", &[TIME])
         .defaults(&["0.5 s"])
         .means("Time for which a sensor must read plausibly before it is used again."),

@@ -32,6 +32,9 @@ hydrocrane_num::stored!([] enum LoadHolding<f64> {
     2: HoseBurst { 0: HoseBurst<f64> },
 });
 
+/// Beyond any pressure (Pa) and flow (m^3/s).
+const FAR: f64 = 1e15;
+
 /// What such a valve lets pass.
 #[derive(Debug, Clone, Copy)]
 pub struct Held<T> {
@@ -76,6 +79,22 @@ impl<T: Real> LoadHolding<T> {
             LoadHolding::Counterbalance(valve) => valve.opening(p.chamber, p.pilot),
             LoadHolding::PilotCheck(valve) => valve.opening(p.chamber, p.pilot, p.tank),
             LoadHolding::HoseBurst(_) => T::c(1.0),
+        }
+    }
+
+    /// The same valve as little and as far open at all pressures as it can be.
+    pub fn ends(&self) -> [Self; 2] {
+        let (far, near) = (T::c(FAR), T::c(1.0 / FAR));
+        match *self {
+            LoadHolding::Counterbalance(of) => {
+                [far, -far].map(|setting| LoadHolding::Counterbalance(Counterbalance { setting, ..of }))
+            }
+            LoadHolding::PilotCheck(of) => {
+                [far, -far].map(|spring| LoadHolding::PilotCheck(PilotCheck { spring, ..of }))
+            }
+            LoadHolding::HoseBurst(of) => {
+                [near, far].map(|closing_flow| LoadHolding::HoseBurst(HoseBurst { closing_flow, ..of }))
+            }
         }
     }
 
