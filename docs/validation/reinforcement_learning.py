@@ -1,6 +1,7 @@
 """Learns tip control by PPO, and compares it with `tip` and `heinze-pid` on the same targets.
 
-    python docs/validation/reinforcement_learning.py            # a few minutes on two cores for each of three seeds
+    python docs/validation/reinforcement_learning.py            # two minutes on two cores for each of three seeds
+    python docs/validation/reinforcement_learning.py 1          # one of them again, the others are kept
 
 Needs the extra ``rl``. Writes docs/validation/reinforcement-learning.md with its learning curve;
 docs/howto/train-a-controller.md explains.
@@ -142,7 +143,7 @@ PPO of stable-baselines3 learns on {cranes} cranes `hydrocrane/CraneTip-v0`, {st
 Then {targets} episodes of 10 s with
 other starts and targets: where the tip is at the end, for the policies without exploration and for two controllers of
 the package from the same starts to the same targets. `tip` gets each target as a goal; `heinze-pid` a stick that points
-there for 7 s. All cores of the computer take part in a training: {cores} of {computer} here.
+there for 7 s. Cores that a training had: {computer}.
 
 Failures first: about every fifth target is not reached by the policies. `tip` keeps to the full speed of its machine
 file, so that 10 s are too short for every third target; the row with 40 s shows what it reaches then. The environment
@@ -156,9 +157,10 @@ The curve shows the median of episodes during training, with exploration.
 
 
 def main(arguments: Sequence[str]) -> None:
-    seeds = tuple(map(int, arguments)) or SEEDS
-    torch.set_num_threads(os.cpu_count() or 1)
-    found: dict[str, Any] = {"policies": {}, "controllers": {}}
+    seeds, cores = tuple(map(int, arguments)) or SEEDS, len(os.sched_getaffinity(0))
+    torch.set_num_threads(cores)
+    found: dict[str, Any] = json.loads(FIGURES.read_text(encoding="utf-8")) if arguments and FIGURES.exists() else {}
+    found = {"policies": {}, "controllers": {}} | found | {"computer": f"{cores} of {processor()}"}
     for name, controller, times in (
         ("`tip`", "tip", 1.0),
         ("`tip`, 40 s", "tip", 4.0),
@@ -184,12 +186,8 @@ def written(found: dict[str, Any]) -> None:
     rows = [[f"PPO, seed {seed}", *figures(of), f"{of['seconds']:.0f}"] for seed, of in found["policies"].items()]
     rows += [[name, *figures(of), ""] for name, of in found["controllers"].items()]
     heads = ["controller", "median, mm", "90 %, mm", "within 10 mm", "training, s"]
-    PAGE.write_text(
-        HEAD.format(cranes=CRANES, steps=1e-6 * STEPS, targets=TARGETS, cores=os.cpu_count(), computer=processor())
-        + table(heads, rows)
-        + "\n",
-        encoding="utf-8",
-    )
+    text = HEAD.format(cranes=CRANES, steps=1e-6 * STEPS, targets=TARGETS, computer=found["computer"])
+    PAGE.write_text(text + table(heads, rows) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
