@@ -107,7 +107,7 @@ def soaked(steps: int, case: int) -> list[str] | None:
 
 TEXT = """# Learning environments for long
 
-Written by `python docs/validation/environment_soak.py --steps {steps:.0e}`: {cranes} cranes `hydrocrane/CraneTip-v0` a
+Written by `python docs/validation/environment_soak.py --steps {steps:g}`: {cranes} cranes `hydrocrane/CraneTip-v0` a
 step, on {computer}. Every observation is a number, and no step of all cranes takes more than {longest:.0f} ms of
 processor time.
 
