@@ -82,7 +82,6 @@ fn fixed_steps_divide_every_interval_between_commands() {
     assert_near(&lift("hc-rosenbrock-3", 0.005), [60 + 200 + 140, 0]);
     // Long ones are divided where spools jump, and while the crane swings on its oil faster than they follow.
     assert_near(&lift("hc-rosenbrock-3", 0.02), [250, 6]);
-    assert_near(&lift("hc-exponential-4", 0.02), [15 + 50 + 35, 0]);
 }
 
 #[test]
