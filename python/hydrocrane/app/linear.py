@@ -101,8 +101,8 @@ def bode(
             raise InputError("--loops draws every cylinder's loop at rest; leave --from, --to and --mode out")
         loaded = load_machine(checked_machine(machine), overrides(settings))
         q = pose(loaded, at)
-        say(f"pose: {in_words(loaded, q)}")
         found = cylinder_loops(loaded, q, payload=payload, friction=friction.value, side=side.value)
+        say(f"pose: {in_words(loaded, q)}")
         say(margins_table(found))
         if found[0].advice:
             warn(found[0].advice)
@@ -135,8 +135,9 @@ def _linearised(machine: str, at: list[str], settings: list[str], options: Optio
 
     loaded = load_machine(checked_machine(machine), overrides(settings))
     q = pose(loaded, at)
+    model = loaded.linearise(q, **options)
     say(f"pose: {in_words(loaded, q)}")
-    return loaded.linearise(q, **options)
+    return model
 
 
 def margins_table(loops: list[Loop]) -> Table:
