@@ -73,7 +73,7 @@ def learned(cranes: CraneTipVectorEnv) -> Policy | None:
     except ImportError:
         return None
     torch.set_num_threads(1)
-    school = Cranes(CRANES, cranes.task.machine, threads=1)
+    school = Cranes(CraneTipVectorEnv(CRANES, cranes.task.machine, threads=1))
     model = PPO("MlpPolicy", school, seed=0, n_steps=100, batch_size=3200, device="cpu").learn(TRAINED)
     return lambda seen: np.clip(model.predict(features(cranes.task, seen))[0], -1.0, 1.0)
 

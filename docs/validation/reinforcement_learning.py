@@ -44,7 +44,7 @@ TARGETS, FIRST = 100, 10_000
 
 def trained(seed: int, steps: int = STEPS) -> tuple[PPO, list[tuple[int, float, float]]]:
     """A policy; over the training the steps taken, the time, s, and the median distance at the end of episodes, m."""
-    cranes = Cranes(CRANES)
+    cranes = Cranes(CraneTipVectorEnv(CRANES))
     model = PPO(
         "MlpPolicy", cranes, seed=seed, n_steps=100, batch_size=3200, n_epochs=6, gamma=0.98, gae_lambda=0.95,
         learning_rate=lambda left: 1e-3 * left, ent_coef=0.0, device="cpu",
@@ -141,8 +141,8 @@ controller](../howto/train-a-controller.md).
 
 PPO of stable-baselines3 learns on {cranes} cranes `hydrocrane/CraneTip-v0`, {steps:.1f} million steps for each seed.
 Then {targets} episodes of 10 s with other starts and targets: where the tip is at the end, for the policies without
-exploration and for two controllers of the package from the same starts to the same targets. `tip` gets each target as a goal; `heinze-pid` a stick that points
-there for 7 s. Cores that a training had: {computer}.
+exploration and for two controllers of the package from the same starts to the same targets. `tip` gets each target as a
+goal; `heinze-pid` a stick that points there for 7 s. Cores that a training had: {computer}.
 
 Failures first: about every fifth target is not reached by the policies. `tip` keeps to the full speed of its machine
 file, so that 10 s are too short for every third target; the row with 40 s shows what it reaches then. The environment

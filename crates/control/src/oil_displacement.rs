@@ -212,8 +212,8 @@ fn range(seen: Interval, fluid: &Fluid<f64>) -> Interval {
 fn flows(valve: &SpoolValve<f64>, trust: &Trust, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
     let valve = SpoolValve { compensator: trust.compensator, ..*valve };
     let mut flows = [Interval::NONE; 2];
-    let held = if valve.couples_ports() { held(&valve, spool, p, trust.tank[0]) } else { [valve; 2] };
-    for valve in &held[..if valve.couples_ports() { 2 } else { 1 }] {
+    let held = valve.couples_ports().then(|| held(&valve, spool, p, trust.tank[0]));
+    for valve in held.as_ref().map_or(core::slice::from_ref(&valve), |ends| &ends[..]) {
         include(&mut flows, trust, p, |ports| valve.flows(spool.low, ports));
         if spool.high > spool.low {
             include(&mut flows, trust, p, |ports| valve.flows(spool.high, ports));

@@ -106,7 +106,7 @@ pub use crate::keys::{FORMER_METHODS, METHODS};
 
 /// In place of a method: the fastest suitable one for the machine.
 pub const AUTO: &str = "auto";
-/// The method of [`AUTO`] for fixed steps with static friction.
+/// The method of [`AUTO`] for fixed steps where `hc-exponential-4` does not suit.
 pub const FIXED_STEPS: &str = "hc-rosenbrock-3";
 
 /// Loads the scenario `source`, a bundled name or a path, with `overrides` by dotted key in place of its values.

@@ -41,33 +41,32 @@ impl<const N: usize> Plant<f64, N> {
             return Ok(x);
         }
         let forces = self.standing_force(q, payload);
+        let loads = hydrocrane_num::array::from_fn(|c| (strokes[c].0, forces[c]));
         if layout.load().is_none() {
-            return self.fed(machine, layout, x, &forces, None);
+            return self.fed(machine, layout, x, &loads, None);
         }
         // What the sections signal falls with the pressure that they are given. Where it feeds them by no opening, they lack all of it.
         let (tank, highest) = (self.supply_pressures.tank, self.supply().map_or(0.0, |supply| supply.highest));
-        let fed = |load: f64| self.fed(machine, layout, x.clone(), &forces, Some(load));
+        let fed = |load: f64| self.fed(machine, layout, x.clone(), &loads, Some(load));
         fed(root(tank, highest, PRESSURE, |load| fed(load).map_or(highest, |x| self.signal(layout, &x) - load)))
     }
 
-    /// The state of rest `x` under the pressure `forces` (N), with spools that feed the leakage; `load`: as of [`Plant::settle_supply`].
+    /// The state of rest `x` with pistons at positions (m) under pressure forces (N), with spools that feed the leakage; `load`: as of [`Plant::settle_supply`].
     fn fed(
         &self,
         machine: &Machine,
         layout: &Layout,
         mut x: Vec<f64>,
-        forces: &[f64; N],
+        loads: &[(f64, f64); N],
         load: Option<f64>,
     ) -> Result<Vec<f64>, PoseError> {
-        let strokes = self.strokes(&self.mechanics.pose(&hydrocrane_num::array::from_fn(|c| x[layout.q(c)])));
         self.settle_supply(layout, &mut x, load);
         // The small flow of the open spools changes the pressure of the mains, which changes this flow far less.
         for _ in 0..if self.supply().is_some() { SUPPLY_ROUNDS } else { 1 } {
             let supply_pressures = self.pressures_at(layout, &x);
-            for c in 0..N {
+            for (c, &(position, force)) in loads.iter().enumerate() {
                 // At rest the compensator has settled.
-                let (unit, force) = (&HydraulicAxis { compensator_lag: None, ..self.cylinders[c] }, forces[c]);
-                let position = strokes[c].0;
+                let unit = &HydraulicAxis { compensator_lag: None, ..self.cylinders[c] };
                 let balance =
                     Balance { unit, fluid: &self.fluid, supply_pressures: &supply_pressures, position, force };
                 if balance.rates(x[layout.p1(c)], x[layout.p2(c)], 0.0) != (0.0, 0.0) {

@@ -10,7 +10,6 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from hydrocrane.gym.task import Numbers, TipTask
 from hydrocrane.gym.vector import CraneTipVectorEnv
-from hydrocrane.machine.machine import MachineLike
 
 # Distances from here on, m, count by their ratio, in the reward and in what the policy sees.
 NEAR = 3e-3
@@ -27,9 +26,7 @@ class Cranes(VecEnv):
 
     Parameters
     ----------
-    cranes : int
-    machine, sample_time, duration, payload, threads
-        As in :class:`~hydrocrane.gym.CraneTipVectorEnv`.
+    cranes : CraneTipVectorEnv
 
     Attributes
     ----------
@@ -41,28 +38,20 @@ class Cranes(VecEnv):
     Needs the extra ``rl``::
 
         from stable_baselines3 import PPO
+        from hydrocrane.gym import CraneTipVectorEnv
         from hydrocrane.gym.stable_baselines import Cranes
 
-        model = PPO("MlpPolicy", Cranes(256)).learn(100_000)
+        model = PPO("MlpPolicy", Cranes(CraneTipVectorEnv(256))).learn(100_000)
     """
 
-    def __init__(
-        self,
-        cranes: int,
-        machine: MachineLike = "rottne-f9-lab",
-        sample_time: float = 0.05,
-        duration: float = 10.0,
-        payload: float | None = None,
-        threads: int | None = None,
-    ) -> None:
-        self.cranes = CraneTipVectorEnv(cranes, machine, sample_time, duration, payload, threads)
-        self.task = self.cranes.task
+    def __init__(self, cranes: CraneTipVectorEnv) -> None:
+        self.cranes, self.task = cranes, cranes.task
         seen = self.task.observation_space.shape or (0,)
         width = seen[0] + 2 * len(self.task.machine.cylinder_names)
-        super().__init__(cranes, Box(-np.inf, np.inf, (width,), np.float32), self.task.action_space)
+        super().__init__(cranes.num_envs, Box(-np.inf, np.inf, (width,), np.float32), self.task.action_space)
         self.ends: list[float] = []
         self._seed: int | None = None
-        self._actions = np.zeros((cranes, 1))
+        self._actions = np.zeros(0)
 
     def seed(self, seed: int | None = None) -> Sequence[None | int]:
         self._seed = seed

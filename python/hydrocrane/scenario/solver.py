@@ -13,7 +13,7 @@ from hydrocrane.errors import unknown
 AUTO = "auto"
 METHODS = tuple(_core.METHODS)
 FORMER_METHODS = dict(_core.FORMER_METHODS)
-# What `auto` takes for fixed steps with static friction.
+# What `auto` takes for fixed steps where `hc-exponential-4` does not suit.
 FIXED_STEPS = "hc-rosenbrock-3"
 # Factor on the tolerance of a repeat, and the tightest tolerance; with fixed steps a repeat has half the step.
 TIGHTER, TIGHTEST = 1e-2, 1e-12
@@ -23,8 +23,8 @@ TIGHTER, TIGHTEST = 1e-2, 1e-12
 class Solver:
     """Integration method, and its tolerances or its step.
 
-    ``auto`` selects the fastest suitable method: ``hc-exponential-4`` if all friction has bristles (LuGre), else
-    ``rodas5p``, or ``hc-rosenbrock-3`` if `step` is given; sensitivities use ``rodas5p``.
+    ``auto`` selects the fastest suitable method: ``hc-exponential-4`` if all friction has bristles (LuGre). Else, and
+    for sensitivities, it is ``rodas5p``, or ``hc-rosenbrock-3`` if `step` is given.
     ``Run.data.attrs["solver_method"]`` states the selected one. These three are stiff methods with the exact Jacobian;
     ``tsit5`` is explicit. The former names ``ros3l`` and ``ros4l`` of hydrocrane's own two are read with a warning.
 

@@ -31,7 +31,7 @@ def adapter(monkeypatch):
 
 
 def test_cranes_pay_for_nearness_and_say_that_time_ran_out(adapter):
-    cranes = adapter.Cranes(3, duration=0.2)
+    cranes = adapter.Cranes(adapter.CraneTipVectorEnv(3, duration=0.2))
     cranes.seed(5)
     seen = cranes.reset()
     width = cranes.observation_space.shape[0]
