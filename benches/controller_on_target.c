@@ -45,7 +45,8 @@ read:
                 return 2;
             }
             double before = now();
-            if (hydrocrane_step(memory, &sample, HYDROCRANE_MODE, row + 1 + 3 * HYDROCRANE_JOINTS, HYDROCRANE_AXES, spool)) {
+            if (hydrocrane_step(memory, &sample, HYDROCRANE_MODE, row + 1 + 3 * HYDROCRANE_JOINTS, HYDROCRANE_AXES, spool,
+                                HYDROCRANE_JOINTS)) {
                 return 3;
             }
             double taken = now() - before;

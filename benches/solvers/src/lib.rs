@@ -84,7 +84,7 @@ pub unsafe extern "C" fn solve(
 pub unsafe extern "C" fn evaluate(task: *const Task, states: *const f64, rows: usize, structured: bool) {
     let (model, n) = ((*task).model.as_ref(), (*task).start.len());
     let (spools, mut rates) = (vec![0.0; model.layout().joints()], vec![0.0; n]);
-    let mut slopes = BlockArrow::new(model.layout().axes());
+    let mut slopes = BlockArrow::new(model.layout().blocks());
     for x in std::slice::from_raw_parts(states, rows * n).chunks_exact(n) {
         if structured {
             model.linearise(x, &spools, (*task).payload, &mut rates, &mut slopes);

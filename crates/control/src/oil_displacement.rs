@@ -117,6 +117,13 @@ pub struct Trust {
     pub play: f64,
 }
 
+impl Trust {
+    /// All positions of the spool (m) that is asked for those within `asked`.
+    fn spool(&self, asked: Interval) -> Interval {
+        asked.widened(0.5 * self.swing * (asked.high - asked.low) + self.play, 0.0)
+    }
+}
+
 hydrocrane_num::stored!([] Trust {
     flow: f64,
     pressure: [f64; 2],
@@ -138,20 +145,28 @@ hydrocrane_num::stored!([] Trust {
 pub struct OilDisplacement {
     /// By flow and by compression.
     moved: Interval,
-    /// Of pressure readings: enters once, however long the time.
-    scatter: f64,
+    /// Of pressure readings, to either side: enters once, however long the time.
+    scatter: Interval,
 }
 
 impl OilDisplacement {
-    pub const NOTHING: OilDisplacement = OilDisplacement { moved: Interval::ZERO, scatter: 0.0 };
+    pub const NOTHING: OilDisplacement = OilDisplacement { moved: Interval::ZERO, scatter: Interval::ZERO };
+
+    /// By compression: the oil gives way by `softness` (m/Pa) to a rise of the pressure, read within `scatter` (Pa). Soft oil moves the
+    /// piston far; what is certain of a rise is what stiff oil makes of it.
+    fn squeezed(softness: Interval, rise: f64, scatter: f64) -> Self {
+        let moved = softness.times(rise);
+        let [low, high] = [-scatter, scatter].map(|error| softness.times(rise + error));
+        OilDisplacement { moved, scatter: Interval { low: low.low - moved.low, high: high.high - moved.high } }
+    }
 
     /// This and then `next`.
     pub fn then(self, next: OilDisplacement) -> Self {
-        OilDisplacement { moved: self.moved.plus(next.moved), scatter: self.scatter.max(next.scatter) }
+        OilDisplacement { moved: self.moved.plus(next.moved), scatter: self.scatter.joined(next.scatter) }
     }
 
     pub fn displacement(&self) -> Interval {
-        self.moved.widened(self.scatter, 0.0)
+        self.moved.plus(self.scatter)
     }
 }
 
@@ -166,7 +181,7 @@ pub fn oil_displacements(
     asked: Interval,
     trust: &Trust,
 ) -> [OilDisplacement; 2] {
-    let spool = asked.widened(0.5 * trust.swing * (asked.high - asked.low) + trust.play, 0.0);
+    let spool = trust.spool(asked);
     let pressures = |beyond: [f64; 2]| -> [Interval; 2] {
         hydrocrane_num::array::from_fn(|i| {
             range(Interval::spanning(before.p[i], now.p[i]).widened(trust.pressure[i] + beyond[i], 0.0), fluid)
@@ -179,10 +194,24 @@ pub fn oil_displacements(
     let areas = [c.chambers.area_1, c.chambers.area_2];
     hydrocrane_num::array::from_fn(|i| {
         let sense = if i == 0 { -1.0 } else { 1.0 };
-        let squeezed = softness[i].times(sense * (now.p[i] - before.p[i]));
-        let moved = inflow[i].times(h / areas[i]).plus(squeezed);
-        OilDisplacement { moved, scatter: softness[i].high * trust.scatter[i] }
+        let squeezed = OilDisplacement::squeezed(softness[i], sense * (now.p[i] - before.p[i]), trust.scatter[i]);
+        OilDisplacement { moved: squeezed.moved.plus(inflow[i].times(h / areas[i])), ..squeezed }
     })
+}
+
+/// Speeds (m/s) with which a piston can drive oil out of either chamber at any pressures up to `highest` (Pa), with the spool asked for
+/// positions (m) within `asked`: it retracts no faster than chamber 1 drains, and extends no faster than chamber 2 does.
+pub(crate) fn outflow(c: &CylinderModel, trust: &Trust, asked: Interval, highest: f64) -> Interval {
+    let any = Interval { low: 0.0, high: highest };
+    let [one, two] = inflows(c, trust, trust.spool(asked), &[any; 2]);
+    Interval { low: (one.low / c.chambers.area_1).min(0.0), high: (two.high / c.chambers.area_2).max(0.0) }
+}
+
+/// How far a piston at `x` (m) can compress either chamber from the pressures `p` to `highest` (Pa), m.
+pub(crate) fn compressed(c: &CylinderModel, fluid: &Fluid<f64>, x: f64, p: [f64; 2], highest: f64) -> Interval {
+    let [one, two] = softness(&c.chambers, fluid, x, &p.map(|p| Interval::spanning(p.max(0.0), highest)));
+    let rise = p.map(|p| (highest - p).max(0.0));
+    Interval { low: -one.high * rise[0], high: two.high * rise[1] }
 }
 
 /// Flows into chamber 1 and out of chamber 2 over all spools and pressures in question, m^3/s.
@@ -423,8 +452,18 @@ mod tests {
     }
 
     #[test]
+    fn a_pressure_that_falls_to_nothing_tells_how_far_the_piston_has_moved_at_least() {
+        // Oil that may be under vacuum: soft beyond any bound.
+        let softness = Interval { low: 2e-10, high: 5e-6 };
+        let fallen = OilDisplacement::squeezed(softness, 40e5, 1e5).displacement();
+        assert!((fallen.low / (2e-10 * 39e5) - 1.0).abs() < 1e-9 && (fallen.high / (5e-6 * 41e5) - 1.0).abs() < 1e-9);
+        let still = OilDisplacement::squeezed(softness, 0.0, 1e5).displacement();
+        assert_eq!((still.low, still.high), (-5e-6 * 1e5, 5e-6 * 1e5));
+    }
+
+    #[test]
     fn scatter_enters_a_sum_once() {
-        let one = OilDisplacement { moved: Interval::around(1e-3, 1e-4), scatter: 5e-4 };
+        let one = OilDisplacement { moved: Interval::around(1e-3, 1e-4), scatter: Interval::around(0.0, 5e-4) };
         let sum = (0..9).fold(one, |sum, _| sum.then(one)).displacement();
         assert!((sum.low - (10e-3 - 1e-3 - 5e-4)).abs() < 1e-12 && (sum.high - 11.5e-3).abs() < 1e-12);
     }

@@ -2,14 +2,19 @@
 //!
 //! A piston's displacement is estimated three times: by the position sensor and by the oil of either chamber
 //! ([`oil_displacement`](crate::oil_displacement)). A residual is the gap between two of these intervals; two estimates that
-//! agree outvote the third. Every reading must also be a number, and one that the machine can give.
+//! agree outvote the third. Every reading must also be a number, and one that the machine can give; a piston must be within reach
+//! ([`whereabouts`](crate::whereabouts)). Two sensors do not fail in the same sample: all of it is left out then.
 
 use crate::controller::Measurement;
 use crate::controller_model::{ControllerModel, CylinderModel};
 use crate::feed_forward::Moment;
 use crate::oil_displacement::{oil_displacements, Interval, OilDisplacement, Trust};
+use crate::passage::{Passage, Standing, Track};
 use crate::signal::{OfSignals, Signal, MOST, PER_CYLINDER};
 use crate::spool_history::SpoolHistory;
+pub use crate::suspect::Returned;
+use crate::suspect::{returned, Judged, Suspect};
+use crate::whereabouts::{Whereabouts, DYNAMIC};
 use arrayvec::ArrayVec;
 
 /// What is wrong with a reading.
@@ -21,6 +26,10 @@ pub enum Kind {
     Jump(f64),
     /// Unchanged while the piston must have moved this far, m.
     Frozen(f64),
+    /// Nothing in both chambers, where oil has carried a load the sample before.
+    Vanished,
+    /// It came with others that cannot be right.
+    InBadSample,
 }
 
 /// Thresholds, SI, most of them per cylinder.
@@ -41,9 +50,10 @@ pub struct Settings<const N: usize> {
     /// Joint coordinates (rad or m) and piston positions (m) between which a reading must lie.
     pub joints: [[f64; 2]; N],
     pub strokes: [[f64; 2]; N],
-    /// The same of both chamber pressures, Pa; `None` where nothing measures them. Joint sensors are then checked for a reading and its
-    /// range alone: there is no oil to ask.
-    pub pressures: Option<[[f64; 2]; N]>,
+    /// The same of both chamber pressures, Pa.
+    pub pressures: [[f64; 2]; N],
+    /// Whether they are read. Joint sensors are else checked for a reading, its range and reach alone: there is no oil to ask.
+    pub reads_pressures: bool,
     /// Largest difference of two readings of one joint at rest, rad or m.
     pub scatter: [f64; N],
     pub trust: [Trust; N],
@@ -60,82 +70,19 @@ hydrocrane_num::stored!([const N: usize] Settings<N> {
     recovery_time: f64,
     joints: [[f64; 2]; N],
     strokes: [[f64; 2]; N],
-    pressures: Option<[[f64; 2]; N]>,
+    pressures: [[f64; 2]; N],
+    reads_pressures: bool,
     scatter: [f64; N],
     trust: [Trust; N],
     memory: [f64; N],
 });
 
-/// A suspect sensor.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Suspect {
-    signal: Signal,
-    kind: Kind,
-    /// s
-    from: f64,
-    /// Expected piston position (m), or the pressure that does not change (Pa).
-    expected: f64,
-    /// Since when it reads plausibly again, s.
-    plausible: Option<f64>,
-}
-
 /// What is wrong with the readings of one cylinder.
 type Wrong = ArrayVec<(Signal, Kind), PER_CYLINDER>;
-
-/// One cylinder at its last sample, and what has happened since each of its readings last changed.
-#[derive(Debug, Clone, Copy)]
-struct Track {
-    t: f64,
-    moment: Moment,
-    /// Force of the planned load, N.
-    load: f64,
-    reading: f64,
-    /// Displacement by the oil while the position reading stayed the same.
-    missed: [OilDisplacement; 2],
-    /// The cylinder where each pressure reading last changed.
-    changed: [Standing; 2],
-    /// The sample before, s.
-    earlier: Option<(f64, Moment)>,
-    /// Bits that readings have told against each pressure sensor since, and the piston position at the last of them, m.
-    told: [f64; 2],
-    stirred: [f64; 2],
-}
-
-/// What a cylinder was like: piston position (m), pressures (Pa), and force of the planned load (N; not a number if unknown).
-#[derive(Debug, Clone, Copy)]
-struct Standing {
-    moment: Moment,
-    load: f64,
-}
-
-/// A sensor that reads plausibly again.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Returned {
-    pub signal: Signal,
-    pub kind: Kind,
-    /// Since when its readings were not used, s.
-    pub from: f64,
-}
-
-/// One cylinder between two samples.
-#[derive(Debug, Clone, Copy)]
-struct Passage {
-    before: Track,
-    now: Track,
-    /// Displacements by the position sensor and by the oil of the chambers, m.
-    measured: Interval,
-    oil: [Interval; 2],
-    /// By the oil since the position reading last changed or was there, m.
-    total: [Interval; 2],
-}
 
 /// Least time between two samples that are compared, s: faster ones would drown in scatter.
 pub const INTERVAL: f64 = 0.01;
 
-/// Slow and fast motion of a piston, by which its friction is judged, m/s.
-const SPEEDS: [f64; 2] = [0.01, 0.1];
-/// Share of the load that accelerations may add.
-const DYNAMIC: f64 = 0.25;
 /// Bits that make a repeated pressure reading a fault: one false alarm in 10^9 readings in motion, 115 days of them at 100 Hz.
 const MOST_TOLD: f64 = 30.0;
 /// Share of the displacement that counts as a jump beyond which a piston counts as moving: with its default, 1 % of its fastest motion.
@@ -147,13 +94,23 @@ pub struct Monitor<const N: usize> {
     tracks: [Option<Track>; N],
     sent: SpoolHistory<N>,
     suspects: OfSignals<Suspect>,
+    whereabouts: [Option<Whereabouts>; N],
+    /// Last readings, so that a jump back is seen.
+    last: [Option<(f64, [f64; 2])>; N],
 }
 
 impl<const N: usize> Monitor<N> {
     pub fn new(settings: Settings<N>) -> Self {
         const { assert!(PER_CYLINDER * N <= MOST) };
         let memory = settings.memory.iter().fold(2.0 * INTERVAL, |a, b| a.max(b + 2.0 * INTERVAL));
-        Monitor { settings, tracks: [None; N], sent: SpoolHistory::new(memory), suspects: OfSignals::new() }
+        Monitor {
+            settings,
+            tracks: [None; N],
+            sent: SpoolHistory::new(memory),
+            suspects: OfSignals::new(),
+            whereabouts: [None; N],
+            last: [None; N],
+        }
     }
 
     pub fn recovery_time(&self) -> f64 {
@@ -174,7 +131,7 @@ impl<const N: usize> Monitor<N> {
     /// Trusts all sensors again.
     pub fn clear(&mut self) {
         self.suspects.clear();
-        self.tracks = [None; N];
+        (self.tracks, self.whereabouts, self.last) = ([None; N], [None; N], [None; N]);
     }
 
     /// Takes note of the commands (m) to the valves at time `t`.
@@ -229,14 +186,14 @@ impl<const N: usize> Monitor<N> {
         // Only a coarse reading is explained by the load.
         let coarse = self.settings.told.iter().flatten().any(|bits| *bits < 1.0);
         let load = if coarse { model.cylinder_force(&q, &[0.0; N], model.payload) } else { [f64::NAN; N] };
-        let mut found = OfSignals::new();
+        let (mut found, mut bad, before) = (OfSignals::new(), 0, self.tracks);
         for c in 0..N {
             let (stroke, lever_arm) = strokes[c];
             let moment = Moment { stroke, p: m.p.get(c).copied().unwrap_or([f64::NAN; 2]) };
             let scatter = self.settings.scatter[c] * lever_arm.abs();
-            let mut wrong = self.beyond(model, m.t, c, q[c], &moment);
+            let mut wrong = self.beyond(model, m.t, c, q[c], &moment, scatter);
             let passage = match (&wrong[..], self.tracks[c]) {
-                _ if self.settings.pressures.is_none() => None,
+                _ if !self.settings.reads_pressures => None,
                 ([], _) => self.advance(model, m.t, c, q[c], Standing { moment, load: load[c] }, scatter),
                 // Without a reading of the joint the oil counts on from the last one.
                 ([(Signal::Joint(_), _)], Some(before)) => {
@@ -248,22 +205,62 @@ impl<const N: usize> Monitor<N> {
                     None
                 }
             };
-            self.reconsider(m.t, c, &moment, &wrong, passage.as_ref(), scatter);
+            bad += self.reconsider(m.t, c, (q[c], &moment), &wrong, passage.as_ref(), scatter);
             // A vote takes three sound estimates.
-            let sound = !self.suspects.iter().any(|s| s.signal.cylinder() == c);
+            let sound = wrong.is_empty() && !self.suspects.iter().any(|s| s.signal.cylinder() == c);
             if let Some(passage) = passage.as_ref().filter(|_| sound) {
-                // There is a passage with one wrong reading at most: that of the joint.
-                wrong.extend(self.faults(c, passage, scatter));
+                wrong = self.faults(c, passage, scatter);
             }
             for (signal, kind) in wrong {
                 if !self.suspects.iter().any(|s| s.signal == signal) {
                     let suspect = self.suspect(model, m.t, (signal, kind), &moment, passage.as_ref(), scatter);
+                    bad += usize::from(suspect.plausible.is_none() && kind != Kind::NoReading);
                     self.suspects.push(suspect);
                     found.push((signal, suspect.kind));
                 }
             }
         }
+        if bad > 1 {
+            self.leave_out(m, &before, &mut found);
+        }
+        self.remember(model, m, &q, &strokes);
         found
+    }
+
+    /// Leaves out all readings of a sample that holds several bad ones, as if it had never come.
+    fn leave_out(&mut self, m: &Measurement, before: &[Option<Track>; N], found: &mut OfSignals<(Signal, Kind)>) {
+        let of_cylinder = if self.settings.reads_pressures { PER_CYLINDER } else { 1 };
+        for (c, place) in (0..N).flat_map(|c| (0..of_cylinder).map(move |place| (c, place))) {
+            let signal = Signal::of_cylinder(c, place);
+            match self.suspects.iter_mut().find(|s| s.signal == signal) {
+                Some(suspect) => suspect.plausible = None,
+                None => {
+                    let (kind, expected) = (Kind::InBadSample, f64::NAN);
+                    self.suspects.push(Suspect { signal, kind, from: m.t, expected, plausible: None });
+                    found.push((signal, kind));
+                }
+            }
+        }
+        let fresh = |track: &Track| m.t - track.t <= self.settings.ride_through + INTERVAL;
+        self.tracks = before.map(|track| track.filter(fresh));
+    }
+
+    /// Keeps what the next sample is held against.
+    fn remember(&mut self, model: &ControllerModel<N>, m: &Measurement, q: &[f64; N], strokes: &[(f64, f64); N]) {
+        for c in 0..N {
+            let p = m.p.get(c).copied().unwrap_or([f64::NAN; 2]);
+            let usable = |signal| !self.suspects.iter().any(|s| s.signal == signal && s.plausible.is_none());
+            let p_usable = [0, 1].map(|side| if usable(Signal::Pressure(c, side)) { p[side] } else { f64::NAN });
+            if usable(Signal::Joint(c)) {
+                let moment = Moment { stroke: strokes[c].0, p: p_usable };
+                let [_, highest] = self.settings.pressures[c];
+                let here = Whereabouts::at(m.t, q[c], moment, &model.cylinders[c], &model.fluid, highest);
+                self.whereabouts[c] = Some(here);
+            }
+            let (was, was_p) = self.last[c].unwrap_or((q[c], p));
+            let known = |now: f64, was: f64| if now.is_finite() { now } else { was };
+            self.last[c] = Some((known(q[c], was), [0, 1].map(|side| known(p[side], was_p[side]))));
+        }
     }
 
     /// A sensor that becomes suspect at time `t` (s); one whose outlier has ended reads plausibly already.
@@ -278,25 +275,58 @@ impl<const N: usize> Monitor<N> {
     ) -> Suspect {
         let outlier = passage.and_then(|passage| self.outlier(model, passage, scatter, signal, kind));
         let (kind, from) = outlier.unwrap_or((kind, t));
-        let expected = expected(kind, signal, now, passage);
+        let known = self.whereabouts[signal.cylinder()].map_or(now.stroke, |known| known.moment.stroke);
+        let expected = match (signal, kind) {
+            (Signal::Joint(c), Kind::Jump(_)) => known + passage.map_or(0.0, |p| p.agreed(self.settings.jump[c])),
+            (Signal::Joint(_), Kind::Frozen(missed)) => now.stroke + missed,
+            (Signal::Joint(_), _) => now.stroke,
+            (Signal::Pressure(_, side), _) => now.p[side],
+        };
         Suspect { signal, kind, from, expected, plausible: outlier.map(|_| t) }
     }
 
     /// Readings that no machine in good order can give.
-    fn beyond(&self, model: &ControllerModel<N>, t: f64, c: usize, q: f64, now: &Moment) -> Wrong {
+    fn beyond(&mut self, model: &ControllerModel<N>, t: f64, c: usize, q: f64, now: &Moment, scatter: f64) -> Wrong {
         let judge = |signal, reading: f64, possible: bool| {
             let kind = if reading.is_finite() { Kind::OutOfRange } else { Kind::NoReading };
             (!reading.is_finite() || !possible).then_some((signal, kind))
         };
         let within = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
+        let known = self.whereabouts(model, t, c);
         let s = &self.settings;
-        let joint = judge(Signal::Joint(c), q, within(q, s.joints[c]) && within(now.stroke, s.strokes[c]));
+        let joint =
+            judge(Signal::Joint(c), q, within(q, s.joints[c]) && within(now.stroke, s.strokes[c])).or_else(|| {
+                let known = known.filter(|known| !known.reach(now.stroke, scatter))?;
+                Some((Signal::Joint(c), Kind::Jump(q - known.q)))
+            });
+        if !s.reads_pressures {
+            return joint.into_iter().collect();
+        }
+        let limits @ [lowest, _] = s.pressures[c];
         let pressure = |i: usize| {
-            let limits @ [lowest, _] = s.pressures.as_ref()?[c];
             let possible = within(now.p[i], limits) || now.p[i] > lowest && self.rises(model, t, c, i, now);
             judge(Signal::Pressure(c, i), now.p[i], possible)
         };
-        [joint, pressure(0), pressure(1)].into_iter().flatten().collect()
+        let vanished = known.filter(|_| self.vanished(model, t, c, now));
+        let pressures = [0, 1].map(|i| pressure(i).or(vanished.map(|_| (Signal::Pressure(c, i), Kind::Vanished))));
+        joint.into_iter().chain(pressures.into_iter().flatten()).collect()
+    }
+
+    /// Where the piston of cylinder `c` can be at time `t` (s).
+    fn whereabouts(&mut self, model: &ControllerModel<N>, t: f64, c: usize) -> Option<Whereabouts> {
+        let known = self.whereabouts[c]?;
+        let (asked, [_, highest]) = (self.spools(c, known.t()), self.settings.pressures[c]);
+        self.whereabouts[c] = Some(known.until(t, &model.cylinders[c], &self.settings.trust[c], asked, highest));
+        self.whereabouts[c]
+    }
+
+    /// Whether both chambers of cylinder `c` read nothing, a short time after oil has carried a load there.
+    fn vanished(&self, model: &ControllerModel<N>, t: f64, c: usize, now: &Moment) -> bool {
+        let known = self.whereabouts.map(|known| known.map_or(f64::NAN, |known| known.q));
+        self.whereabouts[c].is_some_and(|before| {
+            t - before.read <= self.settings.ride_through + INTERVAL
+                && model.load_vanished(c, &known, [before.moment.p, now.p], &self.settings.trust[c])
+        })
     }
 
     /// Whether piston and oil say how a pressure came to be so high: masses that a closing valve stops know no limit.
@@ -380,30 +410,35 @@ impl<const N: usize> Monitor<N> {
     }
 
     /// Which of the three estimates is outvoted, and which reading does not change while the piston moves.
-    fn faults(&self, c: usize, passage: &Passage, scatter: f64) -> ArrayVec<(Signal, Kind), 2> {
-        let jump = self.jump(c, passage);
-        let frozen = || self.frozen_joint(c, &passage.now, scatter);
-        let stuck = || (0..2).filter_map(|side| self.frozen_pressure(c, side, &passage.now));
-        match jump.or_else(frozen) {
+    fn faults(&self, c: usize, passage: &Passage, scatter: f64) -> Wrong {
+        let jumps = self.jumps(c, passage);
+        if !jumps.is_empty() {
+            return jumps;
+        }
+        match self.frozen_joint(c, &passage.now, scatter) {
             Some(found) => [found].into_iter().collect(),
-            None => stuck().collect(),
+            None => (0..2).filter_map(|side| self.frozen_pressure(c, side, &passage.now)).collect(),
         }
     }
 
-    fn jump(&self, c: usize, passage: &Passage) -> Option<(Signal, Kind)> {
+    fn jumps(&self, c: usize, passage: &Passage) -> Wrong {
         let (jump, now, before) = (self.settings.jump[c], &passage.now, &passage.before);
         let [one, two] = &passage.oil;
+        let joint = (Signal::Joint(c), passage.jumped());
         if one.gap(two) <= jump {
             let outvoted = one.between(two).gap(&passage.measured) > jump;
-            return outvoted.then_some((Signal::Joint(c), Kind::Jump(now.reading - before.reading)));
+            return outvoted.then_some(joint).into_iter().collect();
         }
-        // The chambers contradict each other: the position decides, if it agrees with one of them.
-        let side = match passage.oil.map(|oil| oil.gap(&passage.measured) > jump) {
-            [true, false] => 0,
-            [false, true] => 1,
-            _ => return None,
-        };
-        Some((Signal::Pressure(c, side), Kind::Jump(now.moment.p[side] - before.moment.p[side])))
+        let pressure =
+            |side: usize| (Signal::Pressure(c, side), Kind::Jump(now.moment.p[side] - before.moment.p[side]));
+        // The chambers contradict each other: the position decides, if it agrees with one of them. If it agrees with none, nobody
+        // knows which to believe.
+        match passage.oil.map(|oil| oil.gap(&passage.measured) > jump) {
+            [true, false] => [pressure(0)].into_iter().collect(),
+            [false, true] => [pressure(1)].into_iter().collect(),
+            [true, true] => [joint, pressure(0), pressure(1)].into_iter().collect(),
+            [false, false] => Wrong::new(),
+        }
     }
 
     /// The outlier that a jump of a pressure ends, and when it came, s: it went unseen, and from the sample before it to this one
@@ -463,88 +498,44 @@ impl<const N: usize> Monitor<N> {
         let areas = [chambers.area_1, -chambers.area_2];
         let other = areas[1 - side] * (now.moment.p[1 - side] - then.moment.p[1 - side]);
         let needed = (now.load - then.load - other) / areas[side];
-        // Friction turns round with the motion, and the crane swings.
-        let most = |sense: f64| SPEEDS.iter().fold(0.0f64, |f, v| f.max(cylinder.steady_friction(sense * v).abs()));
-        let unknown = most(1.0) + most(-1.0) + DYNAMIC * now.load.abs();
+        // The crane swings.
+        let unknown = cylinder.friction_both_ways() + DYNAMIC * now.load.abs();
         // An unknown load explains everything.
         needed.is_nan()
             || needed.abs() <= resolution + self.settings.trust[c].pressure[side] + unknown / areas[side].abs()
     }
 
-    /// Which suspects of cylinder `c` read plausibly again.
+    /// Which suspects of cylinder `c` read plausibly again; gives the number of those that read wrongly.
     fn reconsider(
         &mut self,
         t: f64,
         c: usize,
-        now: &Moment,
+        (q, now): (f64, &Moment),
         wrong: &[(Signal, Kind)],
         passage: Option<&Passage>,
         scatter: f64,
-    ) {
-        let near = scatter + self.settings.jump[c].min(0.5 * self.settings.frozen[c]);
+    ) -> usize {
+        let (jump, frozen) = (self.settings.jump[c], self.settings.frozen[c]);
         let first = self.tracks[c].is_some_and(|track| track.t == t);
-        for suspect in &mut self.suspects {
-            if suspect.signal.cylinder() != c {
-                continue;
-            }
-            let readable = !wrong.iter().any(|(signal, _)| *signal == suspect.signal);
-            let short = t - suspect.from <= self.settings.ride_through + INTERVAL;
-            let fits = match (suspect.kind, suspect.signal) {
-                // After a short gap the piston cannot be but where the oil says.
-                (Kind::NoReading | Kind::OutOfRange, Signal::Joint(_)) if readable && short => match passage {
-                    Some(p) if p.contradicted(self.settings.jump[c]) => {
-                        suspect.kind = Kind::Jump(p.now.reading - p.before.reading);
-                        suspect.expected = p.before.moment.stroke + p.total[0].between(&p.total[1]).middle();
-                        false
-                    }
-                    Some(_) => true,
-                    None => first || self.settings.pressures.is_none(),
-                },
-                (Kind::NoReading | Kind::OutOfRange, _) => true,
-                (Kind::Jump(_) | Kind::Frozen(_), Signal::Joint(_)) => {
-                    suspect.expected += passage.map_or(0.0, |p| narrow(&p.oil, near));
-                    (now.stroke - suspect.expected).abs() <= near
-                }
-                (Kind::Jump(size), Signal::Pressure(_, side)) => {
-                    let change = passage.map_or(0.0, |p| p.now.moment.p[side] - p.before.moment.p[side]);
-                    suspect.plausible.is_some() || returned(change, size)
-                }
-                (Kind::Frozen(_), Signal::Pressure(_, side)) => now.p[side] != suspect.expected,
-            };
-            suspect.plausible = if readable && fits { suspect.plausible.or(Some(t)) } else { None };
+        let (was, was_p) = self.last[c].unwrap_or((q, now.p));
+        let mut judged = Judged {
+            now,
+            known: self.whereabouts[c].map_or(now.stroke, |known| known.moment.stroke),
+            passage,
+            unjudged: first || !self.settings.reads_pressures,
+            short: true,
+            change: [q - was, now.p[0] - was_p[0], now.p[1] - was_p[1]],
+            jump,
+            near: scatter + jump.min(0.5 * frozen),
+        };
+        let mut bad = 0;
+        for suspect in self.suspects.iter_mut().filter(|s| s.signal.cylinder() == c) {
+            let own = wrong.iter().find(|(signal, _)| *signal == suspect.signal).map(|(_, kind)| *kind);
+            judged.short = t - suspect.from <= self.settings.ride_through + INTERVAL;
+            let fits = suspect.fits(own, &judged);
+            suspect.plausible = if fits { suspect.plausible.or(Some(t)) } else { None };
+            bad += usize::from(!fits && own != Some(Kind::NoReading));
         }
+        bad
     }
-}
-
-impl Passage {
-    /// Whether both chambers agree that the piston is not where it reads, since its reading last changed or was there.
-    fn contradicted(&self, jump: f64) -> bool {
-        let [one, two] = &self.total;
-        one.gap(two) <= jump && one.between(two).gap(&self.measured) > jump
-    }
-}
-
-/// Piston position or pressure by the other estimates, when a sensor becomes suspect.
-fn expected(kind: Kind, signal: Signal, now: &Moment, passage: Option<&Passage>) -> f64 {
-    match (signal, kind, passage) {
-        (Signal::Joint(_), Kind::Jump(_), Some(p)) => p.before.moment.stroke + p.oil[0].between(&p.oil[1]).middle(),
-        (Signal::Joint(_), Kind::Frozen(missed), _) => now.stroke + missed,
-        (Signal::Joint(_), ..) => now.stroke,
-        (Signal::Pressure(_, side), ..) => now.p[side],
-    }
-}
-
-/// Middle of what both chambers say, where they know better than `within`.
-fn narrow([one, two]: &[Interval; 2], within: f64) -> f64 {
-    let oil = one.between(two);
-    if oil.high - oil.low < within {
-        oil.middle()
-    } else {
-        0.0
-    }
-}
-
-/// Whether a pressure has taken back a jump of `size`.
-fn returned(change: f64, size: f64) -> bool {
-    (0.5..1.5).contains(&(-change / size))
 }

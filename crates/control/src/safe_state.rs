@@ -100,7 +100,8 @@ impl<const N: usize> SafeState<N> {
 
     /// Tells of the sensors because of which the crane stops or stands.
     fn tell(&mut self, because: &[(Signal, Kind)]) {
-        because.iter().for_each(|&(signal, kind)| self.news.tell(SensorNotice::Stops(signal, kind)));
+        let own = because.iter().filter(|(_, kind)| *kind != Kind::InBadSample);
+        own.for_each(|&(signal, kind)| self.news.tell(SensorNotice::Stops(signal, kind)));
     }
 
     /// Counts the time without each sensor, `h` (s) after the last sample; whether one of `gaps` lasts too long.
@@ -201,7 +202,11 @@ impl<const N: usize> SafeState<N> {
                 self.news.tell(SensorNotice::Continued { signal, kind, from, until: t });
             }
         }
-        let gaps: OfSignals<Signal> = gaps.into_iter().map(|(signal, _)| signal).collect();
+        // A crane that stops goes on without a sensor even if it reads plausibly again.
+        let gaps: OfSignals<Signal> = match self.phase {
+            Phase::Stopping(_) => self.monitor.suspects().map(|(signal, _)| signal).collect(),
+            _ => gaps.into_iter().map(|(signal, _)| signal).collect(),
+        };
         let Some(usable) = self.usable(measured, &gaps) else {
             // There never was a reading to go on from.
             if self.phase == Phase::Driving {
@@ -292,6 +297,8 @@ impl Names {
             Kind::Frozen(missed) => {
                 format!("is frozen: it has not changed while the piston moved by {:.1} mm", missed.abs() * 1e3)
             }
+            Kind::Vanished => "reads nothing, as does the other chamber, where oil carried a load before".to_string(),
+            Kind::InBadSample => "came with other readings that cannot be right".to_string(),
         };
         (name, why)
     }

@@ -18,6 +18,14 @@ pub const MOST: usize = 6 * PER_CYLINDER;
 pub type OfSignals<T> = ArrayVec<T, MOST>;
 
 impl Signal {
+    /// The one at this `place` among the three of a cylinder.
+    pub fn of_cylinder(cylinder: usize, place: usize) -> Self {
+        match place {
+            0 => Signal::Joint(cylinder),
+            place => Signal::Pressure(cylinder, place - 1),
+        }
+    }
+
     /// Of the cylinder that the sensor belongs to.
     pub fn cylinder(self) -> usize {
         match self {

@@ -9,7 +9,6 @@ mod running;
 mod status;
 
 use core::ffi::c_char;
-use core::sync::atomic::{AtomicPtr, AtomicUsize, Ordering};
 use hydrocrane_control::controller::{Measurement, Stick};
 use hydrocrane_control::parameter_block;
 use running::{Head, Running};
@@ -52,6 +51,9 @@ pub struct Sample {
 const TIP: i32 = 0;
 const LEVERS: i32 = 1;
 const HEIGHT: i32 = 2;
+
+/// Joints and axes that a library serves at most.
+const MOST: usize = 6;
 
 /// Makes a controller in the `bytes` of `memory`, of the parameters in `length` bytes.
 ///
@@ -115,22 +117,49 @@ pub unsafe extern "C" fn hydrocrane_period(memory: *const u8) -> f64 {
     sized!(joints, N => unsafe { &*memory.cast::<Running<N>>() }.period(), else 0.0)
 }
 
-/// The measurement of a sample with `N` joints.
+/// A sample with `N` joints, copied: the program may overwrite it with the commands.
+struct Read<const N: usize> {
+    t: f64,
+    q: [f64; N],
+    p: [[f64; 2]; N],
+}
+
+impl<const N: usize> Read<N> {
+    /// # Safety
+    /// The pointers of the sample must be null or hold for `N` joints.
+    unsafe fn of(sample: *const Sample) -> Result<Self, Status> {
+        // SAFETY: the caller's promise.
+        let Sample { t, q, p } = unsafe { checked(sample)?.read() };
+        unsafe { Ok(Read { t, q: checked(q)?.cast::<[f64; N]>().read(), p: checked(p)?.cast::<[[f64; 2]; N]>().read() }) }
+    }
+
+    fn measurement(&self) -> Measurement<'_> {
+        Measurement { t: self.t, q: &self.q, p: &self.p }
+    }
+}
+
+/// A pointer that can be read.
+fn checked<T>(place: *const T) -> Result<*const T, Status> {
+    match place {
+        null if null.is_null() => Err(Status::NullPointer),
+        place if !place.is_aligned() => Err(Status::Misaligned),
+        place => Ok(place),
+    }
+}
+
+/// The axes of a stick, copied; `MOST` at most.
 ///
 /// # Safety
-/// Its pointers must be null or hold for `N` joints.
-unsafe fn measured<'a, const N: usize>(sample: *const Sample) -> Result<Measurement<'a>, Status> {
-    // SAFETY: the caller's promise.
-    let Some(Sample { t, q, p }) = (unsafe { sample.as_ref() }) else { return Err(Status::NullPointer) };
-    if q.is_null() || p.is_null() {
-        return Err(Status::NullPointer);
+/// The pointer must be null or hold for `count` numbers.
+unsafe fn deflections(axes: *const f64, count: usize) -> Result<[f64; MOST], Status> {
+    let axes = checked(axes)?;
+    if count > MOST {
+        return Err(Status::BadStick);
     }
-    if ![*q as usize, *p as usize].iter().all(|place| place.is_multiple_of(align_of::<f64>())) {
-        return Err(Status::Misaligned);
-    }
+    let mut deflections = [0.0; MOST];
     // SAFETY: the caller's promise.
-    let (q, p) = unsafe { (core::slice::from_raw_parts(*q, N), core::slice::from_raw_parts(*p, N)) };
-    Ok(Measurement { t: *t, q, p })
+    deflections[..count].copy_from_slice(unsafe { core::slice::from_raw_parts(axes, count) });
+    Ok(deflections)
 }
 
 /// Starts anew from a first sample.
@@ -144,17 +173,19 @@ pub unsafe extern "C" fn hydrocrane_reset(memory: *mut u8, first: *const Sample)
         Ok(joints) => joints,
         Err(status) => return status,
     };
-    sized!(joints, N => match unsafe { measured::<N>(first) } {
-        Ok(first) => unsafe { &mut *memory.cast::<Running<N>>() }.reset(&first),
+    // SAFETY: the caller's promise.
+    sized!(joints, N => match unsafe { Read::<N>::of(first) } {
+        Ok(first) => unsafe { &mut *memory.cast::<Running<N>>() }.reset(&first.measurement()),
         Err(status) => status,
     }, else Status::OtherJoints)
 }
 
-/// Writes one spool command per cylinder, m, positive extends; zeros with any status but `Ok`.
+/// Writes one spool command per cylinder, m, positive extends, into the `spools` numbers at `spool`; zeros with any status but `Ok`.
+/// Sample and axes may lie in the same place.
 ///
 /// # Safety
-/// `memory` must be null or have been given to `hydrocrane_create`; every other pointer must be null or hold for the numbers of joints
-/// and axes.
+/// `memory` must be null or have been given to `hydrocrane_create`; every other pointer must be null or hold for the numbers of joints,
+/// axes and spools.
 #[no_mangle]
 pub unsafe extern "C" fn hydrocrane_step(
     memory: *mut u8,
@@ -163,36 +194,72 @@ pub unsafe extern "C" fn hydrocrane_step(
     axes: *const f64,
     count: usize,
     spool: *mut f64,
+    spools: usize,
+) -> Status {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let status = step(memory, now, (mode, axes, count), spool, spools);
+        if status != Status::Ok {
+            clear(spool, spools);
+        }
+        status
+    }
+}
+
+/// Puts zeros in the place of the commands, aligned or not.
+///
+/// # Safety
+/// `spool` must be null or hold `spools` numbers.
+unsafe fn clear(spool: *mut f64, spools: usize) {
+    let places = if spool.is_null() { 0 } else { spools.min(MOST) };
+    for c in 0..places {
+        // SAFETY: the caller's promise.
+        unsafe { spool.add(c).write_unaligned(0.0) };
+    }
+}
+
+/// Writes commands only where there are some: a mistake of the library leaves the zeros from before.
+///
+/// # Safety
+/// As for `hydrocrane_step`.
+unsafe fn step(
+    memory: *mut u8,
+    now: *const Sample,
+    (mode, axes, count): (i32, *const f64, usize),
+    spool: *mut f64,
+    spools: usize,
 ) -> Status {
     // SAFETY: the caller's promise; the head says what the memory holds.
     let joints = match unsafe { joints(memory) } {
         Ok(joints) => joints,
         Err(status) => return status,
     };
-    if spool.is_null() || axes.is_null() {
-        return Status::NullPointer;
-    }
-    if ![spool as usize, axes as usize].iter().all(|place| place.is_multiple_of(align_of::<f64>())) {
-        return Status::Misaligned;
+    if let Err(status) = checked(spool) {
+        return status;
     }
     sized!(joints, N => {
         // SAFETY: the caller's promise.
-        let (spool, axes) = unsafe {
-            (core::slice::from_raw_parts_mut(spool, N), core::slice::from_raw_parts(axes, count))
+        let (now, axes) = match unsafe { (Read::<N>::of(now), deflections(axes, count)) } {
+            (Ok(now), Ok(axes)) => (now, axes),
+            (Err(status), _) | (_, Err(status)) => return status,
         };
-        spool.fill(0.0);
-        OUTPUT.store(spool.as_mut_ptr(), Ordering::Relaxed);
-        OUTPUTS.store(N, Ordering::Relaxed);
-        let stick = match (mode, axes) {
+        unsafe { clear(spool, spools) };
+        if spools != N {
+            return Status::OtherSpools;
+        }
+        let stick = match (mode, &axes[..count]) {
             (TIP, &[x, z]) => Stick::Tip([x, z]),
             (LEVERS, levers) if count == N => Stick::Lever(levers),
             (HEIGHT, levers) if count == N => Stick::Height(levers),
             _ => return Status::BadStick,
         };
-        match unsafe { measured::<N>(now) } {
-            Ok(now) => unsafe { &mut *memory.cast::<Running<N>>() }.step(&now, stick, spool),
-            Err(status) => status,
+        let mut commands = [0.0; N];
+        let status = unsafe { &mut *memory.cast::<Running<N>>() }.step(&now.measurement(), stick, &mut commands);
+        if status == Status::Ok {
+            // SAFETY: not null, aligned, and as long as there are commands.
+            unsafe { spool.cast::<[f64; N]>().write(commands) };
         }
+        status
     }, else Status::OtherJoints)
 }
 
@@ -258,22 +325,13 @@ pub extern "C" fn hydrocrane_text(status: i32) -> *const c_char {
     status::text(status).as_ptr()
 }
 
-/// Where the commands of the present step lie.
-static OUTPUT: AtomicPtr<f64> = AtomicPtr::new(core::ptr::null_mut());
-static OUTPUTS: AtomicUsize = AtomicUsize::new(0);
-
 unsafe extern "C" {
     /// The program's own: closes the valves and does not come back.
     safe fn hydrocrane_stop() -> !;
 }
 
-/// A mistake of this library: the commands become zero, and the program decides.
+/// A mistake of this library: the commands of the present step are zero, and the program decides.
 #[panic_handler]
 fn stop(_: &core::panic::PanicInfo) -> ! {
-    let output = OUTPUT.load(Ordering::Relaxed);
-    if !output.is_null() {
-        // SAFETY: the step that was under way has checked them.
-        unsafe { core::slice::from_raw_parts_mut(output, OUTPUTS.load(Ordering::Relaxed)) }.fill(0.0);
-    }
     hydrocrane_stop()
 }

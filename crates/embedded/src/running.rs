@@ -142,6 +142,8 @@ impl<const N: usize> Running<N> {
             Kind::OutOfRange => 2,
             Kind::Jump(_) => 3,
             Kind::Frozen(_) => 4,
+            Kind::Vanished => 5,
+            Kind::InBadSample => 6,
         })
     }
 }

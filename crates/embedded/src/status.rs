@@ -37,6 +37,7 @@ statuses! {
     12 NoCommand c"the controller found no finite command";
     13 NoSetPoint c"this controller has no set-point, or has not begun";
     14 TooFewRevolute c"heinze-pid needs two revolute joints";
+    15 OtherSpools c"there is room for another number of spool commands than the controller gives";
 }
 
 impl From<Refusal> for Status {

@@ -60,7 +60,8 @@ pub(crate) fn settings<const N: usize>(
         recovery_time: basis.value("recovery-time"),
         joints: hydrocrane_num::array::from_fn(|i| basis.joint_range(i)),
         strokes: hydrocrane_num::array::from_fn(|c| basis.stroke_range(c)),
-        pressures: reads_pressures.then(|| hydrocrane_num::array::from_fn(|c| basis.pressure_range(c, &trust[c]))),
+        pressures: hydrocrane_num::array::from_fn(|c| basis.pressure_range(c, &trust[c])),
+        reads_pressures,
         scatter: hydrocrane_num::array::from_fn(|i| {
             basis.sensor(&format!("joint.{}.q", crane.machine().joints[i].name)).map_or(0.0, scatter)
         }),

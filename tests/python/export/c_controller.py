@@ -101,6 +101,7 @@ def loaded(folder: Path) -> ctypes.CDLL:
                 ctypes.c_void_p,
                 ctypes.c_size_t,
                 ctypes.c_void_p,
+                ctypes.c_size_t,
             ),
         }[name]
     return functions

@@ -61,6 +61,7 @@ class Memory:
             sticks.ctypes.data,
             len(axes) if count is None else count,
             self.spool.ctypes.data,
+            len(self.spool),
         )
 
 
@@ -204,21 +205,61 @@ def test_random_finite_input_never_stops_the_library(kind, request):
     assert 0 in answers and answers <= {0, 12}, answers
 
 
-def test_a_null_pointer_is_named(memory):
+def test_whatever_is_missing_the_commands_are_zero(memory, block):
+    """Without a controller, and with pointers that are null or lie askew."""
     function, place = memory.library.hydrocrane_step, memory.words.ctypes.data
-    sample, axes = ctypes.byref(memory.sample()), np.zeros(2)
-    assert function(None, sample, TIP, axes.ctypes.data, 2, memory.spool.ctypes.data) == 1
-    assert function(place, None, TIP, axes.ctypes.data, 2, memory.spool.ctypes.data) == 1
-    assert function(place, sample, TIP, None, 2, memory.spool.ctypes.data) == 1
-    assert function(place, sample, TIP, axes.ctypes.data, 2, None) == 1
-    empty = ctypes.byref(Sample(0.0, None, None))
-    assert function(place, empty, TIP, axes.ctypes.data, 2, memory.spool.ctypes.data) == 1
+    good, axes, spool = memory.sample(), np.zeros(8), memory.spool
+    sample, stick, out = ctypes.byref(good), axes.ctypes.data, spool.ctypes.data
+    empty = np.zeros(block[1] // 8, dtype=np.uint64).ctypes.data
+    askew = ctypes.byref(Sample(0.0, good.q + 4, good.p))
+    huge = 2**64 - 1
+    for given, status in {
+        (None, sample, TIP, stick, 2): 1,
+        (place + 4, sample, TIP, stick, 2): 2,
+        (empty, sample, TIP, stick, 2): 8,
+        (place, None, TIP, stick, 2): 1,
+        (place, ctypes.byref(Sample(0.0, None, None)), TIP, stick, 2): 1,
+        (place, askew, TIP, stick, 2): 2,
+        (place, sample, TIP, None, 2): 1,
+        (place, sample, TIP, stick + 4, 2): 2,
+        (place, sample, TIP, stick, huge): 10,
+        (place, sample, LEVERS, stick, huge // 8): 10,
+        (place, sample, 7, stick, 3): 10,
+    }.items():
+        spool[:] = 0.02
+        assert function(*given, out, 3) == status, given
+        assert not np.any(spool), given
+    assert function(place, sample, TIP, stick, 2, None, 3) == 1
+    for room in (0, 2, 4):
+        wide = np.full(4, 0.02)
+        assert function(place, sample, TIP, stick, 2, wide.ctypes.data, room) == 15
+        assert not np.any(wide[:room]) and np.all(wide[room:] == 0.02)
+    bytes_of = np.full(8 * 4, 7, dtype=np.uint8)
+    assert function(place, sample, TIP, stick, 2, bytes_of.ctypes.data + 1, 3) == 2
+    assert not np.any(bytes_of[1:25]) and np.all(bytes_of[25:] == 7)
     assert memory.library.hydrocrane_reset(place, None) == 1
 
 
+def test_sample_and_axes_may_lie_where_the_commands_go(library, block):
+    one, two = (Memory(library, block[1]) for _ in range(2))
+    for memory in (one, two):
+        assert memory.create(block[0]) == 0 and memory.reset() == 0
+    assert one.step((0.0, 0.2)) == 0
+    shared = np.array([0.0, 0.2, 0.0])
+    for place in (shared, two.sample()):
+        if place is not shared:
+            one.step((0.0, 0.2), t=0.01)
+        sample = two.sample(t=0.0 if place is shared else 0.01)
+        stick, out = (shared, shared) if place is shared else (np.array([0.0, 0.2]), two.q)
+        answer = library.hydrocrane_step(
+            two.words.ctypes.data, ctypes.byref(sample), TIP, stick.ctypes.data, 2, out.ctypes.data, 3
+        )
+        assert answer == 0 and np.array_equal(out, one.spool)
+
+
 def test_every_status_has_words(library):
-    texts = [library.hydrocrane_text(status).decode() for status in range(15)]
-    assert len(set(texts)) == 15 and "null" in texts[1] and "no status" in library.hydrocrane_text(99).decode()
+    texts = [library.hydrocrane_text(status).decode() for status in range(16)]
+    assert len(set(texts)) == 16 and "null" in texts[1] and "no status" in library.hydrocrane_text(99).decode()
 
 
 def test_what_cannot_be_exported_is_one_clear_error(tmp_path):

@@ -29,7 +29,8 @@ static int read_numbers(double *numbers, int count) {
 /* Tells of the sensors: which ones are suspect when that changes, and what follows from it. */
 static void tell(double t, uint32_t *known) {
     static const char *const sensors[] = {"position", "pressure of the piston side", "pressure of the rod side"};
-    static const char *const faults[] = {"works again", "gives no reading", "is out of range", "jumped", "is frozen"};
+    static const char *const faults[] = {"works again", "gives no reading", "is out of range", "jumped", "is frozen",
+                                         "lost its load", "came with others that are wrong"};
     uint32_t suspects = hydrocrane_suspects(memory), notices = hydrocrane_notices(memory);
     for (uint32_t i = 0; i < 3 * HYDROCRANE_JOINTS; i++) {
         if ((suspects ^ *known) >> i & 1) {
@@ -62,7 +63,7 @@ int main(void) {
         if (!started) {
             started = hydrocrane_reset(memory, &sample) == HYDROCRANE_OK;
         }
-        status = hydrocrane_step(memory, &sample, HYDROCRANE_MODE, axes, HYDROCRANE_AXES, spool);
+        status = hydrocrane_step(memory, &sample, HYDROCRANE_MODE, axes, HYDROCRANE_AXES, spool, HYDROCRANE_JOINTS);
         printf("%d", (int)status);
         for (int c = 0; c < HYDROCRANE_JOINTS; c++) {
             printf(" %a", spool[c]);

@@ -37,7 +37,9 @@ enum {
     HYDROCRANE_WRONG_STICK = 11,
     HYDROCRANE_NO_COMMAND = 12,
     HYDROCRANE_NO_SET_POINT = 13,
-    HYDROCRANE_TOO_FEW_REVOLUTE = 14
+    HYDROCRANE_TOO_FEW_REVOLUTE = 14,
+    /* `spools` is another number than that of the cylinders. */
+    HYDROCRANE_OTHER_SPOOLS = 15
 };
 
 /* A sample of the sensors. A reading that is missing is NaN. */
@@ -69,10 +71,11 @@ double hydrocrane_period(const void *memory);
 /* Starts anew from a first sample. */
 hydrocrane_status hydrocrane_reset(void *memory, const hydrocrane_sample *first);
 
-/* Takes one sample and writes one spool command per cylinder, m, positive extends. Unless the answer is HYDROCRANE_OK, all commands
- * are zero: the spools are to be centred. */
+/* Takes one sample and writes one spool command per cylinder, m, positive extends, into the `spools` numbers at `spool`. Unless the
+ * answer is HYDROCRANE_OK, all of them are zero, whatever else is missing or wrong: the spools are to be centred. Sample and axes are
+ * read before anything is written, so they may lie where the commands go. */
 hydrocrane_status hydrocrane_step(void *memory, const hydrocrane_sample *now, int32_t mode, const double *axes, size_t count,
-                                  double *spool);
+                                  double *spool, size_t spools);
 
 /* Where the controller wants the tip, x and z, m. */
 hydrocrane_status hydrocrane_set_point(const void *memory, double place[2]);
@@ -117,14 +120,18 @@ enum {
     /* From one sample to the next, which no other reading confirms. */
     HYDROCRANE_SENSOR_JUMPED = 3,
     /* It has not changed while the piston moved. */
-    HYDROCRANE_SENSOR_FROZEN = 4
+    HYDROCRANE_SENSOR_FROZEN = 4,
+    /* Both chambers read nothing, where oil carried a load the sample before. */
+    HYDROCRANE_SENSOR_VANISHED = 5,
+    /* It came in one sample with others that cannot be right. */
+    HYDROCRANE_SENSOR_IN_BAD_SAMPLE = 6
 };
 
 /* A status in words; the text is constant. */
 const char *hydrocrane_text(hydrocrane_status status);
 
-/* YOUR PROGRAM MUST DEFINE THIS. The library calls it only where it finds a mistake of its own; the commands of the present step are
- * zero by then. It closes the valves and must not return. */
+/* YOUR PROGRAM MUST DEFINE THIS. The library calls it only where it finds a mistake of its own, on the thread that made the call; the
+ * commands of the present step are zero by then. It closes the valves and must not return. */
 void hydrocrane_stop(void);
 
 #ifdef __cplusplus
