@@ -8,7 +8,7 @@ use crate::part::Part;
 use crate::resources::{Resources, MACHINE, SCENARIO};
 use crate::variable::{Kind, Use, Variable};
 use hydrocrane_machine::model::FrictionModel;
-use hydrocrane_machine::scenario::{parse_scenario_with, Scenario, Solver};
+use hydrocrane_machine::scenario::{parse_scenario_with, Scenario};
 use hydrocrane_machine::{Machine, Template};
 use hydrocrane_sim::assembly::{options, start, RunSettings};
 use hydrocrane_sim::{
@@ -172,10 +172,8 @@ impl PlantPart {
 
     /// A simulator at the start, whose steps are no longer than `step` (s).
     fn simulator(&self, x: &[f64], step: f64) -> Result<Simulator, String> {
-        let solver = &self.scenario.solver;
-        let solver = Solver { max_step: solver.max_step.min(step), ..solver.clone() };
         let settings = RunSettings { ledger: false, max_steps: u64::MAX };
-        let options = options(&solver, self.model.machine(), Task::States, self.payload, settings);
+        let options = options(&self.scenario.solver, self.model.machine(), Task::States, self.payload, settings);
         let mut simulator = Simulator::new(self.model.clone(), step, options).with_sensors(self.new_sensors()?);
         simulator.reset(x)?;
         Ok(simulator)

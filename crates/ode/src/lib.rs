@@ -33,5 +33,5 @@ pub use methods::{method, METHODS};
 pub use opening::AxisOpening;
 pub use schur::SchurFactors;
 pub use shared::{SharedDerivatives, SharedStates};
-pub use stepper::{StepControl, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
+pub use stepper::{least_step, StepControl, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
 pub use system::System;

@@ -39,6 +39,12 @@ pub enum StepFailure {
 
 /// Smallest step, relative to the time, and absolute in seconds.
 const LEAST_STEP: f64 = 1e-13;
+
+/// The smallest step from time `t`, s.
+pub fn least_step(t: f64) -> f64 {
+    LEAST_STEP * t.abs().max(1.0)
+}
+
 /// Bounds of the change of step size from one step to the next.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
@@ -166,6 +172,11 @@ impl Stepper {
         (GROSS_PER_SQUARE * h * h * fine * fine * fine).clamp(LEAST_GROSS, GROSS)
     }
 
+    /// Takes no longer steps than `max_step` (s) from now on.
+    pub fn set_max_step(&mut self, max_step: f64) {
+        self.tolerances.max_step = max_step;
+    }
+
     /// Restarts after a change of the state or of the right-hand side, for example when a load is picked up.
     pub fn restart(&mut self) {
         self.refresh();
@@ -194,7 +205,7 @@ impl Stepper {
         if self.h == 0.0 {
             self.h = self.first_step(system);
         }
-        let least = LEAST_STEP * self.t.abs().max(1.0);
+        let least = least_step(self.t);
         let remaining = limit - self.t;
         let mut failure = StepFailure::TooSmall;
         let mut rejected_before = false;

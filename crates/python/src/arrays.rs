@@ -1,12 +1,39 @@
 //! Rows in, rows out.
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::Dimension;
+use numpy::{Element, IntoPyArray, Ix1, Ix2, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use std::ops::Deref;
+
+/// An array as Rust can read it, wherever its memory lies: what another process sends begins at any byte.
+pub struct Readable<'py, T: Element, D: Dimension>(PyReadonlyArray<'py, T, D>);
+
+impl<'a, 'py, T: Element + 'a, D: Dimension + 'a> FromPyObject<'a, 'py> for Readable<'py, T, D> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let array: PyReadonlyArray<'py, T, D> = given.extract()?;
+        if array.as_slice().is_ok() {
+            return Ok(Readable(array));
+        }
+        let copy = given.call_method1("copy", ("C",))?;
+        Ok(Readable(copy.extract()?))
+    }
+}
+
+impl<'py, T: Element, D: Dimension> Deref for Readable<'py, T, D> {
+    type Target = PyReadonlyArray<'py, T, D>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
 
 /// A batch of vectors of one length.
-pub type Rows<'py> = PyReadonlyArray2<'py, f64>;
-pub type Row<'py> = PyReadonlyArray1<'py, f64>;
+pub type Rows<'py> = Readable<'py, f64, Ix2>;
+pub type Row<'py> = Readable<'py, f64, Ix1>;
+pub type Numbers<'py> = Readable<'py, i64, Ix1>;
 
 /// The numbers of a C-contiguous batch whose rows have `width` numbers.
 pub fn rows<'a>(a: &'a Rows, width: usize, name: &str) -> PyResult<&'a [f64]> {

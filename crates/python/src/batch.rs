@@ -1,9 +1,9 @@
 //! Many cranes at once.
 
-use crate::arrays::{matrix, rows, vector, Row, Rows};
+use crate::arrays::{matrix, rows, vector, Numbers, Row, Rows};
 use crate::machine::Machine;
 use hydrocrane_sim::batch::{Batch, BatchOptions};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -35,7 +35,7 @@ impl BatchSimulator {
     }
 
     /// Puts the cranes of these numbers into these states with these payloads. The error names the first that cannot start.
-    fn reset(&mut self, cranes: PyReadonlyArray1<'_, i64>, states: Rows<'_>, payloads: Row<'_>) -> PyResult<()> {
+    fn reset(&mut self, cranes: Numbers<'_>, states: Rows<'_>, payloads: Row<'_>) -> PyResult<()> {
         let table = rows(&states, self.states, "state")?;
         let starts = table.chunks_exact(self.states).zip(payloads.as_slice()?);
         for (crane, (state, payload)) in cranes.as_slice()?.iter().zip(starts) {
@@ -58,7 +58,7 @@ impl BatchSimulator {
         matrix(py, rows, self.inner.observed())
     }
 
-    fn set_payload(&mut self, cranes: PyReadonlyArray1<'_, i64>, masses: Row<'_>) -> PyResult<()> {
+    fn set_payload(&mut self, cranes: Numbers<'_>, masses: Row<'_>) -> PyResult<()> {
         for (crane, mass) in cranes.as_slice()?.iter().zip(masses.as_slice()?) {
             self.inner.set_payload(*crane as usize, *mass);
         }

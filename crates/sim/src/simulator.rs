@@ -12,8 +12,9 @@ use crate::phases::states_fault;
 use crate::sensing::Sensors;
 use crate::warning::Warning;
 use hydrocrane_num::Archive;
-use hydrocrane_ode::Stepper;
+use hydrocrane_ode::{least_step, Stepper};
 use hydrocrane_plant::layout::MAX_JOINTS;
+use std::mem::replace;
 use std::sync::Arc;
 
 pub struct Simulator {
@@ -22,6 +23,8 @@ pub struct Simulator {
     /// At the tip, kg.
     payload: f64,
     sample_time: f64,
+    /// Time that was asked for and is too short to be simulated alone, s.
+    owed: f64,
     going: Option<EventLoop>,
     paths: CommandPaths,
     sensors: Sensors,
@@ -56,7 +59,17 @@ impl Simulator {
         let options = RunOptions { payload_changes: Vec::new(), supply: None, ..options };
         let (paths, sensors) = (CommandPaths::new(model.machine(), [0.0; MAX_JOINTS]), Sensors::ideal(model.as_ref()));
         let payload = options.payload;
-        Simulator { model, options, payload, sample_time, going: None, paths, unread: sensors.clone(), sensors }
+        Simulator {
+            model,
+            options,
+            payload,
+            sample_time,
+            owed: 0.0,
+            going: None,
+            paths,
+            unread: sensors.clone(),
+            sensors,
+        }
     }
 
     /// Uses these sensors instead of ideal ones.
@@ -72,7 +85,7 @@ impl Simulator {
             return Err(fault);
         }
         self.paths.clear();
-        self.payload = self.options.payload;
+        (self.payload, self.owed) = (self.options.payload, 0.0);
         let driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
         let stepper = stepper(x0, self.model.as_ref(), &self.options);
         self.going = stepper.map(|stepper| EventLoop::new(stepper, &driven));
@@ -94,7 +107,11 @@ impl Simulator {
             return Outcome { kind: OutcomeKind::BadState, time: 0.0, message };
         };
         let model = self.model.as_ref();
+        self.owed += duration;
+        // No solver resolves less.
+        let duration = if self.owed < least_step(going.stepper.t) { 0.0 } else { replace(&mut self.owed, 0.0) };
         let end = going.stepper.t + duration;
+        going.stepper.set_max_step(self.options.tolerances.max_step.min(duration));
         self.paths.send(going.stepper.t, u);
         let mut driven = Driven::new(model, &self.options, going.stepper.t);
         (driven.base, driven.payload) = (self.paths.arrived, self.payload);
@@ -139,6 +156,7 @@ impl Simulator {
     /// with the same bits.
     pub fn archive(&mut self, archive: &mut Archive) {
         archive.number(&mut self.payload);
+        archive.number(&mut self.owed);
         self.paths.archive(archive);
         self.sensors.archive(archive);
         let mut driven = Driven::new(self.model.as_ref(), &self.options, 0.0);
@@ -187,6 +205,6 @@ impl Simulator {
     }
 
     pub fn time(&self) -> f64 {
-        self.going.as_ref().map_or(0.0, |going| going.stepper.t)
+        self.going.as_ref().map_or(0.0, |going| going.stepper.t + self.owed)
     }
 }

@@ -19,7 +19,7 @@ from hydrocrane.errors import HydrocraneError, InputError
 
 # Longest time without a look at whether to stop, s.
 _LOOK = 0.1
-# Silence after which another program may take the bridge over, s.
+# Silence after which a program gets no more samples, and another one may take the bridge over, s.
 _SILENCE = 1.0
 # A controller's samples may be so many periods apart before it is told.
 _UNEVEN = 1.5
@@ -187,7 +187,9 @@ class Bridge:
         if self.part.fault is not None:
             flags |= Flag.fault
             self._tell(self.part.fault, self.part.fault)
-        self._send(Packet(Kind.sample, self._client.sequence, self._time(), flags, tuple(self.part.now())))
+        # A single packet, perhaps with another's address, must not start a stream without an end.
+        if time.monotonic() - self._client.heard < max(_SILENCE, self.watchdog):
+            self._send(Packet(Kind.sample, self._client.sequence, self._time(), flags, tuple(self.part.now())))
 
     def _time(self) -> float:
         return self.part.time if math.isfinite(self.part.time) else 0.0

@@ -140,8 +140,9 @@ class Handler(BaseHTTPRequestHandler):
         return None
 
     def _takes_gzip(self) -> bool:
-        wishes = re.split(r"\s*,\s*", self.headers.get("Accept-Encoding") or "")
-        return any(re.fullmatch(r"gzip(\s*;\s*q=(1|0\.0*[1-9]).*)?", wish) for wish in wishes)
+        wishes = (wish.partition(";") for wish in (self.headers.get("Accept-Encoding") or "").split(","))
+        shares = (share.partition("=")[2].strip() for name, _, share in wishes if name.strip() == "gzip")
+        return any(not share or re.match(r"1|0\.0*[1-9]", share) for share in shares)
 
     def end_headers(self) -> None:
         for name, value in {**HEADERS, "Cache-Control": self.keeping}.items():

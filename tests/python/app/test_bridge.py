@@ -83,6 +83,22 @@ def test_silence_centres_the_spools():
     assert heard.index((1e-3,)) < heard.index((0.0,), heard.index((1e-3,))) < heard.index((2e-3,))
 
 
+@pytest.mark.parametrize("scheme", ["udp", "ws"])
+def test_one_packet_starts_no_stream_without_an_end(monkeypatch, scheme):
+    monkeypatch.setattr(bridge_module, "_SILENCE", 0.3)
+    part = plant(period="5 ms")
+    with served(part, scheme, watchdog=0.1) as (program, bridge):
+        sent, send = [], bridge._send
+        monkeypatch.setattr(bridge, "_send", lambda packet, peer=None: sent.append(packet.kind) or send(packet, peer))
+        program.describe()
+        time.sleep(0.6)
+        assert part.time > 0.4 and 20 < sent.count(Kind.sample) < 100
+        # The crane goes on meanwhile, and the program finds it again.
+        program.values(1, 0.0, [1e-3])
+        assert program.next(Kind.sample).time < part.time + 0.1
+        assert len(sent) > 1
+
+
 GOOD = Packet(Kind.values, 1, 0.5, values=(1e-3,)).packed()
 BAD = {
     "short": (GOOD[:20], "32 bytes"),

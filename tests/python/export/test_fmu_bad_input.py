@@ -287,3 +287,14 @@ def test_delays_and_hysteresis_are_for_co_simulation_only(tmp_path, imperfect):
     unit = Unit(hc.export_fmu(crane, tmp_path / "one.fmu"), tmp_path / "unzipped", exchange=True)
     assert unit.description.modelExchange is None
     assert "co-simulation only" in refused(unit)
+
+
+@pytest.mark.parametrize("least", [1e-320, 1e-15])
+def test_a_step_of_no_length_does_not_bound_the_next_one(unit, least):
+    unit.begin()
+    unit.step(0.0, least)
+    unit.step(least, least)
+    unit.set({"cylinder.lift.command": 0.02})
+    for i in range(10):
+        unit.step(2 * least + i * STEP, STEP)
+    assert unit.get(["joint.boom.qd"])[0] > 1e-3

@@ -6,6 +6,7 @@
 
 pub mod command_path;
 mod lane_scheduler;
+mod pool;
 
 use crate::method_choice::jumps;
 use crate::model::Model;
@@ -15,6 +16,7 @@ use command_path::BatchCommandPath;
 use hydrocrane_lanes::{Demand, Group, Kernel, StepKernel, WIDTH};
 use hydrocrane_plant::precision::Precision;
 use lane_scheduler::{Block, LaneScheduler, Steps};
+use pool::Pool;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -53,7 +55,7 @@ pub struct BatchOptions {
 pub struct Batch {
     model: Arc<dyn Model>,
     kernel: Box<dyn Kernel>,
-    pool: rayon::ThreadPool,
+    pool: Pool,
     cranes: usize,
     /// States, group by group, one entry per state.
     x: Vec<Group>,
@@ -76,7 +78,7 @@ impl Batch {
         let lost = Status { kind: OutcomeKind::BadState, time: 0.0, inexact: false };
         Some(Batch {
             kernel: model.kernel(options.instruction_set.as_deref()),
-            pool: rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().ok()?,
+            pool: Pool::new(options.threads)?,
             cranes,
             x: vec![[0.0; WIDTH]; groups * model.layout().len()],
             payload: vec![[0.0; WIDTH]; groups],
@@ -96,7 +98,7 @@ impl Batch {
         self.kernel.instruction_set()
     }
     pub fn threads(&self) -> usize {
-        self.pool.current_num_threads()
+        self.pool.count()
     }
 
     /// Puts a crane at time zero into `state` with `payload` (kg). The error says why it cannot start there.
@@ -128,6 +130,7 @@ impl Batch {
 
     /// Holds the spool commands (m, one row per crane) for one sample time. Lost cranes keep their last state.
     pub fn step(&mut self, commands: &[f64]) {
+        self.pool.renew();
         self.path.send(commands);
         let plan = self.path.plan();
         let states = self.model.layout().len();
@@ -146,11 +149,12 @@ impl Batch {
                 statuses,
             })
             .collect();
-        if alone {
-            let mut scheduler = scheduler();
-            blocks.iter_mut().for_each(|block| scheduler.advance(block));
-        } else {
-            pool.install(|| blocks.par_iter_mut().for_each_init(scheduler, LaneScheduler::advance));
+        match pool.here().filter(|_| !alone) {
+            Some(threads) => threads.install(|| blocks.par_iter_mut().for_each_init(scheduler, LaneScheduler::advance)),
+            None => {
+                let mut scheduler = scheduler();
+                blocks.iter_mut().for_each(|block| scheduler.advance(block));
+            }
         }
     }
 
@@ -177,15 +181,17 @@ impl Batch {
                 row[4 * n..].copy_from_slice(&[tip[0][lane], tip[1][lane]]);
             }
         };
-        if self.runs_alone() {
-            let mut step_kernel = self.kernel.step_kernel(&self.demand);
-            let groups = rows.chunks_exact_mut(width * WIDTH).zip(self.x.chunks_exact(states));
-            groups.for_each(|item| work(&mut step_kernel, item));
-        } else {
-            let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
-            self.pool.install(|| {
-                groups.with_min_len(LEAST_GROUPS).for_each_init(|| self.kernel.step_kernel(&self.demand), work)
-            });
+        match self.pool.here().filter(|_| !self.runs_alone()) {
+            Some(threads) => {
+                let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
+                let begin = || self.kernel.step_kernel(&self.demand);
+                threads.install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(begin, work));
+            }
+            None => {
+                let mut step_kernel = self.kernel.step_kernel(&self.demand);
+                let groups = rows.chunks_exact_mut(width * WIDTH).zip(self.x.chunks_exact(states));
+                groups.for_each(|item| work(&mut step_kernel, item));
+            }
         }
         rows.truncate(self.cranes * width);
         rows
