@@ -29,6 +29,9 @@ def sweep(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Start again; the contents of the store are lost.")
     ] = False,
+    resume: Annotated[
+        str, typer.Option(help="`trust`: also if nobody can tell that your own code is the same as before.")
+    ] = "same",
     picture: Annotated[Path | None, typer.Option(help="Also draw a figure against the keys, into this file.")] = None,
     measure: Annotated[str | None, typer.Option(help="Which figure to draw; by default the first.")] = None,
 ) -> None:
@@ -40,7 +43,7 @@ def sweep(
     # A picture that cannot be drawn shall not cost the runs.
     drawn = _pictured(file.study, measure, picture) if picture is not None else None
     try:
-        data = file.study.run(folder, overwrite=overwrite, workers=workers, scheduler=scheduler)
+        data = file.study.run(folder, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler)
     except StudyInterrupted as stopped:
         complain(str(stopped))
         raise typer.Exit(1) from None

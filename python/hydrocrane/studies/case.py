@@ -26,6 +26,7 @@ from hydrocrane.studies.record import CaseRecord
 
 # Outcomes of cases beyond those of runs.
 INVALID, MEASURE_FAILED, CRASHED = "invalid-input", "measure-failed", "crashed"
+FAILED = (INVALID, MEASURE_FAILED, CRASHED)
 # Times closer than this are equal, s.
 SAME_TIME = 1e-9
 

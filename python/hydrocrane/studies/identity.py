@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import inspect
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import TypeAlias, cast
 
 import numpy as np
@@ -15,6 +15,8 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.case import digest_of
 from hydrocrane.studies.design import Cases
+from hydrocrane.studies.fingerprint import UNKNOWN, content_of, fingerprint
+from hydrocrane.studies.key import COMMAND_LOG, SUPPLY_LOG
 from hydrocrane.studies.measures import Measure
 from hydrocrane.studies.values import axis_values
 
@@ -25,6 +27,8 @@ SHOWN_NUMBERS = 40
 SHOWN_DIFFERENCES = 5
 # Fields without effect on results, such as the path of the machine file.
 NOT_OF_THE_SCENARIO = ("machine", "overrides", "name", "title")
+# Keys whose values are paths of files.
+LOGS = (COMMAND_LOG, SUPPLY_LOG)
 
 
 def identity(
@@ -35,11 +39,13 @@ def identity(
 
     fields = {field.name: getattr(plan, field.name) for field in dataclasses.fields(plan)}
     values = {key: plain(machine.value(key).si) for key in machine.keys}
+    axes = list(zip(cases.keys, cases.axes, strict=True))
     whole: dict[str, object] = {
         "hydrocrane": __version__,
         "scenario": {name: plain(value) for name, value in fields.items() if name not in NOT_OF_THE_SCENARIO},
         "machine": {"name": machine.name, "values": values, "digest": digest_of(machine.core)},
-        "keys": {key.name: plain(axis_values(axis)) for key, axis in zip(cases.keys, cases.axes, strict=True)},
+        "keys": {key.name: plain(axis_values(axis)) for key, axis in axes},
+        "logs": {key.name: plain(contents(axis_values(axis))) for key, axis in axes if key.name in LOGS},
         "measures": {measure.name: plain(measure.own) for measure in measures},
         **{name: plain(value) for name, value in settings.items()},
     }
@@ -48,7 +54,7 @@ def identity(
 
 
 def plain(value: object) -> Json:
-    """`value` in a form for JSON; functions and objects by their name and source."""
+    """`value` in a form for JSON; functions and objects by their name and digest."""
     if value is None or isinstance(value, bool | int | float | str):
         return value if not isinstance(value, float) or np.isfinite(value) else str(value)
     if isinstance(value, np.generic):
@@ -61,7 +67,18 @@ def plain(value: object) -> Json:
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
         return _shortened([plain(item) for item in value])
-    return _of_object(value)
+    return fingerprint(value)
+
+
+def contents(files: Iterable[object]) -> list[str]:
+    """The digests of files' contents."""
+    return [content_of(Path(str(file))) for file in files]
+
+
+def unknown_parts(wanted: Mapping[str, Json]) -> str:
+    """What nobody can tell to be the same as before, in words; empty if there is nothing."""
+    leaves = [f"{name} is {leaf}" for name, leaf in _leaves(wanted) if isinstance(leaf, str) and UNKNOWN in leaf]
+    return "; ".join(leaves[:SHOWN_DIFFERENCES])
 
 
 def _shortened(values: list[Json]) -> Json:
@@ -69,16 +86,6 @@ def _shortened(values: list[Json]) -> Json:
     if len(values) <= SHOWN_NUMBERS:
         return values
     return f"{len(values)} values, sha256 {hashlib.sha256(text.encode()).hexdigest()[:16]}"
-
-
-def _of_object(value: object) -> str:
-    """A function or an object: its name, and the digest of the source of its definition."""
-    kind = value if inspect.isroutine(value) else type(value)
-    try:
-        source = hashlib.sha256(inspect.getsource(kind).encode()).hexdigest()[:16]
-    except (OSError, TypeError):
-        source = "without source"
-    return f"{getattr(kind, '__module__', '')}.{kind.__qualname__}, {source}"
 
 
 def differences(stored: Mapping[str, Json], wanted: Mapping[str, Json]) -> str:

@@ -25,9 +25,9 @@ from zarr.storage import MemoryStore, StoreLike
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.whole_file import cannot_write
-from hydrocrane.studies.case import BlockResult
+from hydrocrane.studies.case import CRASHED, FAILED, BlockResult
 from hydrocrane.studies.design import Place, blocks
-from hydrocrane.studies.identity import differences
+from hydrocrane.studies.identity import differences, unknown_parts
 from hydrocrane.studies.integrity import (
     AXES,
     BLOCK_ARRAYS,
@@ -42,6 +42,10 @@ from hydrocrane.studies.layout import MESSAGE, OUTCOME, Layout, figure, makers
 
 # Attribute that makes a Zarr group a study.
 IDENTITY = "study"
+# Attribute that says what was taken on trust to be the same when the study was resumed.
+TRUSTED = "resumed_on_trust"
+# Ways to go on with a study in a store.
+RESUME = ("same", "trust")
 
 
 class StudyRepaired(UserWarning):
@@ -61,8 +65,12 @@ class Store:
         self._signals = [str(name) for name in json.loads(str(group.attrs["signals"]))]
 
     @classmethod
-    def at(cls, path: str | PathLike[str] | None, layout: Layout, *, overwrite: bool = False) -> Store:
+    def at(
+        cls, path: str | PathLike[str] | None, layout: Layout, *, overwrite: bool = False, resume: str = "same"
+    ) -> Store:
         """The store at a path, which is made if it does not exist; in memory without a path.
+
+        With ``resume="trust"`` what has no digest is taken to be the same as before, and the store says so.
 
         Only one process at a time may open it, see :func:`hydrocrane.studies.lock.written_by_one`.
 
@@ -79,14 +87,14 @@ class Store:
             if folder.exists() and not _is_empty(folder):
                 stored = _opened(folder)
                 if not overwrite:
-                    return cls._continued(stored, folder, layout)
+                    return cls._continued(stored, folder, layout, resume)
             _put(folder, layout)
         except OSError as error:
             raise cannot_write(folder, error) from None
         return cls(_opened(folder), folder)
 
     @classmethod
-    def _continued(cls, stored: zarr.Group, folder: Path, layout: Layout) -> Store:
+    def _continued(cls, stored: zarr.Group, folder: Path, layout: Layout, resume: str) -> Store:
         difference = differences(json.loads(str(stored.attrs[IDENTITY])), layout.identity)
         if difference:
             raise ResultFileError(
@@ -101,7 +109,16 @@ class Store:
         for left in folder.rglob("*.partial*"):
             left.unlink(missing_ok=True)
         _repair(folder, layout)
-        return cls(_opened(folder), folder)
+        if unknown := unknown_parts(layout.identity):
+            if resume != "trust":
+                raise ResultFileError(
+                    f'{folder} may hold another study: {unknown}. If it is the same, give resume="trust" (--resume '
+                    "trust), which the store then says; else choose another store, or overwrite=True (--overwrite)"
+                )
+            seal(folder, **{TRUSTED: unknown})
+        kept = cls(_opened(folder), folder)
+        kept._forget_crashes()
+        return kept
 
     @property
     def total(self) -> int:
@@ -149,8 +166,26 @@ class Store:
     def _is_done(self, place: Place) -> bool:
         if self.path is None:
             return bool((np.asarray(self._outcome[place]) != "").all())
+        return self._file_of(place).exists()
+
+    def _forget_crashes(self) -> None:
+        """Cases that ended by a mistake of the program are to be computed again, with those of their blocks."""
+        for place in self._places():
+            if self._is_done(place) and (np.asarray(self._outcome[place]) == CRASHED).any():
+                self._file_of(place).unlink(missing_ok=True)
+
+    def _file_of(self, place: Place) -> Path:
         index = tuple(part.start // step for part, step in zip(place, self._outcome.chunks, strict=True))
-        return chunk_file(self.path / OUTCOME, index).exists()
+        return chunk_file(Path(str(self.path)) / OUTCOME, index)
+
+    def failures(self) -> str:
+        """The number of cases without results, and why the first of them has none; empty if there are none."""
+        outcomes, messages = (np.asarray(self._arrays[name][...]).ravel() for name in (OUTCOME, MESSAGE))
+        failed = np.flatnonzero(np.isin(outcomes, FAILED))
+        if not failed.size:
+            return ""
+        kinds = ", ".join(sorted(set(map(str, outcomes[failed]))))
+        return f"{failed.size} of {outcomes.size} cases have no results ({kinds}), the first: {messages[failed[0]]}"
 
     def _make_sure_of(self, name: str) -> None:
         """Makes the array of a figure if it is missing; your own functions define their names when they run."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -19,6 +20,7 @@ from hydrocrane.errors import HydrocraneError, InputError, ResultFileError, unkn
 from hydrocrane.files.whole_file import cannot_write
 from hydrocrane.machine.machine import Machine
 from hydrocrane.notebook import card
+from hydrocrane.result_warning import DoubtfulResult
 from hydrocrane.scenario.changes import Changes, RunChanges, SweepChanges
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
@@ -34,7 +36,7 @@ from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, Measures, checked_m
 from hydrocrane.studies.progress import Progress, telling
 from hydrocrane.studies.ranges import samples_of
 from hydrocrane.studies.signals import known_signals, signal_times
-from hydrocrane.studies.store import Store
+from hydrocrane.studies.store import RESUME, Store
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -162,6 +164,7 @@ class Study:
         store: str | PathLike[str] | None = None,
         *,
         overwrite: bool = False,
+        resume: str = "same",
         workers: int | None = None,
         scheduler: str | Client | None = None,
         block: int | None = None,
@@ -177,9 +180,13 @@ class Study:
         >>> print(list(found))
         ['end_time', 'max(tip.z)', 'message', 'outcome']
         """
+        if resume not in RESUME:
+            raise unknown("way to resume", resume, RESUME)
         with written_by_one(None if store is None else Path(store)):
-            kept = Store.at(store, self._layout(block), overwrite=overwrite)
+            kept = Store.at(store, self._layout(block), overwrite=overwrite, resume=resume)
             self._fill(kept, workers, scheduler, progress)
+            if failures := kept.failures():
+                warnings.warn(failures, DoubtfulResult, stacklevel=2)
             return kept.dataset()
 
     def _fill(
@@ -266,6 +273,7 @@ def sweep(
     machine: Machine | str | PathLike[str] | None = None,
     store: str | PathLike[str] | None = None,
     overwrite: bool = False,
+    resume: str = "same",
     workers: int | None = None,
     scheduler: str | Client | None = None,
     block: int | None = None,
@@ -283,6 +291,10 @@ def sweep(
         an earlier one that was stopped. Without it everything stays in memory.
     overwrite : bool
         Delete a study in the store and start again.
+    resume : {"same", "trust"}
+        A study is resumed if it is the same: values, logs, the state of your own controllers and measures, and the code
+        that they call. Where that cannot be told of an object, the call is refused with the reason; "trust" resumes
+        regardless, and the store says so (attribute ``resumed_on_trust``). Cases that crashed are computed again.
     workers : int, optional
         Threads; default is the number of cores.
     scheduler : str or distributed.Client, optional
@@ -316,7 +328,9 @@ def sweep(
         scenario, keys, method, n, seed, measures, tuple([signals] if isinstance(signals, str) else signals),
         resample, ledger, machine, cast(RunChanges, changes),
     )  # fmt: skip
-    return study.run(store, overwrite=overwrite, workers=workers, scheduler=scheduler, block=block, progress=progress)
+    return study.run(
+        store, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler, block=block, progress=progress
+    )
 
 
 def _size(place: tuple[slice, ...]) -> int:
