@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::document::{join, readable, Entry, Node, NodeKind, Origin, Place, Scalar};
+use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
+use crate::names::check_text;
 use crate::nearest::suggestion;
 
 /// A caller's value that replaces that of a file. Numbers are SI, texts carry units.
@@ -123,7 +124,7 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
         });
         node = &mut entries[index].node;
     }
-    readable(key, key, place)?;
+    check_text(key, key, place)?;
     if matches!(&node.kind, NodeKind::Table(entries) if !entries.is_empty()) {
         return Err(place
             .error(ErrorKind::WrongType, key, "a table, not a value")
