@@ -7,18 +7,22 @@ use std::path::Path;
 use crate::document::LONGEST_TEXT;
 use crate::names::is_device;
 
-/// The bytes of a file; one more than [`LONGEST_TEXT`] of a longer one.
+/// The bytes of a file of up to [`LONGEST_TEXT`].
 ///
 /// # Errors
-/// What the system says, and that it is no regular file.
+/// What the system says, that it is no regular file, or that it is too long.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     // Opening a pipe would wait for its other end.
     regular(&metadata(path)?)?;
     let file = File::open(path)?;
     regular(&file.metadata()?)?;
     let mut bytes = Vec::new();
+    // One byte more than allowed shows that the file is too long.
     file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    match bytes.len() > LONGEST_TEXT {
+        true => Err(Error::new(ErrorKind::FileTooLarge, format!("it is longer than {} MiB", LONGEST_TEXT >> 20))),
+        false => Ok(bytes),
+    }
 }
 
 fn regular(found: &Metadata) -> Result<()> {

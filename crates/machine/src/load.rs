@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock, OnceLock};
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
 use crate::disk;
-use crate::document::{self, Budget, Node, NodeKind, Place, Scalar, SourceFile, LONGEST_TEXT};
+use crate::document::{self, Budget, Node, NodeKind, Place, Scalar, SourceFile};
 use crate::errors::{ErrorKind, Location, MachineError};
 use crate::merge::{apply_override, merge, take_out, Override, OverrideValue};
 use crate::model::Machine;
@@ -463,13 +463,17 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
 
 fn read(path: &Path) -> Result<Source> {
     let name = path.display().to_string();
-    let bytes = disk::read(path).map_err(|error| {
-        MachineError::new(ErrorKind::UnreadableFile, Location::Source(name.clone()), format!("cannot be read: {error}"))
-            .help("check the path")
+    let bytes = disk::read(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::FileTooLarge => {
+            document::too_long(&Arc::new(SourceFile { name: name.clone(), text: String::new() }), "the text is")
+        }
+        _ => MachineError::new(
+            ErrorKind::UnreadableFile,
+            Location::Source(name.clone()),
+            format!("cannot be read: {error}"),
+        )
+        .help("check the path"),
     })?;
-    if bytes.len() > LONGEST_TEXT {
-        return Err(document::too_long(&Arc::new(SourceFile { name, text: String::new() }), "the text is"));
-    }
     let text = decode(&name, bytes)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     Ok(Source { file: Arc::new(SourceFile { name, text }), folder: Some(folder), given: Arc::new([]) })

@@ -2,7 +2,6 @@
 
 use crate::columns::{Columns, Problem};
 use crate::disk;
-use crate::document::LONGEST_TEXT;
 use crate::errors::ErrorKind;
 use crate::load::given;
 use crate::nearest::suggestion;
@@ -65,9 +64,6 @@ impl Files<'_> {
         }
         let bytes =
             disk::read(Path::new(&self.beside(name)?)).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-        if bytes.len() > LONGEST_TEXT {
-            return Err(wrong(format!("is longer than {} MiB", LONGEST_TEXT >> 20)));
-        }
         String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text".into()))
     }
 }
