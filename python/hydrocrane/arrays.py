@@ -90,7 +90,7 @@ def _checked(what: str, text: object, fault_of: Callable[[str], str | None]) -> 
     with translated():
         fault = fault_of(text)
     if fault is not None:
-        raise InputError(f"{what} is `{text}`: {fault}")
+        raise InputError(f"{what} is {text!r}: {fault}")
     return text
 
 

@@ -88,7 +88,8 @@ fn shown(c: char) -> String {
     match c {
         ' ' => "a space".into(),
         '`' => "a backtick".into(),
-        _ => format!("`{}`", escaped(&c.to_string())),
+        _ if is_strange(c) => format!("U+{:04X}", c as u32),
+        _ => format!("`{c}`"),
     }
 }
 
@@ -149,9 +150,9 @@ mod tests {
             ("[/bold]", "`[`", "`bold`"),
             ("$\\frac{$", "`$`", "`frac`"),
             ("=HYPERLINK(1)", "`=`", "`HYPERLINK-1`"),
-            ("a\u{1b}[31m", "`\\u{1b}`", "`a-31m`"),
-            ("a\u{202e}b", "`\\u{202e}`", "`a-b`"),
-            ("a\u{fffe}b", "`\\u{fffe}`", "`a-b`"),
+            ("a\u{1b}[31m", "U+001B", "`a-31m`"),
+            ("a\u{202e}b", "U+202E", "`a-b`"),
+            ("a\u{fffe}b", "U+FFFE", "`a-b`"),
             ("a\u{200d}b", "no part", "`a-b`"),
             ("🚜", "`🚜`", "`crane-2`"),
             (&long, "65 letters", "`üü"),

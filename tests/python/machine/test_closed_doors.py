@@ -1,4 +1,4 @@
-"""Names and texts of files that somebody sends: one rule where they are read, and no writer that takes them for anything else."""
+"""Names and texts of files that somebody sends: one rule where they are read, and no writer takes them for code."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import tomllib
+import warnings
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -22,13 +23,14 @@ from hydrocrane.logs.writers import write_log
 from hydrocrane.plots.style import one_chart, styled, title, write
 
 WRONG = (
-    "", "a b", "../../../x", "/abs/x", "C:\\x", ".x", "..", "NUL", "com1.toml", "x" * 65, "[/bold]", "$\\frac{$", "=1+1",
-    "*/ int x; /*", "a\0b", "a\x1b[31mb", "a\x7fb", "a\x9bb", "a\u202eb", "a\ufffeb", "a\nb", "\ud800", "\udcff",
+    "", "a b", "../../../x", "/abs/x", "C:\\x", ".x", "..", "NUL", "com1.toml", "x" * 65, "[/bold]", "$\\frac{$",
+    "=1+1", "*/ int x; /*", "a\0b", "a\x1b[31mb", "a\x7fb", "a\x9bb", "a\u202eb", "a\ufffeb", "a\nb", "\ud800",
+    "\udcff",
 )  # fmt: skip
 # Names that the rule allows and that some format could misread.
 ODD = ("crane---v2", "--", "-", "-x-", "a--.--b", "Größe", "起重机", "क्रेन", "\u0301x")
 # A title that means something to spreadsheets, terminals, formulas, TeX, XML and C.
-TITLE = "=HYPERLINK(\"http://x\") [/bold] :bomb: $\\frac{$ --> ]]> <b>&amp; */ \\input{x} %s"
+TITLE = '=HYPERLINK("http://x") [/bold] :bomb: $\\frac{$ --> ]]> <b>&amp; */ \\input{x} %s'
 STUDY = '[study]\nname = {}\nscenario = "single-cylinder-step"\n[keys]\n"payload.mass" = ["50 kg"]\n'
 
 
@@ -81,7 +83,9 @@ def test_a_name_is_no_code_in_c(tmp_path, monkeypatch):
     header = (hc.export_controller(machine, tmp_path) / "hydrocrane_parameters.h").read_text(encoding="utf-8")
     assert "injected" not in re.sub(r"/\*.*?\*/", "", header, flags=re.S) and "/*" not in header[2 : header.index("*/")]
     if compiler := shutil.which("cc"):
-        subprocess.run([compiler, "-Wall", "-Werror", "-fsyntax-only", "hydrocrane_parameters.c"], cwd=tmp_path, check=True)
+        subprocess.run(
+            [compiler, "-Wall", "-Werror", "-fsyntax-only", "hydrocrane_parameters.c"], cwd=tmp_path, check=True
+        )
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +104,8 @@ def test_texts_in_a_workbook_are_no_formulas(titled_run, tmp_path):
 
 
 def test_charts_show_dollars_as_they_are(titled_run, tmp_path):
+    warnings.filterwarnings("ignore", "Glyph")
+
     @styled
     def chart():
         fig, axes = one_chart(4.0, 3.0)
@@ -139,7 +145,9 @@ def test_blocks_and_logs_keep_file_names_in_their_place(tmp_path):
     evil = 'a\n[machine]\nname = "b"\r\x1b.csv'
     found = block(machine, {"friction.lift.coulomb[0]": (1.0, 2.0)}, [evil], "x", [evil], "")
     assert set(tomllib.loads(found)) == {"friction"}
-    data = xr.Dataset({'a,"b\nc': ("time", np.arange(3.0), {"units": "m,\n"})}, {"time": np.arange(3.0)}, {"é🚜": "🚜\n"})
+    data = xr.Dataset(
+        {'a,"b\nc': ("time", np.arange(3.0), {"units": "m,\n"})}, {"time": np.arange(3.0)}, {"é🚜": "🚜\n"}
+    )
     write_log(data, tmp_path / "log.csv")
     read = hc.read_log(tmp_path / "log.csv")
     assert len(read.data) == 1 and len(read.data.time) == 3
@@ -199,7 +207,9 @@ def test_what_is_no_text_is_an_input_error(call, tmp_path, monkeypatch):
     str(caught.value).encode("utf-8")
 
 
-@pytest.mark.parametrize("setting", ["supply.pressure=\udcff", "\udcff=1", "supply.pressure=" + "[" * 5000, "a=" + "9" * 5000])
+@pytest.mark.parametrize(
+    "setting", ["supply.pressure=\udcff", "\udcff=1", "supply.pressure=" + "[" * 5000, "a=" + "9" * 5000]
+)
 def test_bytes_on_the_command_line_are_an_error(setting):
     done = run("check", "rottne-f9-lab", "--set", setting)
     assert done.returncode == 2 and done.stderr.startswith("error: ") and "Traceback" not in done.stderr
