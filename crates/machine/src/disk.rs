@@ -44,5 +44,5 @@ pub fn path_fault(path: &str) -> Option<(String, String)> {
         return None;
     };
     let cure = "copy the file beside this one, and name it by its path from here";
-    Some((format!("{what}, which a file may not open"), cure.into()))
+    Some((format!("{what}, where a file may not send you"), cure.into()))
 }

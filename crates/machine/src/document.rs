@@ -10,7 +10,7 @@ use toml_edit::{Document, Item, TableLike, Value};
 
 use crate::errors::{ErrorKind, FilePosition, Location, MachineError};
 use crate::keys;
-use crate::names::{check_lines, check_text, is_strange};
+use crate::names::{escaped, is_strange, name_fault, text_fault};
 use crate::nearest::suggestion;
 
 /// A file's name and text.
@@ -108,10 +108,27 @@ impl Scalar {
     /// An error if a text in it has a character that no text has.
     pub fn check(&self, key: &str, place: &Place) -> Result<(), MachineError> {
         match self {
-            Self::Text(text) => check_lines(text, key, place),
+            // A text may have several lines.
+            Self::Text(text) => check_text(&text.replace("\r\n", " ").replace(['\n', '\t'], " "), key, place),
             Self::List(items) => items.iter().try_for_each(|(item, place)| item.check(key, place)),
             _ => Ok(()),
         }
+    }
+}
+
+/// An error if it is no name.
+pub fn check_name(name: &str, key: &str, place: &Place) -> Result<(), MachineError> {
+    match name_fault(name) {
+        None => Ok(()),
+        Some((fault, cure)) => Err(place.error(ErrorKind::BadName, &escaped(key), fault).help(cure)),
+    }
+}
+
+/// An error if it is no text of one line.
+pub fn check_text(text: &str, key: &str, place: &Place) -> Result<(), MachineError> {
+    match text_fault(text) {
+        None => Ok(()),
+        Some(fault) => Err(place.error(ErrorKind::NotText, &escaped(key), fault).help("leave it out")),
     }
 }
 

@@ -32,7 +32,7 @@ mod units;
 mod whole;
 
 pub use bundled::{bundled_machines, bundled_scenarios};
-pub use disk::read as read_file;
+pub use disk::{path_fault, read as read_file};
 pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
 pub use keys::{Key, CONTROLLERS, PLAUSIBILITY};
 pub use load::{is_path, load, parse, whole_text, whole_text_of, Template};

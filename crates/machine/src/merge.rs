@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
+use crate::document::{check_text, join, Entry, Node, NodeKind, Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
-use crate::names::check_text;
 use crate::nearest::suggestion;
 
 /// A caller's value that replaces that of a file. Numbers are SI, texts carry units.

@@ -1,9 +1,6 @@
 //! The rule for names, and that for texts. Names of files travel: they become names of other files, keys, comments of programs, elements
 //! of XML and labels of charts, on every system. What none of these takes is refused where a file is read.
 
-use crate::document::Place;
-use crate::errors::{ErrorKind, MachineError};
-
 /// Most letters of a name: with what is put around it, it stays below what file systems take.
 const MOST_LETTERS: usize = 64;
 
@@ -26,14 +23,6 @@ pub fn name_fault(name: &str) -> Option<(String, String)> {
     Some((fault, format!("use letters, digits, `-`, `_` and `.`, for example `{}`", valid(name))))
 }
 
-/// An error where [`name_fault`] finds one.
-pub fn check_name(name: &str, key: &str, place: &Place) -> Result<(), MachineError> {
-    match name_fault(name) {
-        None => Ok(()),
-        Some((fault, cure)) => Err(place.error(ErrorKind::BadName, key, fault).help(cure)),
-    }
-}
-
 /// Whether no text has this character: it controls a terminal or the direction of writing, by which a text shows another one than it holds,
 /// or Unicode reserves it, so that no XML takes it.
 pub fn is_strange(c: char) -> bool {
@@ -47,21 +36,8 @@ pub fn text_fault(text: &str) -> Option<String> {
     Some(format!("the control character U+{:04X} is no part of a name or text", strange as u32))
 }
 
-/// An error where [`text_fault`] finds one.
-pub fn check_text(text: &str, key: &str, place: &Place) -> Result<(), MachineError> {
-    match text_fault(text) {
-        None => Ok(()),
-        Some(fault) => Err(place.error(ErrorKind::NotText, &escaped(key), fault).help("leave it out")),
-    }
-}
-
-/// As [`check_text`], for a text that may have several lines.
-pub fn check_lines(text: &str, key: &str, place: &Place) -> Result<(), MachineError> {
-    check_text(&text.replace("\r\n", " ").replace(['\n', '\t'], " "), key, place)
-}
-
 /// The text with what is strange in it as its number.
-fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     let part = |c: char| if is_strange(c) { c.escape_unicode().collect() } else { c.to_string() };
     text.chars().map(part).collect()
 }

@@ -2,13 +2,12 @@
 //!
 //! Values are read by name, as declared in [`crate::keys`]. A request for an undeclared key is a bug and panics.
 
-use crate::document::{join, Entry, Node, NodeKind, Place};
+use crate::document::{check_name, check_text, join, Entry, Node, NodeKind, Place};
 use crate::errors::{ErrorKind, MachineError};
 pub use crate::field::Field;
 use crate::field::POINT_EXAMPLE;
 use crate::keys::{find, Key, Value};
 pub use crate::log::Log;
-use crate::names::{check_name, check_text};
 use crate::nearest::suggestion;
 use crate::number::Number;
 use crate::units::Quantity;

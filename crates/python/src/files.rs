@@ -228,6 +228,12 @@ pub fn text_fault(text: &str) -> Option<String> {
     hydrocrane_machine::text_fault(text)
 }
 
+/// Why a file may not name this path, and the cure; `None` if it may.
+#[pyfunction]
+pub fn path_fault(path: &str) -> Option<String> {
+    hydrocrane_machine::path_fault(path).map(|(fault, cure)| format!("{fault}; {cure}"))
+}
+
 fn kind_of_file(name: &str) -> PyResult<FileKind> {
     let found = FileKind::ALL.into_iter().find(|(known, _)| *known == name);
     found

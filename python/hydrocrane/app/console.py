@@ -6,25 +6,23 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hydrocrane.errors import printable
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
-    from rich.text import Text
 
 
 def _console(*, stderr: bool = False, width: int | None = None) -> Console:
     """A console for texts from files: square brackets are no markup, and nothing in them controls the terminal."""
     from rich.console import Console
 
-    class Plain(Console):
-        def render_str(self, text: str, **how: Any) -> Text:
-            return super().render_str(printable(text), **how)
-
-    return Plain(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
+    plain = Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
+    taken = plain.render_str
+    plain.render_str = lambda text, **how: taken(printable(text), **how)  # type: ignore[method-assign]
+    return plain
 
 
 def say(*parts: RenderableType) -> None:

@@ -64,6 +64,16 @@ def test_a_study_writes_below_the_present_folder(tmp_path):
     assert hc.load_study(tmp_path / "x.toml").store == Path("results/x.zarr")
 
 
+def test_a_study_names_no_path_into_a_network(tmp_path):
+    for wrong in ("scenario = '//h/s/x.toml'", "scenario = 'x'\nmachine = '\\\\h\\x.toml'"):
+        (tmp_path / "x.toml").write_text(f"[study]\n{wrong}\n[keys]\nx = [1]\n")
+        with pytest.raises(hc.InputError, match="leads into a network"):
+            hc.load_study(tmp_path / "x.toml")
+    (tmp_path / "x.toml").write_text("[study]\nscenario = 'x'\n[keys]\ncommand.log = ['a.csv', '//h/a.csv']\n")
+    with pytest.raises(hc.InputError, match=r"command\.log is `//h/a\.csv`"):
+        hc.load_study(tmp_path / "x.toml")
+
+
 @pytest.mark.parametrize("name", ODD)
 def test_exports_with_an_odd_name_are_read(name, tmp_path):
     machine = named(name, **{"machine.title": TITLE})

@@ -1,9 +1,8 @@
 //! `[link.<name>]`: points, mass properties, further bodies fixed on the link.
 
-use crate::document::{join, Node};
+use crate::document::{check_name, join, Node};
 use crate::errors::ErrorKind;
 use crate::model::{InertiaAbout, Link, Point};
-use crate::names::check_name;
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
