@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import scipy.io
 import xarray as xr
 from command_line import run
 
@@ -161,6 +162,17 @@ def test_blocks_and_logs_keep_file_names_in_their_place(tmp_path):
     write_log(data, tmp_path / "log.csv")
     read = hc.read_log(tmp_path / "log.csv")
     assert len(read.data) == 1 and len(read.data.time) == 3
+
+
+def test_names_that_matlab_would_take_for_one_stay_two(tmp_path):
+    data = xr.Dataset({name: ("time", [value]) for name, value in (("тяга.x", 1.0), ("груз.x", 2.0))}, {"time": [0.0]})
+    save(data, tmp_path / "run.mat")
+    found = scipy.io.loadmat(tmp_path / "run.mat", simplify_cells=True)
+    assert {name: float(found[short]) for short, name in found["names"].items()} == {
+        "time": 0.0,
+        "тяга.x": 1.0,
+        "груз.x": 2.0,
+    }
 
 
 HALF = "\ud800"
