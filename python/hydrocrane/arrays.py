@@ -6,7 +6,7 @@ leading axes are the batch; several arguments broadcast over the leading axes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrocrane import _core
-from hydrocrane.errors import InputError
+from hydrocrane.errors import InputError, translated
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -72,6 +72,26 @@ def check_positive(name: str, value: float) -> None:
     number = real_array(value, name)
     if number.ndim or number <= 0:
         raise InputError(f"{name} must be one number greater than zero, got {value!r}")
+
+
+def checked_name(what: str, name: object) -> str:
+    """`name` if it is one as in machine files, or an :class:`InputError`; `what` it is the name of."""
+    return _checked(what, name, _core.name_fault)
+
+
+def checked_line(what: str, text: object) -> str:
+    """`text` if it is a text of one line without characters of control, or an :class:`InputError`."""
+    return _checked(what, text, _core.text_fault)
+
+
+def _checked(what: str, text: object, fault_of: Callable[[str], str | None]) -> str:
+    if not isinstance(text, str):
+        raise InputError(f"{what} must be a text; got {text!r}")
+    with translated():
+        fault = fault_of(text)
+    if fault is not None:
+        raise InputError(f"{what} is {text!r}: {fault}")
+    return text
 
 
 def scenario_quantity(key: str, name: str, value: ArrayLike) -> float:

@@ -31,7 +31,7 @@ class HydrocraneError(ValueError):
     """
 
     def __init__(self, message: str = "") -> None:
-        super().__init__(shortened(message))
+        super().__init__(shortened(printable(message)))
 
 
 class InputError(HydrocraneError):
@@ -125,7 +125,8 @@ class MachineFileError(HydrocraneError):
 
 @contextmanager
 def translated(kind: type[HydrocraneError] = InputError) -> Iterator[None]:
-    """Turn an error of the compiled core into one of this tree; other ``ValueError``s become `kind`."""
+    """Turn an error of the compiled core into one of this tree; other ``ValueError``s become `kind`, and so does what
+    the core cannot take."""
     from hydrocrane import _core
 
     try:
@@ -136,8 +137,32 @@ def translated(kind: type[HydrocraneError] = InputError) -> Iterator[None]:
         raise MachineFileError(*error.args) from None
     except _core.PoseFault as error:
         raise OutOfReachError(str(error)) from None
+    except (TypeError, UnicodeEncodeError) as error:
+        told = _not_taken(error)
+        if told is None:
+            raise
+        raise kind(told) from None
     except ValueError as error:
         raise kind(str(error)) from None
+
+
+def _not_taken(error: BaseException) -> str | None:
+    """What is wrong with an argument that cannot be passed to the core; None if the error is another one."""
+    _, field, where = str(error).rpartition("failed to extract field ")
+    cause = error
+    while cause.__cause__ is not None:
+        cause = cause.__cause__
+    if isinstance(cause, UnicodeEncodeError):
+        strange = ord(cause.object[cause.start])
+        return f"`{cause.object}` is no text: U+{strange:04X} in it cannot become UTF-8; leave it out"
+    return f"{where.partition('.')[2]}: {cause}" if field else None
+
+
+def printable(text: str) -> str:
+    """A text in which everything that would control a terminal, or cannot be shown, is written as its number."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in text)
 
 
 def shortened(message: str) -> str:

@@ -1,11 +1,8 @@
 //! The files in an FMU's folder `resources`, which describe its content.
 
+use hydrocrane_machine::read_file;
 use serde::{Deserialize, Serialize};
-use std::io::Read;
 use std::path::Path;
-
-/// Longest file that is read, bytes: that of machine files.
-const LONGEST: u64 = 16 << 20;
 
 /// Content of the FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -76,11 +73,6 @@ fn text(folder: &Path, name: &str) -> Result<String, String> {
     let file = folder.join(name);
     let cannot =
         |why: String| format!("cannot read {}: {why}; unzip the whole FMU, or export it again", file.display());
-    let mut bytes = Vec::new();
-    let read = std::fs::File::open(&file).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
-    read.map_err(|error| cannot(error.to_string()))?;
-    if bytes.len() as u64 > LONGEST {
-        return Err(cannot("it is too long".to_string()));
-    }
+    let bytes = read_file(&file).map_err(|error| cannot(error.to_string()))?;
     String::from_utf8(bytes).map_err(|_| cannot("it is no text".to_string()))
 }

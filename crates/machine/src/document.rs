@@ -9,6 +9,8 @@ use std::sync::Arc;
 use toml_edit::{Document, Item, TableLike, Value};
 
 use crate::errors::{ErrorKind, FilePosition, Location, MachineError};
+use crate::keys;
+use crate::names::{escaped, is_strange, name_fault, text_fault};
 use crate::nearest::suggestion;
 
 /// A file's name and text.
@@ -107,28 +109,26 @@ impl Scalar {
     pub fn check(&self, key: &str, place: &Place) -> Result<(), MachineError> {
         match self {
             // A text may have several lines.
-            Self::Text(text) => readable(&text.replace(['\n', '\r', '\t'], " "), key, place),
+            Self::Text(text) => check_text(&text.replace("\r\n", " ").replace(['\n', '\t'], " "), key, place),
             Self::List(items) => items.iter().try_for_each(|(item, place)| item.check(key, place)),
             _ => Ok(()),
         }
     }
 }
 
-/// An error if `text` has a control character, or one that is reserved: no XML takes them, and so neither FMUs, URDF nor MJCF.
-pub fn readable(text: &str, key: &str, place: &Place) -> Result<(), MachineError> {
-    match text.chars().find(|c| c.is_control() || ['\u{FFFE}', '\u{FFFF}'].contains(c)) {
+/// An error if it is no name.
+pub fn check_name(name: &str, key: &str, place: &Place) -> Result<(), MachineError> {
+    match name_fault(name) {
         None => Ok(()),
-        Some(c) => {
-            let shown: String =
-                key.chars().flat_map(|c| if c.is_control() { c.escape_unicode().collect() } else { vec![c] }).collect();
-            Err(place
-                .error(
-                    ErrorKind::NotText,
-                    &shown,
-                    format!("the control character U+{:04X} is no part of a name or text", c as u32),
-                )
-                .help("leave it out"))
-        }
+        Some((fault, cure)) => Err(place.error(ErrorKind::BadName, &escaped(key), fault).help(cure)),
+    }
+}
+
+/// An error if it is no text of one line.
+pub fn check_text(text: &str, key: &str, place: &Place) -> Result<(), MachineError> {
+    match text_fault(text) {
+        None => Ok(()),
+        Some(fault) => Err(place.error(ErrorKind::NotText, &escaped(key), fault).help("leave it out")),
     }
 }
 
@@ -153,9 +153,26 @@ fn position(file: &SourceFile, span: &Range<usize>) -> FilePosition {
         file: file.name.clone(),
         line: text[..line_start].matches('\n').count() + 1,
         column,
-        // Tabs would shift the caret away from its column.
-        excerpt: excerpt(text[line_start..line_end].trim_end(), column),
+        excerpt: if is_ours(text) { excerpt(text[line_start..line_end].trim_end(), column) } else { String::new() },
         width: text[start..end.max(start)].chars().count().min(LONGEST_EXCERPT),
+    }
+}
+
+/// Whether a text begins as a machine or scenario file does, with a table or key that these have. Of another one errors quote nothing:
+/// whoever wrote the path of somebody else's file shall not read it in an error.
+fn is_ours(text: &str) -> bool {
+    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+    let Some(first) = lines.find(|line| !line.is_empty() && !line.starts_with('#')) else { return false };
+    let heading = first.strip_prefix('[');
+    let first = heading.map_or(first, |rest| rest.trim_start_matches(['[', ' ']));
+    let (name, rest) =
+        first.split_at(first.find(|c: char| !c.is_ascii_alphanumeric() && c != '-').unwrap_or(first.len()));
+    let is_table =
+        |key: &keys::Key| matches!(key.value, keys::Value::Table(_) | keys::Value::Tables(_) | keys::Value::Overrides);
+    let mut declared = keys::MACHINE.iter().chain(keys::SCENARIO).filter(|key| key.name == name);
+    match heading {
+        Some(_) => declared.any(is_table) && (rest.is_empty() || rest.trim_start().starts_with([']', '.'])),
+        None => declared.next().is_some() && rest.trim_start().starts_with(['=', '.']),
     }
 }
 
@@ -165,7 +182,8 @@ fn excerpt(line: &str, column: usize) -> String {
         return String::new();
     }
     let most = column + LONGEST_EXCERPT;
-    let mut quoted: String = line.chars().take(most).map(|c| if c == '\t' { ' ' } else { c }).collect();
+    // Tabs would shift the caret away from its column.
+    let mut quoted: String = line.chars().take(most).map(|c| if is_strange(c) { ' ' } else { c }).collect();
     if line.chars().nth(most).is_some() {
         quoted.push('…');
     }
@@ -192,21 +210,47 @@ fn weight(text: &str) -> usize {
 }
 
 /// The error of a file that is longer than [`LONGEST_TEXT`].
-pub fn too_long(place: &Place) -> MachineError {
-    let message = format!("the text is longer than {} MiB", LONGEST_TEXT >> 20);
+pub fn too_long(file: &Arc<SourceFile>, what: &str) -> MachineError {
+    let place = Place::File { file: file.clone(), span: 0..0 };
+    let message = format!("{what} longer than {} MiB", LONGEST_TEXT >> 20);
     MachineError::new(ErrorKind::TooLarge, place.locate(), message).help("is it a machine or scenario file?")
+}
+
+/// What has been read so far of files that belong together. One that extends and includes others takes no more with these than one alone.
+#[derive(Default)]
+pub struct Budget {
+    bytes: usize,
+    weight: usize,
+}
+
+impl Budget {
+    /// Parses a further file's text into a tree.
+    pub fn parse(&mut self, file: &Arc<SourceFile>) -> Result<Node, MachineError> {
+        let alone = self.bytes == 0;
+        self.bytes += file.text.len();
+        self.weight += weight(&file.text);
+        if self.bytes > LONGEST_TEXT {
+            return Err(too_long(
+                file,
+                if alone { "the text is" } else { "this file and those that belong to it are" },
+            ));
+        }
+        if self.weight > MOST_WEIGHT {
+            let place = Place::File { file: file.clone(), span: 0..0 };
+            let what = if alone { "the text holds" } else { "this file and those that belong to it hold" };
+            return Err(MachineError::new(ErrorKind::TooLarge, place.locate(), format!("{what} too many values"))
+                .help("give shorter lists, and omit what is not needed"));
+        }
+        tree(file)
+    }
 }
 
 /// Parses a file's text into a tree.
 pub fn parse(file: &Arc<SourceFile>) -> Result<Node, MachineError> {
-    if file.text.len() > LONGEST_TEXT {
-        return Err(too_long(&Place::File { file: file.clone(), span: 0..0 }));
-    }
-    if weight(&file.text) > MOST_WEIGHT {
-        let place = Place::File { file: file.clone(), span: 0..0 };
-        return Err(MachineError::new(ErrorKind::TooLarge, place.locate(), "the text holds too many values")
-            .help("give shorter lists, and omit what is not needed"));
-    }
+    Budget::default().parse(file)
+}
+
+fn tree(file: &Arc<SourceFile>) -> Result<Node, MachineError> {
     let document = Document::parse(file.text.as_str()).map_err(|error| syntax_error(file, &error))?;
     if document.as_table().is_empty() {
         let place = Place::File { file: file.clone(), span: 0..0 };
@@ -297,7 +341,7 @@ impl Builder<'_> {
             }
             let key_span = table.key(key).and_then(toml_edit::Key::span);
             let place = self.place(key_span).or_else(|| self.place(item.span())).unwrap_or_else(|| self.start());
-            readable(key, &join(path, key), &place)?;
+            check_text(key, &join(path, key), &place)?;
             let node = self.item(item, place.clone(), &origin, &join(path, key))?;
             entries.push(Entry { key: key.to_string(), place, node });
         }

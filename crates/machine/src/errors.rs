@@ -32,7 +32,9 @@ kinds! {
     UnknownSource = "unknown-source",
     /// A machine in place of a scenario, or vice versa.
     WrongKindOfFile = "wrong-kind-of-file",
-    /// The bytes are not UTF-8 text.
+    /// A name that is none on some system or in some format.
+    BadName = "bad-name",
+    /// The bytes are not UTF-8 text, or it has a character that no text has.
     NotText = "not-text",
     /// The file has no key.
     EmptyFile = "empty-file",

@@ -1,12 +1,12 @@
 //! Loads a checked machine from a bundled name or a path.
 
 use std::borrow::Cow;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, OnceLock};
 
 use crate::bundled::{bundled_machines, bundled_scenarios};
-use crate::document::{self, Node, NodeKind, Place, Scalar, SourceFile, LONGEST_TEXT};
+use crate::disk;
+use crate::document::{self, Budget, Node, NodeKind, Place, Scalar, SourceFile};
 use crate::errors::{ErrorKind, Location, MachineError};
 use crate::merge::{apply_override, merge, take_out, Override, OverrideValue};
 use crate::model::Machine;
@@ -146,7 +146,7 @@ fn bundled_tree(name: &str) -> Option<Result<&'static Node>> {
 
 /// The tree of a machine file with all extended and included files.
 fn machine_tree(source: &Source) -> Result<Node> {
-    let tree = extended(source, &mut Vec::new())?;
+    let tree = extended(source, &mut Opened::default())?;
     match tree.entries().unwrap_or_default().iter().find(|entry| entry.key == "scenario") {
         Some(entry) => Err(entry
             .place
@@ -226,11 +226,18 @@ impl Template {
     }
 }
 
-/// The tree of a file merged onto the file it extends, with the included files merged onto both. `opened` has the files
-/// of this chain, to detect a cycle.
-fn extended(source: &Source, opened: &mut Vec<String>) -> Result<Node> {
-    let tree = document::parse(&source.file)?;
-    let parts = included(source, &tree)?;
+/// The files that are read for one machine.
+#[derive(Default)]
+struct Opened {
+    /// Those that extend each other, to detect a cycle.
+    chain: Vec<String>,
+    budget: Budget,
+}
+
+/// The tree of a file merged onto the file it extends, with the included files merged onto both.
+fn extended(source: &Source, opened: &mut Opened) -> Result<Node> {
+    let tree = opened.budget.parse(&source.file)?;
+    let parts = included(source, &tree, &mut opened.budget)?;
     let whole = match root_entry(&tree, "extends") {
         Some(node) => merge(reduced(extended_base(source, node, opened)?, &tree)?, tree),
         None => match root_entry(&tree, WITHOUT) {
@@ -251,7 +258,7 @@ fn root_entry<'a>(tree: &'a Node, key: &str) -> Option<&'a Node> {
     tree.entries().unwrap_or_default().iter().find(|entry| entry.key == key).map(|entry| &entry.node)
 }
 
-fn extended_base(source: &Source, node: &Node, opened: &mut Vec<String>) -> Result<Node> {
+fn extended_base(source: &Source, node: &Node, opened: &mut Opened) -> Result<Node> {
     let place = &node.place;
     let NodeKind::Value { value: Scalar::Text(name), .. } = &node.kind else {
         let found = format!("expected the name of a machine, found {}", node.kind_name());
@@ -261,15 +268,15 @@ fn extended_base(source: &Source, node: &Node, opened: &mut Vec<String>) -> Resu
     if let Some(tree) = bundled_tree(name) {
         return tree.cloned();
     }
-    if opened.len() >= MOST_EXTENDED {
+    if opened.chain.len() >= MOST_EXTENDED {
         let message = format!("more than {MOST_EXTENDED} files extend each other");
         return Err(place
             .error(ErrorKind::TooLarge, "extends", message)
             .help("extend a file that does not lead back to this one"));
     }
-    opened.push(identity(source));
+    opened.chain.push(identity(source));
     let base = open_extended(source, name).map_err(|error| relocate(&error, place, "extends"))?;
-    if opened.contains(&identity(&base)) {
+    if opened.chain.contains(&identity(&base)) {
         let message = format!("`{name}` is this file, or leads back to it");
         return Err(place
             .error(ErrorKind::ExtendsCycle, "extends", message)
@@ -287,13 +294,13 @@ fn reduced(mut base: Node, tree: &Node) -> Result<Node> {
 }
 
 /// The trees of the files that a file includes, in its order.
-fn included(source: &Source, tree: &Node) -> Result<Vec<Node>> {
+fn included(source: &Source, tree: &Node, budget: &mut Budget) -> Result<Vec<Node>> {
     let names = texts(tree, "include", "files", "[\"friction.toml\"]")?;
     if let Some(node) = root_entry(tree, "include").filter(|_| names.len() > MOST_INCLUDED) {
         let message = format!("{} files; at most {MOST_INCLUDED} are included", names.len());
         return Err(node.place.error(ErrorKind::TooLarge, "include", message).help("join some of them"));
     }
-    names.iter().map(|(name, place)| part_of(source, name, place)).collect()
+    names.iter().map(|(name, place)| part_of(source, name, place, budget)).collect()
 }
 
 /// The texts in the list of a `key` at the top of a file, with their places; none without that key.
@@ -314,9 +321,9 @@ fn texts<'a>(tree: &'a Node, key: &str, what: &str, example: &str) -> Result<Vec
 }
 
 /// The tree of one included file: tables of an incomplete machine.
-fn part_of(source: &Source, name: &str, place: &Place) -> Result<Node> {
+fn part_of(source: &Source, name: &str, place: &Place, budget: &mut Budget) -> Result<Node> {
     let file = beside(source, name).map_err(|error| relocate(&error, place, "include"))?;
-    let tree = document::parse(&file.file)?;
+    let tree = budget.parse(&file.file)?;
     for key in ["extends", "include", WITHOUT] {
         if let Some(node) = root_entry(&tree, key) {
             let message = format!("an included file cannot have `{key}` of its own");
@@ -337,8 +344,21 @@ fn open_extended(source: &Source, name: &str) -> Result<Source> {
 /// The file that `source` names.
 fn beside(source: &Source, name: &str) -> Result<Source> {
     match &source.folder {
-        Some(folder) => read(&folder.join(name)),
+        Some(folder) => {
+            check_path(name)?;
+            read(&folder.join(name))
+        }
         None => open_given(name, &source.given),
+    }
+}
+
+/// An error if a file may not name this path.
+pub fn check_path(name: &str) -> Result<()> {
+    match disk::path_fault(name) {
+        None => Ok(()),
+        Some((fault, cure)) => {
+            Err(MachineError::new(ErrorKind::UnreadableFile, Location::Source(name.into()), fault).help(cure))
+        }
     }
 }
 
@@ -443,17 +463,17 @@ pub fn open(source: &str, what: &str, bundled: &[(&'static str, &'static str)]) 
 
 fn read(path: &Path) -> Result<Source> {
     let name = path.display().to_string();
-    let mut bytes = Vec::new();
-    // One byte more than allowed shows that the file is too long.
-    let read = std::fs::File::open(path).and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes));
-    read.map_err(|error| {
-        MachineError::new(ErrorKind::UnreadableFile, Location::Source(name.clone()), format!("cannot be read: {error}"))
-            .help("check the path")
+    let bytes = disk::read(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::FileTooLarge => {
+            document::too_long(&Arc::new(SourceFile { name: name.clone(), text: String::new() }), "the text is")
+        }
+        _ => MachineError::new(
+            ErrorKind::UnreadableFile,
+            Location::Source(name.clone()),
+            format!("cannot be read: {error}"),
+        )
+        .help("check the path"),
     })?;
-    if bytes.len() > LONGEST_TEXT {
-        let file = Arc::new(SourceFile { name, text: String::new() });
-        return Err(document::too_long(&Place::File { file, span: 0..0 }));
-    }
     let text = decode(&name, bytes)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     Ok(Source { file: Arc::new(SourceFile { name, text }), folder: Some(folder), given: Arc::new([]) })

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::document::{join, readable, Entry, Node, NodeKind, Origin, Place, Scalar};
+use crate::document::{check_text, join, Entry, Node, NodeKind, Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
 use crate::nearest::suggestion;
 
@@ -123,7 +123,7 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
         });
         node = &mut entries[index].node;
     }
-    readable(key, key, place)?;
+    check_text(key, key, place)?;
     if matches!(&node.kind, NodeKind::Table(entries) if !entries.is_empty()) {
         return Err(place
             .error(ErrorKind::WrongType, key, "a table, not a value")

@@ -2,7 +2,7 @@
 //!
 //! Values are read by name, as declared in [`crate::keys`]. A request for an undeclared key is a bug and panics.
 
-use crate::document::{join, Entry, Node, NodeKind, Place};
+use crate::document::{check_name, check_text, join, Entry, Node, NodeKind, Place};
 use crate::errors::{ErrorKind, MachineError};
 pub use crate::field::Field;
 use crate::field::POINT_EXAMPLE;
@@ -135,6 +135,7 @@ impl<'a> Reader<'a> {
             .iter()
             .map(|entry| {
                 let path = join(&names.path, &entry.key);
+                check_name(&entry.key, &path, &entry.place)?;
                 Ok((entry.key.as_str(), Reader::open(&entry.node, path, keys, self.log)?))
             })
             .collect()
@@ -245,6 +246,22 @@ impl<'a> Reader<'a> {
 
     pub fn text(&self, key: &str) -> Result<&'a str> {
         self.required(key, "a text in quotes")?.text()
+    }
+
+    /// A name as [`crate::names`] allows it.
+    pub fn name(&self, key: &str) -> Result<&'a str> {
+        let field = self.required(key, "a name in quotes")?;
+        let name = field.text()?;
+        check_name(name, &field.path, field.place)?;
+        Ok(name)
+    }
+
+    /// A text of one line; empty without the key.
+    pub fn line(&self, key: &str) -> Result<&'a str> {
+        let Some(field) = self.optional(key)? else { return Ok("") };
+        let line = field.text()?;
+        check_text(line, &field.path, field.place)?;
+        Ok(line)
     }
 
     pub fn text_or(&self, key: &str, default: &'a str) -> Result<&'a str> {

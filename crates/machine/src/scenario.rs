@@ -181,7 +181,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(Strin
     };
     let machine_overrides = overrides_in(&root, "overrides")?;
     let name = machine_source(source, head.text("machine")?);
-    let files = Files { folder: source.folder.as_deref(), given };
+    let files = Files { folder: source.folder.as_deref(), of_a_caller: false, given };
     let machine_source = MachineSource { name, given: source.folder.is_none().then_some(given) };
     let machine = machine(&head, &machine_source, &machine_overrides)?;
     let payload = head.optional_quantity("payload")?;
@@ -194,8 +194,8 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(Strin
     let phases = phase::read(&root, &machine, &files, &machine_source, start.clone(), machine_overrides.clone())?;
     let first_controller = start.first_controller(&phases);
     Ok(Scenario {
-        name: head.text("name")?.into(),
-        title: head.text_or("title", "")?.into(),
+        name: head.name("name")?.into(),
+        title: head.line("title")?.into(),
         machine: machine_source.name,
         overrides: plain(machine_overrides),
         payload,
@@ -251,7 +251,10 @@ fn machine_source(source: &Source, name: &str) -> String {
 /// The machine, for its names. An error inside its own file keeps its place there; a wrong name is reported here.
 fn machine(head: &Reader, source: &MachineSource, overrides: &[Override]) -> Result<Machine> {
     let place = head.required("machine", "the name of a machine")?;
-    source.open().map_err(|error| load::relocate(&error, place.place, "scenario.machine"))?;
+    let named = place.text()?;
+    load::check_path(named)
+        .and_then(|()| source.open())
+        .map_err(|error| load::relocate(&error, place.place, "scenario.machine"))?;
     if let Some(recorded) = head.optional("recorded-on")? {
         let found = source.load(&[])?.contents();
         if recorded.text()? != found {

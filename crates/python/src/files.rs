@@ -216,6 +216,24 @@ pub fn quantity(text: &str, expected: Option<&str>) -> PyResult<(f64, String)> {
     hydrocrane_machine::quantity(text, expected).map_err(PyValueError::new_err)
 }
 
+/// Why this is no name, and the cure; `None` if it is one.
+#[pyfunction]
+pub fn name_fault(name: &str) -> Option<String> {
+    hydrocrane_machine::name_fault(name).map(|(fault, cure)| format!("{fault}; {cure}"))
+}
+
+/// Why this is no text of one line; `None` if it is.
+#[pyfunction]
+pub fn text_fault(text: &str) -> Option<String> {
+    hydrocrane_machine::text_fault(text)
+}
+
+/// Why a file may not name this path, and the cure; `None` if it may.
+#[pyfunction]
+pub fn path_fault(path: &str) -> Option<String> {
+    hydrocrane_machine::path_fault(path).map(|(fault, cure)| format!("{fault}; {cure}"))
+}
+
 fn kind_of_file(name: &str) -> PyResult<FileKind> {
     let found = FileKind::ALL.into_iter().find(|(known, _)| *known == name);
     found

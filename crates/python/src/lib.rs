@@ -42,6 +42,9 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(fmu::exponents_of_unit, m)?)?;
     m.add_function(wrap_pyfunction!(friction::friction_map, m)?)?;
     m.add_function(wrap_pyfunction!(files::quantity, m)?)?;
+    m.add_function(wrap_pyfunction!(files::name_fault, m)?)?;
+    m.add_function(wrap_pyfunction!(files::text_fault, m)?)?;
+    m.add_function(wrap_pyfunction!(files::path_fault, m)?)?;
     m.add_function(wrap_pyfunction!(scenario::stated_fields, m)?)?;
     m.add_function(wrap_pyfunction!(scenario::contradiction, m)?)?;
     m.add_function(wrap_pyfunction!(scenario::refused_quantity, m)?)?;

@@ -3,21 +3,34 @@
 use hydrocrane_machine::OverrideValue;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyList};
+use pyo3::types::{PyBool, PyList, PyString};
 
+/// A bool, a text, a number, or a list of these.
 pub fn value(v: &Bound<'_, PyAny>) -> PyResult<OverrideValue> {
+    if let Some(single) = single(v)? {
+        return Ok(single);
+    }
+    let items = v.try_iter().map_err(|_| no_value(v))?;
+    let item = |item: PyResult<Bound<'_, PyAny>>| item.and_then(|item| single(&item)?.ok_or_else(|| no_value(&item)));
+    Ok(OverrideValue::List(items.map(item).collect::<PyResult<_>>()?))
+}
+
+/// `None` for what is no single value.
+fn single(v: &Bound<'_, PyAny>) -> PyResult<Option<OverrideValue>> {
     if v.is_instance_of::<PyBool>() {
-        return Ok(OverrideValue::Bool(v.extract()?));
+        return Ok(Some(OverrideValue::Bool(v.extract()?)));
     }
-    if let Ok(text) = v.extract::<String>() {
-        return Ok(OverrideValue::Text(text));
+    // A text that cannot become UTF-8 is an error, and no list of letters, each of which is a text again.
+    if let Ok(text) = v.cast::<PyString>() {
+        return Ok(Some(OverrideValue::Text(text.to_str()?.into())));
     }
-    if let Ok(number) = v.extract::<f64>() {
-        return Ok(OverrideValue::Number(number));
-    }
-    let items = v.try_iter().map_err(|_| PyValueError::new_err(format!("cannot use {v} as the value of a key")))?;
-    let items: PyResult<Vec<_>> = items.map(|item| value(&item?)).collect();
-    Ok(OverrideValue::List(items?))
+    Ok(v.extract().ok().map(OverrideValue::Number))
+}
+
+fn no_value(v: &Bound<'_, PyAny>) -> PyErr {
+    PyValueError::new_err(format!(
+        "cannot use {v} as the value of a key: give a number, a text, a bool or a list of these"
+    ))
 }
 
 pub fn overrides(pairs: &Bound<'_, PyList>) -> PyResult<Vec<(String, OverrideValue)>> {

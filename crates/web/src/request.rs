@@ -6,8 +6,8 @@ use crate::problem::{problem, Problem};
 use crate::values::stated;
 use hydrocrane_machine::scenario::{Burst, BurstEntry, StickMode};
 use hydrocrane_machine::{
-    bundled_scenarios, load, parse, parse_scenario, scenario, whole_text_of, Machine, OverrideValue, CONTROLLERS,
-    MOST_SEED,
+    bundled_scenarios, is_path, load, parse, parse_scenario, scenario, whole_text_of, Machine, OverrideValue,
+    CONTROLLERS, MOST_SEED,
 };
 use hydrocrane_sim::assembly::AssemblyError;
 use hydrocrane_sim::controllers::LEVER;
@@ -122,10 +122,10 @@ impl Request {
             .map_err(|error| Problem::plain(format!("the request cannot be read: {error}")))?;
         request.check_numbers()?;
         request.check_agreement()?;
-        if let Some(text) = request.text.take() {
-            let files =
-                [vec![(request.machine.clone(), text)], std::mem::take(&mut request.files).into_iter().collect()];
-            let whole = whole_text_of(&request.machine, &files.concat()).map_err(|error| Problem::file(&error))?;
+        let text = request.text.take().map(|text| (request.machine.clone(), text));
+        if text.is_some() || (request.scenario.is_none() && is_path(&request.machine)) {
+            let files: Vec<_> = text.into_iter().chain(std::mem::take(&mut request.files)).collect();
+            let whole = whole_text_of(&request.machine, &files).map_err(|error| Problem::file(&error))?;
             request.text = Some(whole);
         }
         Ok(request)

@@ -161,23 +161,24 @@ class Experiment:
         start = state[: len(machine.joint_names)] if at_rest else state
         overrides = {**machine.overrides, "payload.mass": self.payload}
         command_times, spools, linear = plan.command_grid(machine)
-        return _core.SensitivityExperiment(
-            machine.source,
-            list(overrides.items()),
-            self.keys,
-            np.ascontiguousarray(start),
-            at_rest,
-            float(plan.duration),
-            command_times,
-            spools,
-            linear,
-            None if plan.supply is None else plan.supply.entry,
-            [burst.entry for burst in plan.bursts],
-            list(plan.payload_changes.items()),
-            times,
-            plan.solver.entry,
-            bool(resolve_sensitivities),
-        )
+        with translated():
+            return _core.SensitivityExperiment(
+                machine.source,
+                list(overrides.items()),
+                self.keys,
+                np.ascontiguousarray(start),
+                at_rest,
+                float(plan.duration),
+                command_times,
+                spools,
+                linear,
+                None if plan.supply is None else plan.supply.entry,
+                [burst.entry for burst in plan.bursts],
+                list(plan.payload_changes.items()),
+                times,
+                plan.solver.entry,
+                bool(resolve_sensitivities),
+            )
 
     def _checked_values(self, values: ArrayLike | Mapping[str, float]) -> Array:
         if isinstance(values, Mapping):

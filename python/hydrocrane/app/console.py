@@ -8,24 +8,32 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from hydrocrane.errors import printable
+
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
 
 
+def _console(*, stderr: bool = False, width: int | None = None) -> Console:
+    """A console for texts from files: square brackets are no markup, and nothing in them controls the terminal."""
+    from rich.console import Console
+
+    plain = Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
+    taken = plain.render_str
+    plain.render_str = lambda text, **how: taken(printable(text), **how)  # type: ignore[method-assign]
+    return plain
+
+
 def say(*parts: RenderableType) -> None:
     """Print strings and rich objects, one per line."""
-    from rich.console import Console
     from rich.table import Table
-    from rich.text import Text
 
     # A pipe has no width of its own; tables need room for their columns.
-    wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 150
-    console = Console(highlight=False, width=wide)
+    console = _console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 150)
     for part in parts:
-        # Plain strings may hold square brackets, which must not be read as markup.
         shown = _fitted(part, console) if isinstance(part, Table) else part
-        console.print(Text(shown) if isinstance(shown, str) else shown, soft_wrap=isinstance(shown, str))
+        console.print(shown, soft_wrap=isinstance(shown, str))
 
 
 def _fitted(table: Table, console: Console) -> Table:
@@ -54,48 +62,47 @@ def _fitted(table: Table, console: Console) -> Table:
 
 def complain(message: str) -> None:
     """Print one error to stderr, its lines and carets kept as they are."""
-    from rich.console import Console
-    from rich.text import Text
-
-    Console(stderr=True, highlight=False).print(Text.assemble(("error: ", "bold red"), message), soft_wrap=True)
+    _told("error: ", "bold red", message)
 
 
 def warn(message: str) -> None:
     """Print one warning to stderr."""
-    from rich.console import Console
+    _told("warning: ", "bold yellow", message)
+
+
+def _told(kind: str, style: str, message: str) -> None:
     from rich.text import Text
 
-    Console(stderr=True, highlight=False).print(Text.assemble(("warning: ", "bold yellow"), message), soft_wrap=True)
+    _console(stderr=True).print(Text.assemble((kind, style), printable(message)), soft_wrap=True)
 
 
 @contextmanager
 def waiting(what: str) -> Iterator[None]:
     """A spinner on a terminal, nothing in a pipe."""
-    from rich.console import Console
+    from rich.text import Text
 
-    with Console(stderr=True).status(what):
+    with _console(stderr=True).status(Text(what)):
         yield
 
 
 @contextmanager
 def reporting() -> Iterator[Callable[[str], None]]:
     """A spinner on a terminal; nothing in a pipe; gives a function to be called with what is being done."""
-    from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
-    console = Console(stderr=True)
+    console = _console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("", total=None)
-        yield lambda text: progress.update(task, description=text)
+        yield lambda text: progress.update(task, description=printable(text))
 
 
 @contextmanager
 def bar(what: str) -> Iterator[Callable[[int, int], None]]:
     """A progress bar; gives a function to be called with (done, in all)."""
-    from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(what, total=None)
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=_console(stderr=True), transient=True) as progress:
+        task = progress.add_task(printable(what), total=None)
         yield lambda done, total: progress.update(task, completed=done + 1, total=total)

@@ -35,7 +35,7 @@ def overrides(settings: list[str]) -> dict[str, Override]:
 def _value(text: str) -> Override:
     try:
         value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # Numbers with too many digits, and lists in lists in lists.
         return text
     # A date or a table is no override: leave it to the machine's own check of the text.
     return _as_text(value) if isinstance(value, bool | int | float | str | list) else text

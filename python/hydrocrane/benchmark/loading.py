@@ -207,7 +207,8 @@ def loading_cycle(
         payload=0.0,
         sensors="data-sheet" if interface == "tip" else "ideal",
         seed=seed,
-        name=task.name,
+        name="log-loading",
+        title=task.name,
     )
     driver = Driver(machine, interface, operator, task.waypoints, seed_number(seed) + task.seed)
     found = drive(plan, driver, GIVEN_UP * task.logs)

@@ -102,10 +102,10 @@ def _header(machine: Machine, controller: NamedController, length: int, memory: 
     joints = len(machine.joint_names)
     levers = controller.name == "lever"
     return f"""\
-/* {controller.name} of {machine.name}, exported by hydrocrane {version("hydrocrane")},
+/* {controller.name} of {_comment(machine.name)}, exported by hydrocrane {version("hydrocrane")},
  * {"with" if controller.monitored else "without"} a monitor of the sensors.
  *
- * Joints: {", ".join(machine.joint_names)}. Cylinders: {", ".join(machine.cylinder_names)}. */
+ * Joints: {_comment(", ".join(machine.joint_names))}. Cylinders: {_comment(", ".join(machine.cylinder_names))}. */
 #ifndef HYDROCRANE_PARAMETERS_H
 #define HYDROCRANE_PARAMETERS_H
 
@@ -124,6 +124,11 @@ extern const uint8_t hydrocrane_parameters[{length}];
 
 #endif
 """
+
+
+def _comment(text: str) -> str:
+    """A text that neither ends a comment of C nor begins one."""
+    return text.replace("*/", "* /").replace("/*", "/ *")
 
 
 def _source(block: bytes) -> str:

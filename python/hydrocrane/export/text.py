@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
@@ -23,10 +24,10 @@ def in_space(place: Place) -> str:
 
 
 def written(root: ElementTree.Element, head: str) -> str:
-    """The document as text, with a comment at its head."""
+    """The document as text, with a comment at its head, in which no two hyphens may meet."""
     ElementTree.indent(root, "  ")
     body = ElementTree.tostring(root, encoding="unicode")
-    return f'<?xml version="1.0" encoding="utf-8"?>\n<!-- {head.replace("--", "- -")} -->\n{body}\n'
+    return f'<?xml version="1.0" encoding="utf-8"?>\n<!-- {re.sub("-(?=-)", "- ", head)} -->\n{body}\n'
 
 
 def thickness(chain: Chain) -> float:

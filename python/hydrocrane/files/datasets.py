@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,17 +73,33 @@ def write_matlab(data: xr.Dataset | Columns, path: Path) -> None:
     from scipy.io import savemat
 
     columns = Columns.of(data)
-    names = {plain_name(name): name for name in dict.fromkeys([TIME, *columns])}
+    names = {short: name for name, short in plain_names([TIME, *columns]).items()}
     content: dict[str, object] = {short: columns[name].values for short, name in names.items()}
     content["units"] = {short: str(columns[name].attrs.get("units", "")) for short, name in names.items()}
     content["names"] = dict(names)
-    content["about"] = {str(key): value for key, value in columns.attrs.items()}
+    content["about"] = {short: columns.attrs[key] for key, short in plain_names(columns.attrs).items()}
     savemat(path, content, oned_as="column", long_field_names=True)
 
 
 def plain_name(name: str) -> str:
-    """A name that MATLAB and python-control accept: letters, digits and underscores, at most 63 of them."""
-    return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)[:63]
+    """A name that MATLAB and python-control take: a letter, then letters, digits and underscores, 63 in all."""
+    plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
+    return plain[:63] if plain[:1].isalpha() else f"x{plain}"[:63]
+
+
+def plain_names(names: Iterable[str]) -> dict[str, str]:
+    """Each name with its :func:`plain_name`, and a number behind it where another one has that already."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in dict.fromkeys(names):
+        short, count = plain_name(name), 1
+        while short in taken:
+            count += 1
+            end = f"_{count}"
+            short = plain_name(name)[: 63 - len(end)] + end
+        found[name] = short
+        taken.add(short)
+    return found
 
 
 def _csv(data: xr.Dataset | Columns, path: Path) -> None:

@@ -17,6 +17,8 @@ from hydrocrane.files.columns import TIME, Columns
 if TYPE_CHECKING:
     import xarray as xr
     from openpyxl import Workbook
+    from openpyxl.cell import WriteOnlyCell
+    from openpyxl.worksheet._write_only import WriteOnlyWorksheet
 
 # Limits of a sheet, including the row of names, and of a cell.
 MOST_ROWS, MOST_COLUMNS, LONGEST = 1_048_576, 16_384, 32_767
@@ -40,18 +42,28 @@ def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
 def _fill(book: Workbook, columns: Columns, names: list[str], path: Path) -> None:
     sheet = book.create_sheet("data")
     sheet.freeze_panes = "B2"
-    sheet.append([titled(columns, name) for name in names])
+    sheet.append([_text(sheet, titled(columns, name)) for name in names])
     for row in np.stack([columns[name].values for name in names], axis=-1).tolist():
         sheet.append([value if np.isfinite(value) else None for value in row])
     about = book.create_sheet("about")
     about.append(["name", "unit", "meaning"])
     for name in names:
         told = columns[name].attrs
-        about.append([name, str(told.get("units", "")), str(told.get("long_name", ""))])
+        about.append([_text(about, str(text)) for text in (name, told.get("units", ""), told.get("long_name", ""))])
     about.append([])
     for key, value in columns.attrs.items():
-        about.append([key, value if isinstance(value, float) else str(value)[:LONGEST]])
+        about.append([_text(about, str(key)), value if isinstance(value, float) else _text(about, str(value))])
     book.save(path)
+
+
+def _text(sheet: WriteOnlyWorksheet, text: str) -> WriteOnlyCell:
+    """A cell that holds a text, never a formula."""
+    from openpyxl.cell import WriteOnlyCell
+    from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
+
+    cell = WriteOnlyCell(sheet, ILLEGAL_CHARACTERS_RE.sub("\ufffd", text)[:LONGEST])
+    cell.data_type = "s"
+    return cell
 
 
 @contextmanager

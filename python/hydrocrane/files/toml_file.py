@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import tomllib
 from datetime import date, datetime, time
 from pathlib import Path
@@ -54,6 +56,11 @@ def parsed(text: str, where: str) -> TomlTable:
         if not level:
             return content
     raise deep
+
+
+def toml_key(name: str) -> str:
+    """A name as a key: in quotes where it is no bare one."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
 
 
 def _parts(whole: TomlValue) -> list[TomlValue]:

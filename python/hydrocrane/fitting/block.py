@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hydrocrane.identification.block import interval, signature
+from hydrocrane.identification.block import comment, interval, signature
 from hydrocrane.machine.machine import Machine
 
 
@@ -22,8 +22,8 @@ def block(
     """Tables of the keys in `known`, with their values in `machine`, class ``fitted``, source and intervals, SI."""
     names = ", ".join(dict.fromkeys(logs))
     source = json.dumps(f"{names}; fit of a {motion} motion, {signature(date)}", ensure_ascii=False)
-    lines = [f"# Fitted to {names}; put it beside the machine file and add it to `include`."]
-    lines += [f"# warning: {warning}" for warning in warnings]
+    lines = [comment(f"Fitted to {names}; put it beside the machine file and add it to `include`.")]
+    lines += [comment(f"warning: {warning}") for warning in warnings]
     tables: dict[str, list[str]] = {}
     for path in dict.fromkeys(key.partition("[")[0] for key in known):
         table, _, name = path.rpartition(".")

@@ -4,31 +4,26 @@ from __future__ import annotations
 
 import datetime
 import json
-import re
 
 import numpy as np
 
-from hydrocrane.errors import InputError
+from hydrocrane.arrays import checked_name
+from hydrocrane.errors import printable
+from hydrocrane.files.toml_file import toml_key
 
 
-def checked_name(name: str) -> str:
-    """A name that can head a table of a machine file."""
-    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-        nearest = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")
-        raise InputError(
-            f"`{name}` cannot be the name of a table [friction.<name>]: letters, digits, - and _ can"
-            + (f"; take `{nearest}`" if nearest else "")
-        )
-    return name
+def comment(text: str) -> str:
+    """A line of comment, whatever the names in it hold."""
+    return f"# {printable(' '.join(text.splitlines()))}"
 
 
 def head(name: str, cylinder: str, source: str, model: str) -> list[str]:
     """The first lines of the block of a fit."""
     return [
-        f"[friction.{checked_name(name)}]",
+        f"[friction.{toml_key(checked_name('the name of a friction table', name))}]",
         'class = "fitted"',
         f"source = {json.dumps(source, ensure_ascii=False)}",
-        f"cylinder = {json.dumps(cylinder)}",
+        f"cylinder = {json.dumps(cylinder, ensure_ascii=False)}",
         f"model = {json.dumps(model)}",
     ]
 

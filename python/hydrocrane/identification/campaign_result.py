@@ -12,7 +12,7 @@ from pathlib import Path
 from hydrocrane.arrays import brief
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import write_text
-from hydrocrane.identification.block import head, interval, parameter_row, signature
+from hydrocrane.identification.block import comment, head, interval, parameter_row, signature
 from hydrocrane.identification.comparison import FrictionComparison
 from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
 from hydrocrane.identification.records import STEADY, Record, name_of
@@ -251,16 +251,16 @@ def _friction_file(found: Identification, cylinder: str, *, date: str = "", file
 
 def _preface(found: Identification, cylinder: str, file_name: str) -> list[str]:
     lines = [
-        f"# Friction of the cylinder `{cylinder}`, identified on {found.rig.name}. A machine file takes it over with",
-        f"#     include = [{json.dumps(file_name, ensure_ascii=False)}]",
-        "# above its first table. Comments hold 95 % intervals.",
+        f"Friction of the cylinder `{cylinder}`, identified on {found.rig.name}. A machine file takes it over with",
+        f"    include = [{json.dumps(file_name, ensure_ascii=False)}]",
+        "above its first table. Comments hold 95 % intervals.",
     ]
     if not _bristles(found):
         lines.append(
-            '# The bristles were not identified; without `model = "static"` those of the including file stay in use.'
+            'The bristles were not identified; without `model = "static"` those of the including file stay in use.'
         )
-    lines += [f"# Not finished: {stage.name}: {stage.message}" for stage in found.failures]
-    return [line.replace("\n", " ") for line in lines]
+    lines += [f"Not finished: {stage.name}: {stage.message}" for stage in found.failures]
+    return [comment(line) for line in lines]
 
 
 def _dynamic_names(found: Identification) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrocrane.errors import InputError, ResultFileError, nearest
-from hydrocrane.files.datasets import plain_name
+from hydrocrane.files.datasets import plain_name, plain_names
 from hydrocrane.files.whole_file import write_text, written_whole
 
 if TYPE_CHECKING:
@@ -33,9 +33,9 @@ def state_space(model: Matrices) -> control.StateSpace:
         model.B,
         model.C,
         model.D,
-        states=[plain_name(name) for name in model.state_names],
-        inputs=[plain_name(name) for name in model.input_names],
-        outputs=[plain_name(name) for name in model.output_names],
+        states=list(plain_names(model.state_names).values()),
+        inputs=list(plain_names(model.input_names).values()),
+        outputs=list(plain_names(model.output_names).values()),
         name=plain_name(model.machine),
     )
 

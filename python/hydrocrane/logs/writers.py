@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +15,7 @@ from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.datasets import frame, require_library, write_matlab
 from hydrocrane.files.mdf import write_mdf
 from hydrocrane.files.netcdf import write_netcdf
+from hydrocrane.files.toml_file import toml_key
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.logs.table import plain_facts
 
@@ -45,14 +46,11 @@ def _csv(data: xr.Dataset, path: Path) -> None:
     table = frame(data)
     units = [table.attrs["units"][name] or "-" for name in table.columns]
     with path.open("w", encoding="utf-8", newline="\n") as stream:
-        stream.writelines(f"# {_key(str(name))} = {json.dumps(value)}\n" for name, value in data.attrs.items())
-        stream.write(",".join(map(str, table.columns)) + "\n" + ",".join(units) + "\n")
+        facts = ((toml_key(str(name)), json.dumps(value, ensure_ascii=False)) for name, value in data.attrs.items())
+        stream.writelines(f"# {name} = {value}\n" for name, value in facts)
+        heads = ([" ".join(str(cell).split()) for cell in cells] for cells in (table.columns, units))
+        csv.writer(stream, lineterminator="\n").writerows(heads)
         table.to_csv(stream, index=False, header=False, lineterminator="\n")
-
-
-def _key(name: str) -> str:
-    """A key of TOML, bare if possible."""
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name)
 
 
 def _hdf5(data: xr.Dataset, path: Path) -> None:

@@ -6,7 +6,6 @@ Reading the numbers gives the same bits.
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -15,6 +14,8 @@ from hydrocrane import _core
 
 Part: TypeAlias = "Record | list[Part] | str | float | bool | None"
 _TOKEN = re.compile(r'\s*("(?:[^"\\]|\\.)*"|[A-Za-z_]\w*|-?(?:inf|NaN|[\d.]+(?:e-?\d+)?)|[{}()\[\],:])')
+# In texts.
+_ESCAPED = re.compile(r"\\(?:u\{(\w+)\}|(.))")
 _WORDS: dict[str, Part] = {"true": True, "false": False, "None": None, "inf": float("inf"), "NaN": float("nan")}
 
 
@@ -79,7 +80,7 @@ def _part(tokens: list[str], at: int) -> tuple[Part, int]:
     """The part that begins at a token, and the begin of the next one."""
     word = tokens[at]
     if word[0] == '"':
-        return json.loads(word), at + 1
+        return _ESCAPED.sub(_unescaped, word[1:-1]), at + 1
     if word == "[":
         return _items(tokens, at + 1, "]")
     if word in _WORDS:
@@ -111,3 +112,10 @@ def _items(tokens: list[str], at: int, close: str) -> tuple[list[Part], int]:
         items.append(item)
         at += tokens[at] == ","
     return items, at + 1
+
+
+def _unescaped(escape: re.Match[str]) -> str:
+    """A character that Rust does not print as it is: of control, or a mark at the beginning of a text."""
+    if escape[1]:
+        return chr(int(escape[1], 16))
+    return {"n": "\n", "r": "\r", "t": "\t", "0": "\0"}.get(escape[2], escape[2])

@@ -34,5 +34,7 @@ def _plain(key: str, value: object) -> Override:
         except OverflowError:
             raise InputError(f"override `{key}` is a whole number beyond 1.8e308; give a smaller one") from None
     if isinstance(value, list | tuple | np.ndarray):
+        if any(isinstance(item, list | tuple | np.ndarray) for item in value):
+            raise InputError(f"override `{key}` is a list with lists in it; give numbers or texts")
         return [_plain(key, item) for item in value]
     raise InputError(f"override `{key}` must be a number (SI), a string with its unit, a bool or a list; got {value!r}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import wraps
@@ -16,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.ticker import LogFormatter
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.whole_file import written_whole
@@ -51,6 +53,9 @@ RC: Any = {
     "grid.color": GRID,
     "grid.linewidth": 0.8,
     "text.color": INK,
+    # Texts come from files: dollar signs in them are no formulas, neither matplotlib's nor TeX's.
+    "text.parse_math": False,
+    "text.usetex": False,
     "xtick.color": INK,
     "ytick.color": INK,
     "xtick.major.size": 3,
@@ -81,6 +86,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
     ".pdf": {"metadata": {"CreationDate": None}},
 }
 SAME_EVERY_TIME: Any = {"svg.hashsalt": "hydrocrane"}
+# Characters that no XML holds.
+NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 P = ParamSpec("P")
 
@@ -96,7 +103,7 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
     @wraps(make)
     def in_style(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with mpl.rc_context(RC):
-            made = shown_once(make(*args, **kwargs))
+            made = shown_once(_with_plain_decades(make(*args, **kwargs)))
             shows_at_once = mpl.is_interactive()
         # The first figure loads the backend. That of notebooks then switches interactive mode on, which the context
         # must not undo.
@@ -104,6 +111,14 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
         return made
 
     return in_style
+
+
+def _with_plain_decades(fig: Figure) -> Figure:
+    """Numbers at logarithmic axes without powers of ten, which are formulas."""
+    for axis in (axis for axes in fig.axes for axis in (axes.xaxis, axes.yaxis) if axis.get_scale() == "log"):
+        axis.set_major_formatter(LogFormatter())
+        axis.set_minor_formatter(LogFormatter(labelOnlyBase=False))
+    return fig
 
 
 def shown_once(fig: Figure) -> Figure:
@@ -176,6 +191,9 @@ def write(fig: Figure, path: Path) -> Path:
     options = OPTIONS.get(path.suffix.lower(), {})
     with written_whole(path) as beside, laid_out(fig) if once else nullcontext(), mpl.rc_context(SAME_EVERY_TIME):
         fig.savefig(beside, **options)
+        if path.suffix.lower() == ".svg":
+            text = beside.read_text(encoding="utf-8")
+            beside.write_text(NO_XML.sub("\ufffd", text), encoding="utf-8", newline="")
     return path
 
 

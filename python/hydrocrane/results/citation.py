@@ -109,7 +109,7 @@ def cite(subject: MachineLike | Record) -> str:
         if method in _OWN_METHODS:
             noted.append(f"% integrated by {method}, a method of hydrocrane that is based on {_METHODS[method]}")
     sources = sorted({source for _, _, source in machine.provenance if source})
-    noted += [f"% values of {machine.name}: {source}" for source in sources]
+    noted += [f"% values of {machine.name}: {' '.join(source.split())}" for source in sources]
     return "\n\n".join([_software(), *(ENTRIES[key] for key in keys), *(["\n".join(noted)] if noted else [])])
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 from hydrocrane import _core
 from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
-from hydrocrane.errors import InputError
+from hydrocrane.errors import InputError, translated
 from hydrocrane.machine.overrides import Override
 from hydrocrane.scenario.changes import ScenarioFields
 
@@ -63,7 +63,8 @@ def check_equal(field: str, value: float | str | None, unit: str, key: str, over
     """Raises an error if `value` (SI, or a text with its unit) of `field` and the override of `key` differ."""
     if value is None or key not in overrides:
         return
-    wrong = _core.contradiction(value, unit, key, overrides[key])
+    with translated():
+        wrong = _core.contradiction(value, unit, key, overrides[key])
     if wrong is not None:
         raise InputError(f"`{field}` {wrong}; omit one")
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, brief, scenario_quantity, seed_number
+from hydrocrane.arrays import Array, brief, checked_line, checked_name, scenario_quantity, seed_number
 from hydrocrane.control.controllers import AnyController, check_controller
 from hydrocrane.control.joystick import MODES_OF, Joystick
 from hydrocrane.errors import InputError, nearest, translated
@@ -79,7 +79,7 @@ class Scenario:
     solver : Solver
         Method of integration and its tolerances.
     name, title : str
-        Name in results and charts; what the scenario shows, in a few words.
+        Name of results, letters, digits, ``-``, ``_`` and ``.``; what the scenario shows, in a few words.
     seed : int
         Of everything drawn at random.
     controller : str or object, optional
@@ -160,6 +160,8 @@ class Scenario:
         def __init__(self, **fields: Unpack[ScenarioFields]) -> None: ...
 
     def __post_init__(self) -> None:
+        checked_name("the name of a scenario", self.name)
+        checked_line("the title of a scenario", self.title)
         object.__setattr__(self, "goals", in_order_of_time(self.goals, Goal, "goals", "are given"))
         self._check_loop()
         object.__setattr__(self, "phases", in_order_of_time(self.phases, Phase, "phases", "begin"))

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, cast
 
-from hydrocrane.errors import InputError, nearest
+from hydrocrane import _core
+from hydrocrane.arrays import checked_name
+from hydrocrane.errors import InputError, nearest, translated
 from hydrocrane.files.toml_file import TomlTable, TomlValue, read_toml
 from hydrocrane.machine.overrides import Override
 from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.scenario_file import bundled_scenarios
+from hydrocrane.studies.key import COMMAND_LOG, SUPPLY_LOG
 from hydrocrane.studies.study import Study
 
 TABLES = ("study", "keys", "overrides")
@@ -58,7 +61,8 @@ def load_study(path: str | PathLike[str]) -> StudyFile:
     2
     """
     file = Path(path)
-    content = read_toml(file, "study file")
+    with translated():
+        content = read_toml(file, "study file")
     _known(file, "", content, TABLES)
     for table in ("study", "keys"):
         if not isinstance(content.get(table), dict):
@@ -71,13 +75,36 @@ def load_study(path: str | PathLike[str]) -> StudyFile:
             raise InputError(f"{file}: study.{key} must be of the type {words}; got {value!r}")
     if "scenario" not in about:
         raise InputError(f'{file}: [study] needs scenario = "..."; bundled: {", ".join(bundled_scenarios())}')
-    name = about.get("name", file.stem)
+    name = checked_name(f"{file}: study.name", about["name"]) if "name" in about else file.stem
     given = {key: value for key, value in about.items() if key not in ("name", "store")}
+    keys = _flat(_table(content, "keys"))
+    _check_paths(file, {f"study.{key}": [about.get(key)] for key in ("scenario", "machine")})
+    _check_paths(file, {key: keys.get(key) for key in (COMMAND_LOG, SUPPLY_LOG)})
     given |= {key: _beside(file, about[key]) for key in ("scenario", "machine") if key in about}
     overrides = _flat(_table(content, "overrides"))
     changes: RunChanges = {"overrides": cast("Mapping[str, Override]", overrides)} if overrides else {}
-    study = Study(keys=_flat(_table(content, "keys")), changes=changes, **given)
-    return StudyFile(name, study, Path(about.get("store", f"{name}.zarr")))
+    study = Study(keys=keys, changes=changes, **given)
+    return StudyFile(name, study, _store(file, about.get("store", f"{name}.zarr")))
+
+
+def _check_paths(file: Path, named: Mapping[str, object]) -> None:
+    """Refuses paths that a file may not name, as machine and scenario files do."""
+    for key, paths in named.items():
+        for path in paths if isinstance(paths, list) else ():
+            fault = _core.path_fault(path) if isinstance(path, str) else None
+            if fault is not None:
+                raise InputError(f"{file}: {key} is `{path}`, which {fault}")
+
+
+def _store(file: Path, name: str) -> Path:
+    """A folder for the results below the present one: a file that somebody sent shall not choose another."""
+    for system in (PurePosixPath(name), PureWindowsPath(name)):
+        if system.anchor or ".." in system.parts:
+            raise InputError(
+                f"{file}: study.store is `{name}`, which leads out of the present folder; leave it out, and give "
+                "another folder by --store"
+            )
+    return Path(name)
 
 
 def _table(content: TomlTable, name: str) -> TomlTable:

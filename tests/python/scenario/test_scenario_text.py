@@ -81,8 +81,8 @@ def drawn(seed):
         "payload_changes": {float(t): float(rng.uniform(0, 100)) for t in times(0.1)} if rng.random() < 0.5 else {},
         "overrides": {"supply.pressure": "100 bar", "friction.lift.coulomb": [float(rng.uniform(50, 200)), 120.0]},
         "seed": int(rng.integers(0, 2**53)),
-        "name": f'drawn {seed} "quoted"',
-        "title": "back\\slash, \t and ä",
+        "name": f"drawn-{seed}-ä",
+        "title": 'back\\slash, "quoted" and ä',
         "solver": hc.Solver("hc-rosenbrock-3", step=float(rng.uniform(1e-3, 5e-3)))
         if rng.random() < 0.5
         else hc.Solver("rodas5p", rtol=float(rng.uniform(1e-8, 1e-3)), atol=None, max_step=0.02),

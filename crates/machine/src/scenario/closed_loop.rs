@@ -283,11 +283,11 @@ fn check_shares(field: &Field, shares: &[f64]) -> Result<()> {
 /// Deflections from a log; a log that is no text is read by the caller.
 fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
     let (name, interpolation) = (field.text()?, Interpolation::Linear);
+    let wrong = |(kind, message, cure): Problem| field.error(kind, message).help(cure);
     if !is_text(name) {
         let (time, axes, precision) = (Vec::new(), vec![Vec::new(); axes.len()], Vec::new());
-        return Ok(Deflections { time, axes, precision, log: Some(files.beside(name)), interpolation });
+        return Ok(Deflections { time, axes, precision, log: Some(files.beside(name).map_err(wrong)?), interpolation });
     }
-    let wrong = |(kind, message, cure): Problem| field.error(kind, message).help(cure);
     let log = Log::open(name, None, files).map_err(wrong)?;
     let mut deflections = Vec::new();
     let mut found = false;

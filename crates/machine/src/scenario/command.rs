@@ -131,7 +131,7 @@ impl CommandLog {
     /// # Errors
     /// An error of the log.
     pub fn commands(&self, cylinders: &[&str]) -> Result<Vec<SpoolCommand>> {
-        self.read(cylinders, &Files::default()).map_err(|(kind, message, cure)| {
+        self.read(cylinders, &Files::of_a_caller()).map_err(|(kind, message, cure)| {
             MachineError::new(kind, Location::Source(self.name.clone()), message).help(cure)
         })
     }

@@ -1,19 +1,21 @@
 //! Logs that a scenario names: text files with columns, beside the scenario or passed with it.
 
 use crate::columns::{Columns, Problem};
-use crate::document::LONGEST_TEXT;
+use crate::disk;
 use crate::errors::ErrorKind;
 use crate::load::given;
+use crate::nearest::suggestion;
 use crate::quantities::TIME;
 use crate::units::Quantity;
-use std::io::Read;
 use std::path::Path;
 
 /// Places of the files that a scenario names.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct Files<'a> {
-    /// The scenario's own; `None`: it is bundled, or a text in memory.
+    /// The scenario's own; `None`: it is bundled, or a text in memory, and opens none.
     pub folder: Option<&'a Path>,
+    /// Whether a caller names the files, who may also name what lies in a network.
+    pub of_a_caller: bool,
     /// Names and texts that were passed with it.
     pub given: &'a [(String, String)],
 }
@@ -29,9 +31,18 @@ pub fn is_text(name: &str) -> bool {
 }
 
 impl Files<'_> {
+    /// Those of somebody who names them by path.
+    pub fn of_a_caller() -> Self {
+        Files { folder: Some(Path::new("")), of_a_caller: true, given: &[] }
+    }
+
     /// A path relative to the scenario file.
-    pub fn beside(&self, name: &str) -> String {
-        self.folder.map_or_else(|| name.into(), |folder| folder.join(name).display().to_string())
+    pub fn beside(&self, name: &str) -> Result<String, Problem> {
+        let Some(folder) = self.folder else { return Ok(name.into()) };
+        match disk::path_fault(name).filter(|_| !self.of_a_caller) {
+            None => Ok(folder.join(name).display().to_string()),
+            Some((fault, cure)) => Err((ErrorKind::UnreadableFile, format!("`{name}` {fault}"), cure)),
+        }
     }
 
     /// The text that was passed under this name.
@@ -39,19 +50,21 @@ impl Files<'_> {
         given(self.given, name).map(|(_, text)| text.as_str())
     }
 
-    /// The text of the file `name`, or the reason why it cannot be read.
-    fn text(&self, name: &str) -> std::result::Result<String, String> {
+    /// The text of the file `name`.
+    fn text(&self, name: &str) -> Result<String, Problem> {
         if let Some(text) = self.given(name) {
             return Ok(text.into());
         }
-        let mut bytes = Vec::new();
-        let file = std::fs::File::open(self.beside(name));
-        let read = file.and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes));
-        read.map_err(|error| format!("`{name}` cannot be read: {error}"))?;
-        if bytes.len() > LONGEST_TEXT {
-            return Err(format!("`{name}` is longer than {} MiB", LONGEST_TEXT >> 20));
+        let wrong = |what: String| {
+            (ErrorKind::UnreadableFile, format!("`{name}` {what}"), "check the name and the folder".into())
+        };
+        if self.folder.is_none() {
+            let cure = format!("choose `{name}` together with the file that names it");
+            return Err((ErrorKind::UnreadableFile, format!("`{name}` is not among the files at hand"), cure));
         }
-        String::from_utf8(bytes).map_err(|_| format!("`{name}` is not UTF-8 text"))
+        let bytes =
+            disk::read(Path::new(&self.beside(name)?)).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+        String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text".into()))
     }
 }
 
@@ -70,10 +83,10 @@ impl Log {
             let cure = format!("save it as CSV; suffixes of texts are {}", TEXTS.join(", "));
             return Err((ErrorKind::UnreadableFile, message, cure));
         }
-        let unreadable = |message| (ErrorKind::UnreadableFile, message, "check the name and the folder".to_string());
-        let columns = Columns::read(&files.text(name).map_err(unreadable)?)?;
+        let columns = Columns::read(&files.text(name)?)?;
         let names = time.map_or_else(|| TIMES.to_vec(), |time| vec![time]);
-        let time = columns.column(columns.index(&names, "the times")?, None, &TIME.quantity())?;
+        let index = columns.find(&names).ok_or_else(|| without_times(&columns, names[0]))?;
+        let time = columns.column(index, None, &TIME.quantity())?;
         if time.is_empty() {
             let cure = "give a line of numbers for each time".to_string();
             return Err((ErrorKind::BadSeries, "the log has no rows".into(), cure));
@@ -107,4 +120,13 @@ impl Log {
         let cure = format!("name its columns {}, or state which is which", wanted.join(", "));
         (ErrorKind::UnknownReference, message, cure)
     }
+}
+
+/// The error of a log without times. That may be any file, whose first line is not for those who named it: only a near name is told.
+fn without_times(columns: &Columns, wanted: &str) -> Problem {
+    let message = format!("the log has no column `{wanted}` for the times");
+    let near =
+        Some(suggestion(wanted, columns.names.iter().map(String::as_str))).filter(|near| near.starts_with("did"));
+    let cure = near.unwrap_or_else(|| "is it a log? Call the column `time`, or state its name".into());
+    (ErrorKind::UnknownReference, message, cure)
 }

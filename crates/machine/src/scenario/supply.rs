@@ -124,7 +124,7 @@ impl SupplyLog {
     /// # Errors
     /// An error of the log.
     pub fn pressure(&self) -> Result<SupplyPressure> {
-        self.read(&Files::default()).map_err(|(kind, message, cure)| {
+        self.read(&Files::of_a_caller()).map_err(|(kind, message, cure)| {
             MachineError::new(kind, Location::Source(self.name.clone()), message).help(cure)
         })
     }

@@ -15,16 +15,20 @@ use crate::reader::{Log, Reader};
 /// # Panics
 /// If no quantity is declared there.
 pub fn check_quantity(key: &str, value: f64) -> Result<()> {
-    let mut tree = Node { place: Place::Override(key.into()), kind: NodeKind::Table(Vec::new()) };
-    apply_override(&mut tree, &Override::from_caller(&(key.to_string(), OverrideValue::Number(value))))?;
+    let place = Place::Override(key.into());
+    let mut tree = Node { place: place.clone(), kind: NodeKind::Table(Vec::new()) };
+    // A table in which any name may stand has one.
+    let named = key.replace("<name>", "any");
+    apply_override(&mut tree, &Override { key: named.clone(), value: OverrideValue::Number(value), place })?;
     let log = Log::new(false);
     let root = Reader::root(&tree, keys::SCENARIO, &log)?;
     let quantity = |table: &Reader, key: &str| table.quantity::<f64>(key).map(drop);
-    match key.split('.').collect::<Vec<_>>()[..] {
+    let read = match named.split('.').collect::<Vec<_>>()[..] {
         [table, key] => quantity(&root.table_or_empty(table)?, key),
         [tables, _, key] => root.named_tables(tables)?.iter().try_for_each(|(_, table)| quantity(table, key)),
         _ => panic!("`{key}` is not in any table"),
-    }
+    };
+    read.map_err(|error| error.at_key(key))
 }
 
 /// The choices that are declared at `key`; of a key below a table with a name of its own, `table.<name>.key`.

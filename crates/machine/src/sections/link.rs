@@ -1,6 +1,6 @@
 //! `[link.<name>]`: points, mass properties, further bodies fixed on the link.
 
-use crate::document::join;
+use crate::document::{check_name, join, Node};
 use crate::errors::ErrorKind;
 use crate::model::{InertiaAbout, Link, Point};
 use crate::number::Number;
@@ -49,7 +49,11 @@ fn read_link<T: Number>(index: usize, name: &str, table: &Reader) -> Result<Link
 
 fn points<T: Number>(index: usize, table: &Reader) -> Result<Vec<Point<T>>> {
     let Some(names) = table.names("point")? else { return Ok(Vec::new()) };
-    names.keys().map(|name| Ok(Point { link: index, name: name.into(), position: names.point(name)? })).collect()
+    let point = |(name, node): (&str, &Node)| {
+        check_name(name, &join(&names.path, name), &node.place)?;
+        Ok(Point { link: index, name: name.into(), position: names.point(name)? })
+    };
+    names.nodes().map(point).collect()
 }
 
 /// The link's own mass, centre of gravity and inertia; the inertia of a fixed base may be left out.

@@ -58,8 +58,8 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
     priority::read(&root, &cylinders, &mut supply)?;
 
     let mut machine = Machine {
-        name: head.text("name")?.into(),
-        title: head.text_or("title", "")?.into(),
+        name: head.name("name")?.into(),
+        title: head.line("title")?.into(),
         description: head.text_or("description", "")?.into(),
         gravity: gravity(&root)?,
         tip: reference::point(&head.required("tip", "a point as \"link.point\"")?, &links)?,

@@ -2,6 +2,7 @@
 
 mod bad_files;
 mod bounds;
+mod closed_doors;
 mod closed_loop;
 mod command_log;
 mod ground;
