@@ -32,7 +32,7 @@ mod whole;
 pub use bundled::{bundled_machines, bundled_scenarios};
 pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
 pub use keys::{Key, CONTROLLERS, PLAUSIBILITY};
-pub use load::{load, parse, whole_text, whole_text_of, Template};
+pub use load::{load, parse, tables_of, whole_text, whole_text_of, Template};
 pub use merge::OverrideValue;
 pub use model::Machine;
 pub use nearest::suggestion;
