@@ -58,10 +58,8 @@ class Walk:
         """
         self._objects += more
         if self._objects > MOST_OBJECTS or level > DEEPEST:
-            most = (
-                f"more than {MOST_OBJECTS} members" if level <= DEEPEST else f"members more than {DEEPEST} levels deep"
-            )
-            raise ResultFileError(f"{self.path} has {most}; export the signals alone")
+            most = f"{MOST_OBJECTS} members" if level <= DEEPEST else f"{DEEPEST} levels of groups"
+            raise ResultFileError(f"{self.path} has more than {most}; export the signals alone")
 
     def fixed(self, dataset: h5py.Dataset) -> bool:
         """Whether the values of a dataset can be read: they are here, not too many, and each has a fixed length.

@@ -19,8 +19,8 @@ from hydrocrane.logs.table import Table, plain_facts
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # MATLAB writes its own text header in front of the HDF5 part.
 _SIGNATURE_PLACES = (0, 512, 1024, 2048)
-# Of version 5: length of the header, kinds of elements, and most of them, of which SciPy takes some seconds for a million;
-# classes of arrays with others in them; bytes of a number by kind.
+# Of version 5: length of the header, kinds of elements, and most of them: SciPy takes some seconds for a million. Then
+# classes of arrays with others in them, and bytes of a number by kind.
 _HEADER, _MATRIX, _PACKED, MOST_ELEMENTS = 128, 14, 15, 2**20
 _NESTING = (1, 2, 3)
 _WIDTHS = {3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}

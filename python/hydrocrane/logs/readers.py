@@ -87,10 +87,10 @@ def _mdf(path: Path) -> Table:
     with readable(path, "an MDF file that can be read"), reader(path) as stored:
         about = _header_facts(stored.header.description)
         signals = list(stored.iter_channels())
-    readable = [s for s in signals if s.samples.dtype.kind in "buif" and s.samples.ndim == 1 and len(s.timestamps)]
-    if not readable:
+    plain = [s for s in signals if s.samples.dtype.kind in "buif" and s.samples.ndim == 1 and len(s.timestamps)]
+    if not plain:
         return Table({})
-    time = max((signal.timestamps for signal in readable), key=len).astype(np.float64)
+    time = max((signal.timestamps for signal in plain), key=len).astype(np.float64)
     table = Table({"time": time}, {"time": "s"}, about=about)
     for signal in signals:
         if not len(signal.timestamps):

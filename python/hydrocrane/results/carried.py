@@ -37,8 +37,8 @@ def made(about: Attributes, carried: Attributes) -> Machine:
     """
     if TEXT not in carried:
         raise ResultFileError(
-            f"this run carries no machine ({about.get('source', 'of an unknown program')} saved none with it); its data "
-            "can still be read, and hydrocrane.Run(data, machine) takes a machine"
+            f"this run carries no machine, because {about.get('source', 'another program')} saved none with it; its "
+            "data can still be read, and hydrocrane.Run(data, machine) takes a machine"
         )
     text = str(carried[TEXT])
     if carried.get(DIGEST) != _digest(text):

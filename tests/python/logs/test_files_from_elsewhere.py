@@ -1,4 +1,4 @@
-"""Files that others made, to harm or by accident: one clear error, soon and in little memory, and no other file's bytes."""
+"""Files that others made, to harm or by accident: one error, soon and in little memory, and no other file's bytes."""
 
 from __future__ import annotations
 
@@ -231,7 +231,7 @@ def test_what_hdf5_could_do(make, suffix, tmp_path, soon, monkeypatch):
     path = tmp_path / f"log{suffix}"
     with h5py.File(path, "w", libver="latest") as file:
         make(file, tmp_path)
-    words = "in another file" if make in OUTSIDE else "numbers, more than|members|levels deep"
+    words = "in another file" if make in OUTSIDE else "numbers, more than|members|levels of groups"
     with pytest.raises(hc.ResultFileError, match=words):
         hc.read_log(path)
     with pytest.raises(hc.ResultFileError, match=words):
@@ -250,7 +250,7 @@ def test_each_group_is_read_once(make, suffix, tmp_path, soon):
 
 
 def test_a_text_that_is_no_text_and_references_in_a_circle(tmp_path):
-    for make, words in [(wrong_class, "states that it is a text"), (references, "members|levels deep")]:
+    for make, words in [(wrong_class, "states that it is a text"), (references, "members|levels of groups")]:
         path = tmp_path / f"{make.__name__}.mat"
         with h5py.File(path, "w") as file:
             make(file, tmp_path)
