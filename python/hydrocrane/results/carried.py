@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Any
+from collections.abc import MutableMapping
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.columns import Attributes
@@ -22,7 +22,7 @@ def statement(machine: Machine) -> Attributes:
     return {TEXT: text, DIGEST: _digest(text)}
 
 
-def taken_out(about: dict[Any, Any]) -> Attributes:
+def taken_out(about: MutableMapping[str, object]) -> Attributes:
     """What a run carries, taken out of the attributes of its file."""
     return {name: str(about.pop(name)) for name in (TEXT, DIGEST) if name in about}
 

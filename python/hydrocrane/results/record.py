@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.columns import Attributes, Columns
@@ -123,7 +123,7 @@ class Record:
     @property
     def events(self) -> tuple[Event, ...]:
         """Events in order of time: errors of a controller, loads picked up and released, warnings."""
-        own = [Event(float(time), str(text)) for time, text in self._list("events")]
+        own = [Event(float(time), str(text)) for time, text in json.loads(str(self._attrs.get("events", "[]")))]
         doubts = [Event(warning.time, f"warning: {warning}", warning.kind) for warning in self.warnings]
         return tuple(sorted([*own, *doubts], key=lambda event: event.time))
 
@@ -147,7 +147,7 @@ class Record:
     @property
     def payload_changes(self) -> tuple[PayloadChange, ...]:
         """Loads picked up and released, in order of time; rows at such a time have the state before it."""
-        return tuple(PayloadChange.of(entry) for entry in self._list("payload_changes"))
+        return tuple(PayloadChange.of(entry) for entry in json.loads(str(self._attrs.get("payload_changes", "[]"))))
 
     @property
     def machine(self) -> Machine:
@@ -165,7 +165,7 @@ class Record:
             self._carried = statement(self._machine)
         return self._held.assign_attrs(self._carried)
 
-    def check(self, source: str) -> None:
+    def _check(self, source: str) -> None:
         """An error if something that the record says about itself cannot be understood.
 
         Raises
@@ -183,16 +183,15 @@ class Record:
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints from the base to the tip."""
-        return tuple(map(str, self._list("joint_names")))
+        return self._names("joint_names")
 
     @property
     def cylinder_names(self) -> tuple[str, ...]:
         """Names of the cylinders; cylinder i moves joint i."""
-        return tuple(map(str, self._list("cylinder_names")))
+        return self._names("cylinder_names")
 
-    def _list(self, name: str) -> list[Any]:
-        """An attribute that is a list; without it an empty one."""
-        found = json.loads(str(self._attrs.get(name, "[]")))
+    def _names(self, attribute: str) -> tuple[str, ...]:
+        found = json.loads(str(self._attrs[attribute]))
         if not isinstance(found, list):
             raise TypeError(f"not a list but {found!r}")
-        return found
+        return tuple(map(str, found))

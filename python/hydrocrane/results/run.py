@@ -54,7 +54,7 @@ class Run(Record):
         """
         data = load_netcdf(Path(path))
         run = cls(data, carried=taken_out(data.attrs))
-        run.check(str(path))
+        run._check(str(path))
         return run
 
     def summary(self) -> str:

@@ -136,7 +136,7 @@ DEEP = "[" * 100_000
 DAMAGED = {
     "outcome": ["melted", None],
     "outcome_time": ["soon", None],
-    "events": ["[[0", "[1]", "{}", "5", '[["soon", 1]]', DEEP],
+    "events": ["[[0", "[1]", "5", '[["soon", 1]]', DEEP],
     "warnings": ["[[0", "[1]", '[{"kind": "a"}]', '[{"time": "b", "kind": "a", "text": "", "cure": ""}, 5]', DEEP],
     "payload_changes": ["[[0", "[1]", "[[1, [2], [3], 4]]", '[["a", ["b", 1], [[0, 0], [0, 0]], 1]]'],
     "learnt": ["[1]", '{"lift": [1]}', '{"lift": ["a", "b", "c", "d"]}', "5"],
@@ -156,7 +156,7 @@ def test_a_damaged_attribute_is_one_error(name, once):
         about = {**run.data.attrs, name: value}
         again = hc.Run(run.data.drop_attrs().assign_attrs({n: v for n, v in about.items() if v is not None}))
         with pytest.raises(hc.ResultFileError, match=f"^file: .*`({name}|outcome|events)` is missing or damaged"):
-            again.check("file")
+            again._check("file")
 
 
 def test_a_damaged_file_is_one_error_when_it_is_loaded(saved):
