@@ -23,7 +23,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-KINDS = ("study", "mapping", "log", "scenario")
+KINDS = (
+    "study", "mapping", "log", "scenario", "hdf5", "matlab", "packed", "run", "store", "line", "fmi"
+)  # fmt: skip
 # Processor time of an input (s), wall time after which its worker is ended whatever it does (s), and what a worker may
 # need beyond what it needs to begin (bytes).
 PATIENCE, LONGEST_WAIT, MEMORY = 5.0, 60.0, 2**30

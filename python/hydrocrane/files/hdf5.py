@@ -6,7 +6,7 @@ groups to each other in circles. None of it is followed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TypeAlias
 
@@ -20,6 +20,8 @@ Node: TypeAlias = "h5py.Group | h5py.Dataset"
 
 # Most groups, values and links that are visited, and most groups inside each other.
 MOST_OBJECTS, DEEPEST = 20_000, 50
+# Numbers that are read in the time that a chunk takes.
+CHUNK = 256
 # Most bytes of a single text or attribute.
 LONGEST = 2**24
 # Most texts without a fixed length in one attribute: each may be as long as the file.
@@ -75,9 +77,9 @@ class Walk:
             kind = dataset.dtype
         except TypeError:  # A type that NumPy does not have.
             return False
-        # Of a chunk, as it is unpacked, there may be more than of the values.
-        count = max(dataset.size or 0, int(np.prod(dataset.chunks or (0,), dtype=object)))
-        self._values += count * max(1, kind.itemsize // 8)
+        size, chunk = dataset.size or 0, int(np.prod(dataset.chunks or (0,), dtype=object))
+        # A chunk is unpacked whole, however few of its values count.
+        self._values += max(size, chunk) * max(1, kind.itemsize // 8) + (CHUNK * size // chunk if chunk else 0)
         check_values(self.path, self._values)
         return dataset.size is not None and (dataset.shape == () or _of_fixed_length(kind))
 
@@ -118,8 +120,34 @@ def _check_attributes(walk: Walk, node: Node) -> None:
     for name in node.attrs:
         stated = node.attrs.get_id(name)
         size = int(np.prod(stated.shape, dtype=object))
+        if name in SCALES and not SCALES[name](stated.dtype):
+            raise ResultFileError(f"{walk.path} is damaged: the attribute `{name}` of `{node.name}` is none of HDF5")
         if size * stated.dtype.itemsize > LONGEST or (size > MOST_TEXTS and not _of_fixed_length(stated.dtype)):
             raise ResultFileError(f"{walk.path} has an attribute `{plain(name)}` of {size} values; remove it")
+
+
+def _is_text(kind: np.dtype) -> bool:
+    return h5py.check_string_dtype(kind) is not None
+
+
+def _is_list(kind: np.dtype) -> bool:
+    """Whether values are lists of references."""
+    inner = h5py.check_vlen_dtype(kind)
+    return inner is not None and refers(inner)
+
+
+def _is_place(kind: np.dtype) -> bool:
+    """Whether values are a reference with a number, as HDF5 notes where a scale is used."""
+    parts = [part[0] for part in (kind.fields or {}).values()]
+    return len(parts) == 2 and refers(parts[0]) and parts[1].kind in "iu"
+
+
+# Attributes by which HDF5 finds dimensions, and what they are: it reads others as these, beyond their end.
+SCALES: Mapping[str, Callable[[np.dtype], bool]] = {
+    "DIMENSION_LIST": _is_list,
+    "REFERENCE_LIST": _is_place,
+    **dict.fromkeys(("DIMENSION_LABELS", "CLASS", "NAME"), _is_text),
+}
 
 
 def attributes(node: Node) -> Mapping[str, object]:

@@ -19,6 +19,8 @@ from hydrocrane.logs.table import Table, plain_facts
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # MATLAB writes its own text header in front of the HDF5 part.
 _SIGNATURE_PLACES = (0, 512, 1024, 2048)
+# SciPy looks up kinds and classes in tables without a look at their length.
+_KINDS = {*range(1, 8), 9, *range(12, 19)}
 # Of version 5: length of the header, kinds of elements, and most of them: SciPy takes some seconds for a million. Then
 # classes of arrays with others in them, and bytes of a number by kind.
 _HEADER, _MATRIX, _PACKED, MOST_ELEMENTS = 128, 14, 15, 2**20
@@ -68,6 +70,8 @@ def _count(raw: memoryview, order: str) -> tuple[int, int]:
     while at + 8 <= len(raw) and elements <= MOST_ELEMENTS:
         kind, size = struct.unpack_from(order, raw, at)
         elements += 1
+        if kind & 0xFFFF not in _KINDS:
+            raise ValueError(f"elements of the kind {kind & 0xFFFF}, which there is not")
         if kind == _MATRIX:
             elements += _stated_elements(raw[at + 8 : at + 8 + size], order)
             at += 8
@@ -81,7 +85,12 @@ def _count(raw: memoryview, order: str) -> tuple[int, int]:
 
 def _stated_elements(raw: memoryview, order: str) -> int:
     """The size that a cell array, structure or object states, for which SciPy makes room before it reads one."""
-    if len(raw) < 24 or struct.unpack_from(order, raw, 8)[0] & 0xFF not in _NESTING:
+    if len(raw) < 24:
+        return 0
+    kind = struct.unpack_from(order, raw, 8)[0] & 0xFF
+    if not 0 < kind < 20:
+        raise ValueError(f"an array of the class {kind}, which there is not")
+    if kind not in _NESTING:
         return 0
     size = min(struct.unpack_from(order, raw, 16)[1], len(raw) - 24)
     return math.prod(struct.unpack_from(f"{order[0]}{size // 4}i", raw, 24))

@@ -26,8 +26,8 @@ BLANK = " "
 DELIMITERS = ("\t", ";", ",", BLANK)
 COMMENTS = ("#", "%", "//")
 _LOOKED_AT = 50
-# Largest text, bytes, and most lines.
-LARGEST_TEXT, MOST_LINES = 2**28, 5_000_000
+# Largest text, bytes, most lines, and most letters of one.
+LARGEST_TEXT, MOST_LINES, LONGEST_LINE = 2**28, 5_000_000, 2**20
 # Most comments that are looked through for facts.
 _MOST_COMMENTS = 1000
 # 1.234 or 1,234, alone or within a longer number: the mark may be one of thousands.
@@ -64,6 +64,9 @@ class Head(NamedTuple):
 def read_text(path: Path) -> Table:
     """Read a text table, packed or not: perhaps titles, a header row, perhaps a row of units, then rows of numbers."""
     stripped = [line.strip() for line in _text(path).splitlines()]
+    longest = max(map(len, stripped), default=0)
+    if longest > LONGEST_LINE:
+        raise ResultFileError(f"{path} has a line of {longest} letters, more than {LONGEST_LINE}; is it a table?")
     lines = [line for line in stripped if line and not _is_comment(line)]
     comments = [line for line in stripped if _is_comment(line)]
     if not lines:

@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hydrocrane.errors import ResultFileError
 from hydrocrane.files.datasets import load_netcdf, save
 from hydrocrane.notebook import of_text
 from hydrocrane.results.carried import taken_out
@@ -66,7 +67,10 @@ class Run(Record):
         >>> run.summary().splitlines()[0]
         'vertical-lift-open-loop on rottne-f9-lab: completed at 0.2 s'
         """
-        return text(self)
+        try:
+            return text(self)
+        except KeyError as error:
+            raise ResultFileError(f"this run has lost {error}, and so has no summary; its data can be read") from None
 
     def _repr_html_(self) -> str:
         return of_text(self.summary(), "print(run.summary())")
