@@ -64,13 +64,13 @@ class Head(NamedTuple):
 def read_text(path: Path) -> Table:
     """Read a text table, packed or not: perhaps titles, a header row, perhaps a row of units, then rows of numbers."""
     stripped = [line.strip() for line in _text(path).splitlines()]
-    longest = max(map(len, stripped), default=0)
-    if longest > LONGEST_LINE:
-        raise ResultFileError(f"{path} has a line of {longest} letters, more than {LONGEST_LINE}; is it a table?")
     lines = [line for line in stripped if line and not _is_comment(line)]
     comments = [line for line in stripped if _is_comment(line)]
     if not lines:
         raise ResultFileError(f"{path} is empty; a log is a table with a time column")
+    longest = max(map(len, lines))
+    if longest > LONGEST_LINE:
+        raise ResultFileError(f"{path} has a line of {longest} letters, more than {LONGEST_LINE}; is it a table?")
     delimiter = _delimiter(lines[:_LOOKED_AT])
     rows = [_cells(line, delimiter) for line in lines[:_LOOKED_AT]]
     check_width(path, max(map(len, rows)))
