@@ -85,9 +85,9 @@ static int one(const uint8_t *parameters, size_t length, size_t bytes, size_t jo
     if (draw(3)) {
         damage(block, length);
     }
-    hydrocrane_status made = hydrocrane_create(draw(20) ? memory : NULL, bytes, block, length);
+    hydrocrane_status made = hydrocrane_create(memory, draw(20) ? bytes : draw(bytes), block, length);
     double t = 0.0;
-    for (int call = 0; call < CALLS && made == HYDROCRANE_OK; call++) {
+    for (int call = 0; call < (made == HYDROCRANE_OK ? CALLS : 3); call++) {
         size_t count = draw(3) ? 2 : draw(MOST_JOINTS + 1);
         axes = (double *)guarded(8 * (count + 1)) + 1;
         for (size_t i = 0; i < joints; i++) {
@@ -103,8 +103,12 @@ static int one(const uint8_t *parameters, size_t length, size_t bytes, size_t jo
         case 1: hydrocrane_set_point(memory, (double *)(draw(2) ? (void *)q : NULL)), hydrocrane_period(memory); break;
         case 2: hydrocrane_notices(memory), hydrocrane_sensor_fault(memory, (uint32_t)draw(1u << 31)); break;
         default: {
-            hydrocrane_status status = hydrocrane_step(memory, &sample, (int32_t)draw(5) - 1, axes, count, spool);
-            for (size_t i = 0; i < joints; i++) {
+            size_t spools = draw(20) ? joints : draw(joints);
+            const double *from = draw(30) ? axes : draw(2) ? NULL : spool;
+            size_t many = draw(30) ? count : from == axes ? SIZE_MAX : draw(joints + 1);
+            hydrocrane_status status = hydrocrane_step(draw(30) ? memory : NULL, draw(30) ? &sample : NULL, (int32_t)draw(5) - 1, from,
+                                                       from == spool ? joints : many, spool, spools);
+            for (size_t i = 0; i < spools; i++) {
                 if (status == HYDROCRANE_OK ? !isfinite(spool[i]) : spool[i] != 0.0) {
                     fault(status == HYDROCRANE_OK ? "a command is no number" : "a status, and a command that is not zero");
                 }
