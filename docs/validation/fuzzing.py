@@ -36,13 +36,14 @@ multiplied by 1e-300 to 1e300; a value, unit or key by another; lines or tables 
 from another file; bytes changed; deep nesting; very long texts and lists. In logs also cells, columns and
 delimiters. A seed and a number reproduce an input.
 
-Binary files are also damaged in what they say of themselves: HDF5 files link their groups to each other, to other files, and state
-sizes beyond any disk; packed files unpack to 300 MB; stores of studies get descriptions whose digest fits. No log may hold the number
-that lies in a file which a damaged one names.
+Binary files are also damaged in what they say of themselves: HDF5 files link their groups to each other and to other
+files, and state sizes beyond any disk; packed files unpack to 300 MB; stores of studies get descriptions whose digest
+fits. No log may hold the number that lies in a file which a damaged one names.
 
-The program that calls the controllers is compiled with `-fsanitize=address,undefined`. The library is not, which would need a nightly
-compiler: all memory it is given ends at a page that nobody may touch, so that reading or writing beyond an end is seen, before a
-beginning is not. Pointers that are no memory at all are not tried: C cannot check them. FMUs are not compiled with sanitisers either.
+The program that calls the controllers is compiled with `-fsanitize=address,undefined`. The library is not, which would
+need a nightly compiler: all memory that it is given ends at a page that nobody may touch, so that reading or writing
+beyond an end is seen, but before a beginning is not. Pointers that are no memory are not tried: C cannot check them.
+FMUs are not compiled with sanitisers either.
 
 Worker processes read the inputs. An input fails if it
 
