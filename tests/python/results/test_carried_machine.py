@@ -13,6 +13,7 @@ import h5py
 import pytest
 
 import hydrocrane as hc
+from hydrocrane.app.live import machine_request
 from hydrocrane.results.carried import DIGEST, SOURCE, TEXT, made
 
 MACHINE = """
@@ -185,3 +186,16 @@ def test_a_machine_that_is_handed_to_another_process_is_the_same(own):
 
 def test_what_the_run_says_of_its_overrides_stays(saved):
     assert json.loads(hc.load_run(saved).data.attrs["machine_overrides"]) == {}
+
+
+def test_the_page_and_an_fmu_take_the_machine_of_a_saved_run(once, tmp_path):
+    machine = hc.load_run(once).machine
+    request = machine_request(machine)
+    assert request["machine"] == "machine.toml" and "68.2 kg" in request["text"] and "extends" not in request["text"]
+    assert hc.simulate("single-cylinder-step", machine=machine, duration=0.05).machine.payload() == 68.2
+    folder = tmp_path / "own"
+    folder.mkdir()
+    (folder / "again.toml").write_text(machine.to_toml(), encoding="utf-8")
+    assert told(hc.load_machine(folder / "again.toml")) == told(machine)
+    with pytest.raises(hc.HydrocraneError, match="no bundled machine `the machine of a saved run`"):
+        hc.Scenario(machine=machine, joints={"slide": 0.0}).load_machine()
