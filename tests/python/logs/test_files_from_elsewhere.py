@@ -345,3 +345,31 @@ def test_a_matlab_file_that_states_more_than_it_has(kind, dims, tmp_path, soon):
     matlab5(tmp_path / "log.mat", head(kind, *dims) + struct.pack("<II", 9, 16) + bytes(16), packed=False)
     with pytest.raises(hc.ResultFileError):
         hc.read_log(tmp_path / "log.mat")
+
+
+@pytest.mark.parametrize(("kind", "code"), [(6, 65289), (6, 40), (6, 0), (21, 9), (255, 9), (0, 9)])
+def test_a_matlab_file_of_kinds_that_there_are_not(kind, code, tmp_path):
+    """SciPy would look them up beyond the end of its tables."""
+    matlab5(tmp_path / "log.mat", head(kind, 1, 2) + struct.pack("<II", code, 16) + bytes(16))
+    with pytest.raises(hc.ResultFileError, match="which there is not"):
+        hc.read_log(tmp_path / "log.mat")
+
+
+@pytest.mark.parametrize("value", [np.arange(5), "text", 1e300, ["a"] * 3])
+@pytest.mark.parametrize("name", ["DIMENSION_LIST", "REFERENCE_LIST", "CLASS"])
+def test_dimensions_that_are_none_of_hdf5(name, value, tmp_path):
+    """HDF5 would write beyond its memory and end the process."""
+    path = tmp_path / "log.nc"
+    with h5py.File(path, "w") as file:
+        good(file)["x" if name == "DIMENSION_LIST" else "time"].attrs[name] = value
+    try:
+        hc.read_log(path)
+    except hc.ResultFileError as error:
+        assert name == "CLASS" or f"the attribute `{name}`" in str(error)
+
+
+def test_a_line_that_is_no_row(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time,x\n0,1\n" + "7" * (text.LONGEST_LINE + 1) + ",1\n")
+    with pytest.raises(hc.ResultFileError, match="a line of 1048579 letters"):
+        hc.read_log(path)
