@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[3]
 # How often each file says it. A further one needs a reason beside it, and its number here.
 KNOWN = {
-    "embedded/src/lib.rs": 36,
+    "embedded/src/lib.rs": 42,
     "embedded/src/named.rs": 8,
     "embedded/src/running.rs": 4,
     "evidence/src/clock.rs": 1,
