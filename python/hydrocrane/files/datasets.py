@@ -6,6 +6,8 @@ import importlib.util
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.files.excel import titled, write_excel
@@ -51,7 +53,12 @@ def load_netcdf(path: Path) -> xr.Dataset:
     words = [str(name) for name, column in data.variables.items() if column.dtype.kind not in "buif"]
     if words:
         raise ResultFileError(f"{path} is not a run saved by hydrocrane: its `{words[0]}` has no numbers")
-    return data
+    for name, column in data.variables.items():
+        for told, value in column.attrs.items():
+            # All that is said of a variable is text but for its sign in the energy balance.
+            if not (isinstance(value, str) if told != "sign" else np.size(value) == 1 and np.isreal(value)):
+                raise ResultFileError(f"{path}: what it says of `{name}` as `{told}` is damaged; copy it again")
+    return data.drop_encoding()
 
 
 def frame(data: xr.Dataset | Columns) -> pd.DataFrame:

@@ -69,8 +69,9 @@ class Run(Record):
         """
         try:
             return text(self)
-        except KeyError as error:
-            raise ResultFileError(f"this run has lost {error}, and so has no summary; its data can be read") from None
+        except (KeyError, TypeError, ValueError) as error:
+            reason = f"has lost or damaged what a summary needs ({type(error).__name__}: {error})"
+            raise ResultFileError(f"this run {reason}; its data can be read") from None
 
     def _repr_html_(self) -> str:
         return of_text(self.summary(), "print(run.summary())")
