@@ -43,6 +43,7 @@ fits. No log may hold the number that lies in a file which a damaged one names.
 The program that calls the controllers is compiled with `-fsanitize=address,undefined`. The library is not, which would
 need a nightly compiler: all memory that it is given ends at a page that nobody may touch, so that reading or writing
 beyond an end is seen, but before a beginning is not. Pointers that are no memory are not tried: C cannot check them.
+Parameters with senseless values and a checksum that fits may make the library stop, as its header says.
 FMUs are not compiled with sanitisers either.
 
 Worker processes read the inputs. An input fails if it

@@ -3,6 +3,7 @@
  * Says what worker.py says, a line per event. Compiled with the sanitisers for this file; the library is not compiled with them, so all that it
  * is given ends at a page that nobody may touch. */
 #include <math.h>
+#include <setjmp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,8 @@ enum { MOST_JOINTS = 8, CALLS = 24 };
 
 static uint64_t state;
 static long number;
+static int forged;
+static jmp_buf before;
 
 static uint64_t draw(uint64_t below) {
     state += 0x9e3779b97f4a7c15u;
@@ -31,7 +34,11 @@ static void fault(const char *what) {
     _exit(0);
 }
 
+/* Parameters with a checksum that fits are the caller's word: where they are senseless, to stop is right. */
 void hydrocrane_stop(void) {
+    if (forged) {
+        longjmp(before, 1);
+    }
     fault("the library stopped: a mistake of its own");
     _exit(1);
 }
@@ -65,7 +72,8 @@ static double reading(double sound) {
 /* A few bytes changed, most often with a checksum that fits again. */
 static void damage(uint8_t *block, size_t length) {
     for (uint64_t i = draw(4); i > 0; i--) {
-        block[draw(length)] = (uint8_t)draw(256);
+        uint64_t at = draw(length);
+        block[at] = (uint8_t)draw(256);
     }
     if (draw(4)) {
         uint64_t sum = crc32_of(block, length - 8);
@@ -82,8 +90,12 @@ static int one(const uint8_t *parameters, size_t length, size_t bytes, size_t jo
     }
     memcpy(block, parameters, length);
     memset(memory, (int)draw(256), bytes);
-    if (draw(3)) {
+    forged = draw(3) != 0;
+    if (forged) {
         damage(block, length);
+    }
+    if (setjmp(before)) {
+        return 0;
     }
     hydrocrane_status made = hydrocrane_create(memory, draw(20) ? bytes : draw(bytes), block, length);
     double t = 0.0;
