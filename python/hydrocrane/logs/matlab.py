@@ -93,7 +93,7 @@ def _stated_elements(raw: memoryview, order: str) -> int:
     if kind not in _NESTING:
         return 0
     size = min(struct.unpack_from(order, raw, 16)[1], len(raw) - 24)
-    return math.prod(struct.unpack_from(f"{order[0]}{size // 4}i", raw, 24))
+    return max(math.prod(struct.unpack_from(f"{order[0]}{size // 4}i", raw, 24)), 0)
 
 
 def is_hdf5(path: Path) -> bool:
