@@ -115,7 +115,7 @@ $(PAGE)/index.html: cockpit/node_modules/.package-lock.json cockpit/src/core.was
 
 # One core for chains as the bundled machines have them, and a larger one that the page loads for any other. Built together with the
 # library that tests take, they would keep all their names, a fifth of their size.
-CORE := RUSTFLAGS="-C target-feature=+simd128 -C link-arg=--strip-all" $(CARGO) rustc --quiet --profile cockpit --target wasm32-unknown-unknown --package hydrocrane-web --crate-type cdylib
+CORE = RUSTFLAGS="$(REMAP) -C target-feature=+simd128 -C link-arg=--strip-all" $(CARGO) rustc --quiet --profile cockpit --target wasm32-unknown-unknown --package hydrocrane-web --crate-type cdylib
 cockpit/src/core.wasm: $(SOURCES)
 	-rustup target add wasm32-unknown-unknown
 	$(CORE)
@@ -206,6 +206,10 @@ LIBRARY := $(if $(findstring darwin,$(PLATFORM)),dylib,so)
 FMU := python/hydrocrane/fmu_library/$(PLATFORM)
 fmu_library = $(CARGO) rustc --quiet --package hydrocrane-fmi --profile $(1) -- -C strip=symbols && mkdir -p $(FMU) && \
 	cp $${CARGO_TARGET_DIR:-target}/$(2)/libhydrocrane_fmu.$(LIBRARY) $(FMU)/hydrocrane_fmu.$(LIBRARY)
+
+# What others get does not say where it was built: crates from elsewhere lie in cargo's own folder, and only they keep whole paths.
+REMAP := --remap-path-prefix=$(or $(CARGO_HOME),$(HOME)/.cargo)=cargo
+$(VENV)/.built fmu: export RUSTFLAGS = $(REMAP)
 
 # The library alone: `make fmu` mends an installation that lacks it.
 fmu: $(BIN)/python

@@ -55,6 +55,7 @@ include_patterns = [
     "ARCHITECTURE.md",
     "CHANGELOG.md",
     "CONTRIBUTING.md",
+    "SECURITY.md",
     "machines/README.md",
     "benches/README.md",
     "reproductions/**/*.md",

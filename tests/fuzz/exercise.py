@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
+import elsewhere
 import numpy as np
 from mutate import damaged_table, damaged_toml
 
@@ -94,6 +95,9 @@ def studies() -> list[str]:
 def content(kind: str, seed: int, number: int) -> str:
     """The damaged file `number` of a kind under `seed`."""
     draws = random.Random(f"{seed} {kind} {number}")
+    if kind in MADE:
+        made = MADE[kind](draws)
+        return made if isinstance(made, str) else made.decode(errors="surrogateescape")
     if kind == "mapping":
         return damaged_toml(draws, MAPPING, [STUDY, DRAWN])
     if kind == "study":
@@ -107,7 +111,7 @@ def exercise(kind: str, text: str) -> str:
     """Try a text; "refused" or "ran". Any exception is a fault: an AssertionError, or one that is not the package's."""
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        path = Path(folder) / ("log.csv" if kind == "log" else f"{kind}.toml")
+        path = Path(folder) / NAMES.get(kind, f"{kind}.toml")
         path.write_bytes(text.encode(errors="surrogateescape"))
         try:
             KINDS[kind](path, Path(folder))
@@ -172,4 +176,12 @@ def _scenario(path: Path, _: Path) -> None:
 
 KINDS: dict[str, Callable[[Path, Path], None]] = {
     "study": _study, "mapping": _mapping, "log": _log, "scenario": _scenario,
+    "hdf5": elsewhere.read_hdf5, "matlab": elsewhere.same_bytes_of, "packed": elsewhere.same_bytes_of,
+    "run": elsewhere.read_run, "store": elsewhere.read_store, "line": elsewhere.read_line, "fmi": elsewhere.make_calls,
 }  # fmt: skip
+# What makes an input that is no damaged text, and the name that a file has for its reader.
+MADE: dict[str, Callable[[random.Random], str | bytes]] = {
+    "hdf5": elsewhere.hdf5, "matlab": elsewhere.matlab, "packed": elsewhere.packed, "run": elsewhere.run,
+    "store": elsewhere.store, "line": elsewhere.line, "fmi": elsewhere.calls,
+}  # fmt: skip
+NAMES = {"log": "log.csv", "hdf5": "log.h5", "matlab": "log.mat", "packed": "log.csv.gz", "run": "run.nc"}

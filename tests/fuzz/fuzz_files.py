@@ -1,4 +1,4 @@
-"""Feeds damaged study, mapping, log and scenario files to the Python package; options: ``--help``.
+"""Feeds damaged files, command lines and calls to the Python package, FMUs and controllers in C; options: ``--help``.
 
 Workers try the files in processes of their own, with bounded memory and time. Whatever is not one clear message of the
 package, or a result of finite numbers, is a failure. A line of JSON per kind of file goes to ``--output``.
@@ -12,6 +12,7 @@ import json
 import os
 import queue
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -20,10 +21,13 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-KINDS = ("study", "mapping", "log", "scenario")
+KINDS = (
+    "study", "mapping", "log", "scenario", "hdf5", "matlab", "packed", "run", "store", "line", "fmi", "controller"
+)  # fmt: skip
 # Processor time of an input (s), wall time after which its worker is ended whatever it does (s), and what a worker may
 # need beyond what it needs to begin (bytes).
 PATIENCE, LONGEST_WAIT, MEMORY = 5.0, 60.0, 2**30
@@ -56,12 +60,41 @@ class Report:
     failures: list[dict[str, object]] = field(default_factory=list)
 
 
-def worker(*arguments: str, hear: Callable[[str], None]) -> None:
+@cache
+def program(kind: str) -> list[str]:
+    """What tries the inputs of a kind; empty where nothing can be compiled."""
+    if kind != "controller":
+        return [sys.executable, str(HERE / "worker.py"), kind]
+    import hydrocrane as hc
+    from hydrocrane import _core
+    from hydrocrane.export import controller
+
+    compiler, library = shutil.which("cc"), controller.installed_library()
+    if compiler is None or library is None:
+        return []
+    folder = Path(tempfile.mkdtemp())
+    machine = hc.load_machine("rottne-f9-lab")
+    parameters, size = _core.controller_parameters(machine.core, "tip", True, 0.0)
+    (folder / "parameters").write_bytes(parameters)
+    flags = ["-std=gnu99", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
+    headers = ["-I", str(Path(controller.__file__).with_name("embedded"))]
+    source, made = str(HERE / "controller_fuzz.c"), str(folder / "controller_fuzz")
+    plain = [flag for flag in flags if "sanitize" not in flag]
+    for tried in (flags, plain):
+        done = subprocess.run(
+            [compiler, *tried, *headers, source, str(library), "-lm", "-o", made], capture_output=True
+        )
+        if not done.returncode:
+            return [made, str(folder / "parameters"), str(size), str(len(machine.joint_names))]
+    return []
+
+
+def worker(kind: str, *arguments: str, hear: Callable[[str], None]) -> None:
     """Run a worker and pass on its lines; it is ended where it says nothing for too long."""
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONFAULTHANDLER": ""}
     with tempfile.TemporaryFile("w+") as errors:
         process = subprocess.Popen(
-            [sys.executable, HERE / "worker.py", *arguments],
+            [*program(kind), *arguments],
             stdout=subprocess.PIPE, stderr=errors, text=True, env=environment,
         )  # fmt: skip
         lines: queue.Queue[str | None] = queue.Queue()
@@ -136,7 +169,7 @@ def fuzz(kind: str, seed: int, inputs: int, threads: int, folder: Path | None) -
         groups[signature(failure)].append(failure)
     for group in groups.values():
         first = group[0]
-        file = keep(kind, seed, first, folder) if folder else None
+        file = keep(kind, seed, first, folder) if folder and kind != "controller" else None
         report.failures.append(
             {"class": first.kind, "text": first.text, "count": len(group), "number": first.number, "file": file}
         )
@@ -195,7 +228,7 @@ def main() -> None:
     parser.add_argument("--failures", type=Path)
     parser.add_argument("--output", type=Path)
     given = parser.parse_args()
-    kinds = given.kinds.split(",")
+    kinds = [kind for kind in given.kinds.split(",") if program(kind)]
     reports = [fuzz(kind, given.seed, given.inputs // len(kinds), given.threads, given.failures) for kind in kinds]
     for report in reports:
         print(

@@ -325,6 +325,7 @@ pub extern "C" fn hydrocrane_text(status: i32) -> *const c_char {
     status::text(status).as_ptr()
 }
 
+// SAFETY: it takes nothing and gives nothing, so that its declaration is all that can be wrong.
 unsafe extern "C" {
     /// The program's own: closes the valves and does not come back.
     safe fn hydrocrane_stop() -> !;

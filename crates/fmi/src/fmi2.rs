@@ -60,7 +60,7 @@ fn logger(name: CString, environment: *mut c_void, log: Log) -> Logger {
         if let Some(log) = log {
             // The message is a format of `printf`, in which a per cent sign is written twice.
             let format = CString::new(message.to_string_lossy().replace('%', "%%")).unwrap_or_default();
-            // The tool gave both for this purpose.
+            // SAFETY: the tool gave both for this purpose.
             unsafe { log(environment, name.as_ptr(), status as c_int, category.as_ptr(), format.as_ptr()) };
         }
     })

@@ -52,7 +52,7 @@ macro_rules! clocks {
 fn logger(environment: *mut c_void, log: LogMessage) -> Logger {
     Box::new(move |status, category, message| {
         if let Some(log) = log {
-            // The tool gave both for this purpose.
+            // SAFETY: the tool gave both for this purpose.
             unsafe { log(environment, status as c_int, category.as_ptr(), message.as_ptr()) };
         }
     })

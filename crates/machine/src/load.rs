@@ -84,6 +84,12 @@ pub fn whole_text_of(name: &str, given: &Given) -> Result<String> {
     in_one(&open_given(name, given)?)
 }
 
+/// Names of the tables and keys at the top of the file `path`; none if it cannot be read.
+pub fn tables_of(path: &str) -> Vec<String> {
+    let tree = read(Path::new(path)).and_then(|source| document::parse(&source.file));
+    tree.map_or(Vec::new(), |tree| tree.entries().unwrap_or_default().iter().map(|entry| entry.key.clone()).collect())
+}
+
 /// A file that needs no other one stays as it is, so that errors in it keep their lines.
 fn in_one(source: &Source) -> Result<String> {
     let tree = document::parse(&source.file)?;
@@ -187,6 +193,11 @@ impl Template {
     /// What is wrong with the text, its values excepted.
     pub fn of_text(text: &str, origin: &str) -> Result<Self> {
         Ok(Self { tree: Cow::Owned(machine_tree(&in_memory(text, origin, &[]))?), bundled: None })
+    }
+
+    /// What was read, as the text of a single file with the content of all extended and included files.
+    pub fn text(&self) -> String {
+        whole::text(&self.tree, &[])
     }
 
     /// The machine with `changes` as the text of a single file, with the content of all extended and included files.

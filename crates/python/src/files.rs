@@ -21,6 +21,13 @@ pub fn load_machine(py: Python<'_>, source: &str, pairs: &Bound<'_, PyList>) -> 
     py.detach(|| Machine::open(source, &changes)).map_err(|error| assembly_error(&error))
 }
 
+/// As [`load_machine`], from a text that names no files; `source` is what errors call it.
+#[pyfunction]
+pub fn machine_of_text(py: Python<'_>, text: &str, source: &str, pairs: &Bound<'_, PyList>) -> PyResult<Machine> {
+    let changes = overrides(pairs)?;
+    py.detach(|| Machine::of_text(text, source, &changes)).map_err(|error| assembly_error(&error))
+}
+
 #[pyfunction]
 pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyList>) -> PyResult<Bound<'py, PyDict>> {
     let s = hydrocrane_machine::load_scenario(source, &overrides(pairs)?).map_err(|e| file_error(&e))?;
@@ -251,6 +258,12 @@ pub fn json_schema(kind: &str) -> PyResult<String> {
 #[pyfunction]
 pub fn key_list(kind: &str) -> PyResult<String> {
     Ok(kind_of_file(kind)?.key_list())
+}
+
+/// Names at the top of a machine or scenario file; none if it cannot be read.
+#[pyfunction]
+pub fn tables_of(path: &str) -> Vec<String> {
+    hydrocrane_machine::tables_of(path)
 }
 
 /// The text of a machine file with the content of all files that it needs.

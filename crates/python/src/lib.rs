@@ -35,6 +35,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(stepped_controller::controller_parameters, m)?)?;
     m.add_function(wrap_pyfunction!(files::load_machine, m)?)?;
     m.add_function(wrap_pyfunction!(files::load_scenario, m)?)?;
+    m.add_function(wrap_pyfunction!(files::machine_of_text, m)?)?;
+    m.add_function(wrap_pyfunction!(files::tables_of, m)?)?;
     m.add_function(wrap_pyfunction!(files::bundled_machines, m)?)?;
     m.add_function(wrap_pyfunction!(files::bundled_scenarios, m)?)?;
     m.add_function(wrap_pyfunction!(files::bundled_text, m)?)?;

@@ -31,6 +31,11 @@ impl Machine {
         Self::build(source, &Arc::new(Template::open(source, &[])?), overrides)
     }
 
+    /// The machine that a text describes, which names no files.
+    pub fn of_text(text: &str, source: &str, overrides: &[(String, OverrideValue)]) -> Result<Self, AssemblyError> {
+        Self::build(source, &Arc::new(Template::of_text(text, source)?), overrides)
+    }
+
     fn build(source: &str, file: &Arc<Template>, overrides: &[(String, OverrideValue)]) -> Result<Self, AssemblyError> {
         let description = file.build(overrides)?;
         let model = build(&description).map_err(|error| AssemblyError::Build(source.to_string(), error))?;
@@ -136,6 +141,11 @@ impl Machine {
     #[getter]
     fn overrides<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
         pairs_of(py, &self.overrides)
+    }
+    /// What the machine's file states with everything that it extends and includes, without overrides, as the text of one file.
+    #[getter]
+    fn file_text(&self) -> String {
+        self.file.text()
     }
     /// The machine with everything that its file extends and includes, and with its overrides, as the text of one file.
     fn to_toml(&self) -> PyResult<String> {

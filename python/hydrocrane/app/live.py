@@ -50,6 +50,8 @@ def machine_request(machine: Machine) -> Request:
     if path.suffix == ".toml":
         with translated():
             request |= {"machine": path.name, "text": _core.machine_text(str(path))}
+    elif machine.source not in _core.bundled_machines():  # That of a saved run.
+        request |= {"machine": "machine.toml", "text": machine.core.file_text}
     return request
 
 

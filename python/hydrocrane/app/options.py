@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from hydrocrane import _core
 from hydrocrane.errors import InputError, ResultFileError, unknown
+from hydrocrane.files.toml_file import parsed
 from hydrocrane.machine.poses import SHOWN, poses
 from hydrocrane.units import converted
 
@@ -34,8 +35,8 @@ def overrides(settings: list[str]) -> dict[str, Override]:
 
 def _value(text: str) -> Override:
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError):  # Numbers with too many digits, and lists in lists in lists.
+        value = parsed(f"value = {text}", "--set")["value"]
+    except InputError:  # The machine's own check says what is wrong with the text.
         return text
     # A date or a table is no override: leave it to the machine's own check of the text.
     return _as_text(value) if isinstance(value, bool | int | float | str | list) else text
@@ -134,7 +135,4 @@ def is_scenario(source: str) -> bool:
 
 def _holds(source: str, table: str) -> bool:
     """Whether a file that can be read as TOML has a table."""
-    try:
-        return table in tomllib.loads(Path(source).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
-        return False
+    return table in _core.tables_of(source)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 
 from hydrocrane import _core
 from hydrocrane.app.starter_pump import pump_text
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.files.toml_file import parsed
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import bundled_machines
 from hydrocrane.scenario.scenario_file import bundled_scenarios, load_scenario
@@ -50,7 +50,7 @@ def _bundled(machine: str) -> tuple[str, str]:
 
 def _scenario_of(machine: str) -> tuple[str, str]:
     """A bundled scenario with the machine that it names: this one, or the one that this one extends."""
-    base = tomllib.loads(_core.bundled_text("machine", machine)).get("extends")
+    base = parsed(_core.bundled_text("machine", machine), machine).get("extends")
     for wanted in filter(None, (machine, base)):
         for name in bundled_scenarios():
             if load_scenario(name).machine == wanted:

@@ -62,6 +62,10 @@ class Columns(Mapping[str, Column]):
         }
         return cls(columns, cast(Attributes, data.attrs))
 
+    def assign_attrs(self, attrs: Attributes) -> Columns:
+        """The same columns with more attributes, as of a data set."""
+        return Columns(self._columns, self.attrs | attrs)
+
     def __getitem__(self, name: str) -> Column:
         return self._columns[name]
 

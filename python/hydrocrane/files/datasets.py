@@ -7,12 +7,14 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.files.excel import titled, write_excel
 from hydrocrane.files.mcap_file import write_mcap
 from hydrocrane.files.mdf import write_mdf
-from hydrocrane.files.netcdf import write_netcdf
+from hydrocrane.files.netcdf import read_netcdf, write_netcdf
 from hydrocrane.files.whole_file import written_whole
 
 if TYPE_CHECKING:
@@ -46,18 +48,18 @@ def require_library(suffix: str) -> None:
 
 def load_netcdf(path: Path) -> xr.Dataset:
     """Read a run's dataset into memory."""
-    if not path.is_file():
-        raise ResultFileError(f"no such file: {path}")
-    import xarray as xr
-
-    try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as stored:
-            data = stored.load()
-    except (OSError, ValueError) as error:
-        raise ResultFileError(f"{path} is not a NetCDF file: {error}") from None
-    if "time" not in data.coords or "outcome" not in data.attrs:
+    data = read_netcdf(path)
+    if TIME not in data.coords or data[TIME].dims != (TIME,) or "outcome" not in data.attrs:
         raise ResultFileError(f"{path} is not a run saved by hydrocrane: it has no time axis or no outcome")
-    return data
+    words = [str(name) for name, column in data.variables.items() if column.dtype.kind not in "buif"]
+    if words:
+        raise ResultFileError(f"{path} is not a run saved by hydrocrane: its `{words[0]}` has no numbers")
+    for name, column in data.variables.items():
+        for told, value in column.attrs.items():
+            # All that is said of a variable is text but for its sign in the energy balance.
+            if not (isinstance(value, str) if told != "sign" else np.size(value) == 1 and np.isreal(value)):
+                raise ResultFileError(f"{path}: what it says of `{name}` as `{told}` is damaged; copy it again")
+    return data.drop_encoding()
 
 
 def frame(data: xr.Dataset | Columns) -> pd.DataFrame:

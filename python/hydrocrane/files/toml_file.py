@@ -10,12 +10,16 @@ from pathlib import Path
 from typing import TypeAlias
 
 from hydrocrane.errors import InputError
+from hydrocrane.files.received import received
 
 TomlValue: TypeAlias = "str | int | float | bool | date | time | datetime | list[TomlValue] | dict[str, TomlValue]"
 TomlTable: TypeAlias = dict[str, TomlValue]
 
-# Most levels of tables and lists in a file.
-DEEPEST = 50
+# Most levels of tables and lists in a file, and most bytes of a text: one key takes a millisecond with so many levels.
+DEEPEST, LARGEST = 50, 2**20
+# A key of more parts than that, for which the parser's time and memory grow with the square of their number.
+_PART = r"""(?:[\w-]{1,200}+|"(?:[^"\\\n]|\\.){0,200}+"|'[^'\n]{0,200}+')[ \t]*+"""
+_DEEP_KEY = re.compile(rf"(?<![\w\\-]){_PART}(?:\.[ \t]*+{_PART}){{{DEEPEST},}}")
 
 
 def read_toml(path: Path, what: str) -> TomlTable:
@@ -24,10 +28,11 @@ def read_toml(path: Path, what: str) -> TomlTable:
     Raises
     ------
     InputError
-        If the file cannot be read, is not UTF-8 text or no TOML, or is nested deeper than `DEEPEST` levels.
+        If the file cannot be read, is not UTF-8 text or no TOML, is too large, or is nested deeper than `DEEPEST`
+        levels.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = received(path, LARGEST, InputError, what).read_text(encoding="utf-8")
     except OSError as error:
         raise InputError(f"cannot read the {what} {path}: {error.strerror}; check the path") from None
     except UnicodeDecodeError:
@@ -41,9 +46,13 @@ def parsed(text: str, where: str) -> TomlTable:
     Raises
     ------
     InputError
-        If it is no TOML, or is nested deeper than `DEEPEST` levels.
+        If it is no TOML, is too large, or is nested deeper than `DEEPEST` levels.
     """
     deep = InputError(f"{where} is nested deeper than {DEEPEST} levels; close brackets and braces where they belong")
+    if len(text) > LARGEST:
+        raise InputError(f"{where} has {len(text)} letters, more than {LARGEST}; leave out what is not needed")
+    if _DEEP_KEY.search(text):
+        raise deep
     try:
         content: TomlTable = tomllib.loads(text)
     except RecursionError:

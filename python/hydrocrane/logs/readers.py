@@ -6,11 +6,12 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
 from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.mdf import mdf_class
+from hydrocrane.files.netcdf import read_netcdf
+from hydrocrane.files.received import readable, received
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.table import NO_NUMBERS, Table, check_width, plain_facts
 from hydrocrane.logs.units import tidy_unit
@@ -30,8 +31,7 @@ def read_table(path: Path) -> Table:
     ResultFileError
         If there is no such file, or its content does not match its suffix.
     """
-    if path.is_dir():
-        raise ResultFileError(f"{path} is a folder; name a log in it")
+    received(path)
     suffix = path.suffix.lower()
     if suffix == ".gz":
         suffix = Path(path.stem).suffix.lower()
@@ -39,8 +39,6 @@ def read_table(path: Path) -> Table:
             raise ResultFileError(f"{path} is a packed `{suffix}`, and only texts are read packed; unpack it first")
     if suffix not in _READERS:
         raise ResultFileError(f"cannot read `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _READERS)}")
-    if not path.is_file():
-        raise ResultFileError(f"no such file: {path}")
     if not path.stat().st_size:
         raise ResultFileError(f"{path} is empty; copy it again from the logger")
     table = _READERS[suffix](path)
@@ -80,33 +78,19 @@ def _hdf5(path: Path) -> Table:
 
 
 def _netcdf(path: Path) -> Table:
-    import xarray as xr
-
-    with path.open("rb") as stream:
-        classic = stream.read(3) == b"CDF"
-    try:
-        if not classic:
-            # For files that this cannot open, the message of xarray is misleading.
-            h5py.File(path, "r").close()
-        with xr.open_dataset(path, engine="scipy" if classic else "h5netcdf", decode_times=False) as stored:
-            return table_of_dataset(stored.load())
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ResultFileError(f"{path} is not a NetCDF file: {error}; copy it again, or check its suffix") from None
+    return table_of_dataset(read_netcdf(path))
 
 
 def _mdf(path: Path) -> Table:
     """Measurement data format 4 (ASAM); channels of other rates are interpolated at the times of the fastest one."""
     reader = mdf_class()
-    try:
-        with reader(path) as stored:
-            about = _header_facts(stored.header.description)
-            signals = list(stored.iter_channels())
-    except Exception as error:  # For damaged files the library raises its own and many built-in exceptions.
-        raise ResultFileError(f"{path} is not an MDF file that can be read: {error}") from None
-    readable = [s for s in signals if s.samples.dtype.kind in "buif" and s.samples.ndim == 1 and len(s.timestamps)]
-    if not readable:
+    with readable(path, "an MDF file that can be read"), reader(path) as stored:
+        about = _header_facts(stored.header.description)
+        signals = list(stored.iter_channels())
+    plain = [s for s in signals if s.samples.dtype.kind in "buif" and s.samples.ndim == 1 and len(s.timestamps)]
+    if not plain:
         return Table({})
-    time = max((signal.timestamps for signal in readable), key=len).astype(np.float64)
+    time = max((signal.timestamps for signal in plain), key=len).astype(np.float64)
     table = Table({"time": time}, {"time": "s"}, about=about)
     for signal in signals:
         if not len(signal.timestamps):
@@ -132,7 +116,7 @@ def _header_facts(text: str) -> dict[str, str | float | int]:
     """Facts from the text of an MDF header, which is JSON in files of this package and arbitrary in others."""
     try:
         facts = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}
     return plain_facts(facts) if isinstance(facts, dict) else {}
 

@@ -6,13 +6,14 @@ import csv
 import gzip
 import re
 import zlib
-from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrocrane.errors import InputError, ResultFileError
+from hydrocrane.files.received import SHORTER, check_values
 from hydrocrane.files.toml_file import parsed
 from hydrocrane.logs.cells import is_missing, is_number, marks_of, numbers
 from hydrocrane.logs.clock import is_moment, seconds_of
@@ -25,6 +26,10 @@ BLANK = " "
 DELIMITERS = ("\t", ";", ",", BLANK)
 COMMENTS = ("#", "%", "//")
 _LOOKED_AT = 50
+# Largest text, bytes, most lines, and most letters of one.
+LARGEST_TEXT, MOST_LINES, LONGEST_LINE = 2**28, 5_000_000, 2**20
+# Most comments that are looked through for facts.
+_MOST_COMMENTS = 1000
 # 1.234 or 1,234, alone or within a longer number: the mark may be one of thousands.
 _THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}[.,]\d{3}(?!\d)")
 
@@ -63,6 +68,9 @@ def read_text(path: Path) -> Table:
     comments = [line for line in stripped if _is_comment(line)]
     if not lines:
         raise ResultFileError(f"{path} is empty; a log is a table with a time column")
+    longest = max(map(len, lines))
+    if longest > LONGEST_LINE:
+        raise ResultFileError(f"{path} has a line of {longest} letters, more than {LONGEST_LINE}; is it a table?")
     delimiter = _delimiter(lines[:_LOOKED_AT])
     rows = [_cells(line, delimiter) for line in lines[:_LOOKED_AT]]
     check_width(path, max(map(len, rows)))
@@ -81,10 +89,10 @@ def _is_comment(line: str) -> bool:
     return line.startswith(COMMENTS) and not is_missing(line.split(",")[0])
 
 
-def _facts(comments: Iterable[str]) -> dict[str, str | float | int]:
+def _facts(comments: list[str]) -> dict[str, str | float | int]:
     """Facts from comment lines like ``# payload = 20``, read as TOML; other comments are ignored."""
     facts: dict[str, object] = {}
-    for line in comments:
+    for line in comments[:_MOST_COMMENTS]:
         try:
             facts |= parsed(line.lstrip("#%/"), "a comment")
         except InputError:
@@ -93,12 +101,17 @@ def _facts(comments: Iterable[str]) -> dict[str, str | float | int]:
 
 
 def _text(path: Path) -> str:
-    raw = path.read_bytes()
-    if path.suffix.lower() == ".gz":
-        try:
-            raw = gzip.decompress(raw)
-        except (OSError, EOFError, zlib.error) as error:
-            raise ResultFileError(f"{path} cannot be unpacked: {error}; copy it again from the logger") from None
+    packed = path.suffix.lower() == ".gz"
+    try:
+        with gzip.open(path) if packed else path.open("rb") as stream:
+            raw = stream.read(LARGEST_TEXT + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        reason = f"cannot be {'unpacked' if packed else 'read'}: {error}"
+        raise ResultFileError(f"{path} {reason}; copy it again from the logger") from None
+    # Only the rows matter: a line takes more memory than its letters.
+    if len(raw) > LARGEST_TEXT or raw.count(b"\n") > MOST_LINES:
+        most = f"{LARGEST_TEXT >> 20} MiB of text or {MOST_LINES} lines"
+        raise ResultFileError(f"{path} has more than {most}. {SHORTER}, or save it as .h5 or .nc")
     if b"\x00" in raw[:4096]:
         raise ResultFileError(f"{path} is not a CSV table: it is a binary file; give it the suffix of its format")
     try:
@@ -129,7 +142,8 @@ def _cells(line: str, delimiter: str) -> list[str]:
     if delimiter == BLANK:
         return line.split()
     if '"' in line:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+        with suppress(csv.Error):  # A cell is longer than any.
+            return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
     return [cell.strip() for cell in line.split(delimiter)]
 
 
@@ -201,6 +215,8 @@ def _numbers(path: Path, lines: list[str], delimiter: str, head: Head) -> Table:
     """Columns of numbers by name, and faults of the rows."""
     found = Table({})
     cells = [len(_cells(line, delimiter)) if delimiter == BLANK else line.count(delimiter) for line in lines]
+    check_width(path, max(cells))
+    check_values(path, len(lines) * max(cells))
     if len(lines) > 1 and cells[-1] < min(cells[:-1]):
         message = f"the last line of {path.name} is cut off and left out; was the file copied before it was complete?"
         found.notes.append(Flag("truncated", "", np.nan, np.nan, message))

@@ -64,6 +64,21 @@ def load_machine(source: str | PathLike[str], overrides: Overrides | None = None
     return Machine(core, str(source) if bundled else str(path.resolve()), given)
 
 
+def machine_of_text(text: str, source: str, overrides: Overrides) -> Machine:
+    """As :func:`load_machine`, from the text of a file, which can extend and include only bundled ones.
+
+    Examples
+    --------
+    >>> from hydrocrane.machine.machine import machine_of_text
+    >>> text = hc.load_machine("rottne-f9-lab").to_toml()
+    >>> print(machine_of_text(text, "my text", {"supply.pressure": "100 bar"}).supply_pressure)
+    10000000.0
+    """
+    given = plain_overrides(overrides)
+    with translated():
+        return Machine(_core.machine_of_text(text, source, list(given.items())), source, given)
+
+
 def as_machine(machine: MachineLike) -> Machine:
     """`machine` itself, or the machine with this name or path.
 
@@ -118,8 +133,22 @@ class Machine(Mechanics):
     def _repr_html_(self) -> str:
         return described(self.core, self.provenance_tally, self.warnings)
 
-    def __reduce__(self) -> tuple[Callable[[str, Overrides], Machine], tuple[str, dict[str, Override]]]:
-        return load_machine, (self.source, self.overrides)
+    def __reduce__(self) -> tuple[Callable[..., Machine], tuple[object, ...]]:
+        if self.source in _core.bundled_machines():
+            return load_machine, (self.source, self.overrides)
+        return machine_of_text, (self.core.file_text, self.source, self.overrides)
+
+    def to_toml(self) -> str:
+        """The machine as the text of one file: all that its file extends and includes, and its overrides.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-pump")
+        >>> "extends" in crane.to_toml()
+        False
+        """
+        with translated():
+            return self.core.to_toml()
 
     def changed(self, overrides: Overrides) -> Machine:
         """This machine with some values replaced, on top of its own overrides; see :func:`load_machine`.

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def run_dataset(machine: Machine, plan: Scenario, run: Recording, *, payload: fl
         # The controller model, if it is not that of the crane.
         if plan.controller_model is not None:
             model = run.stages[0].controller_model
-            attrs["controller_model_source"] = model.source
+            attrs["controller_model_source"] = Path(model.source).name
             attrs["controller_model_overrides"] = json.dumps(model.overrides)
     return RunDataset(attrs, machine, run)
 
@@ -125,7 +126,7 @@ def _run_attributes(machine: Machine, plan: Scenario, run: Recording, payload: f
         "title": plan.title or plan.name,
         "scenario": plan.name,
         "machine": machine.name,
-        "machine_source": machine.source,
+        "machine_source": Path(machine.source).name,
         "machine_overrides": json.dumps(machine.overrides),
         "joint_names": json.dumps(machine.joint_names),
         "cylinder_names": json.dumps(machine.cylinder_names),

@@ -185,7 +185,7 @@ def _terms(columns: Columns) -> list[_Term]:
         sign = float(column.attrs.get("sign", 0.0)) if key.startswith("ledger.") else 0.0
         if sign and column.values.size:
             owner, _, name = key.removeprefix("ledger.").rpartition(".")
-            text = str(column.attrs["long_name"]).rpartition(": ")[2]
+            text = str(column.attrs.get("long_name", name)).rpartition(": ")[2]
             text = PLACES.get(name, re.sub(r"^(?:loss|heat|work) (?:of|against|into) (?:the )?", "", text))
             found.append(_Term(owner, name, text, sign, float(column.values[-1])))
     names = {term.name for term in found}

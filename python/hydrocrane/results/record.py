@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from hydrocrane.errors import ResultFileError
+from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.columns import Attributes, Columns
-from hydrocrane.machine.machine import Machine, load_machine
+from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning, from_json
+from hydrocrane.results.carried import made, statement
 from hydrocrane.results.dataset import RunDataset
 from hydrocrane.results.learnt import LearntValve, LearntValves
-from hydrocrane.results.outcome import Outcome, Verification
+from hydrocrane.results.outcome import KINDS, Outcome, Verification
 from hydrocrane.scenario.payload import PayloadChange
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+# Attributes that every run states, with what reads them; and those with a property that does.
+STATED: dict[str, Callable[[str], object]] = {
+    "scenario": str, "machine": str, "source": str, "solver_method": str, "solver_rtol": float
+}  # fmt: skip
+READ = ("outcome", "events", "learnt", "verification", "payload_changes", "joint_names", "cylinder_names")
 
 
 @dataclass(frozen=True)
@@ -54,13 +62,17 @@ class Record:
         import xarray and pandas.
     """
 
-    def __init__(self, data: xr.Dataset | RunDataset, machine: Machine | None = None) -> None:
+    def __init__(
+        self, data: xr.Dataset | RunDataset, machine: Machine | None = None, carried: Attributes | None = None
+    ) -> None:
         self._unlabelled: RunDataset | None = None
         if isinstance(data, RunDataset):
             self._unlabelled = data
         else:
             self.data = data
         self._machine = machine
+        # The text of the machine; made when the run is saved.
+        self._carried = carried or {}
 
     @cached_property
     def data(self) -> xr.Dataset:
@@ -103,7 +115,10 @@ class Record:
     def outcome(self) -> Outcome:
         """How and when the run ended."""
         about = self._attrs
-        return Outcome(str(about["outcome"]), float(about["outcome_time"]), str(about["outcome_message"]))
+        kind = str(about["outcome"])
+        if kind not in KINDS:
+            raise ResultFileError(f"a run does not end as `{kind}`{nearest(kind, KINDS)}")
+        return Outcome(kind, float(about["outcome_time"]), str(about["outcome_message"]))
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -121,7 +136,7 @@ class Record:
     def learnt(self) -> LearntValves:
         """What the controller learnt about each valve, by the valve's name; empty if it does not learn."""
         found = json.loads(str(self._attrs.get("learnt", "{}")))
-        return LearntValves({name: LearntValve(*values) for name, values in found.items()})
+        return LearntValves({name: LearntValve(*map(float, values)) for name, values in found.items()})
 
     @property
     def verification(self) -> Verification | None:
@@ -136,21 +151,47 @@ class Record:
 
     @property
     def machine(self) -> Machine:
-        """The machine that ran; a loaded run loads it again by its source and overrides."""
+        """The machine that ran; a loaded run makes it from the text that the run carries, whatever its file has become.
+
+        Its ``source`` is no file: to use it elsewhere, write its :meth:`~hydrocrane.Machine.to_toml` to one.
+        """
         if self._machine is None:
-            about = self._attrs
-            source = str(about["machine_source"])
-            if ("/" in source or "\\" in source) and not Path(source).is_file():
-                raise ResultFileError(f"this run's machine file {source} is gone; its data can still be read")
-            self._machine = load_machine(source, json.loads(str(about["machine_overrides"])))
+            self._machine = made(self._attrs, self._carried)
         return self._machine
+
+    def _carrying_its_machine(self) -> xr.Dataset | Columns:
+        """The data, which state the text of the machine."""
+        if not self._carried and self._machine is not None:
+            self._carried = statement(self._machine)
+        return self._held.assign_attrs(self._carried)
+
+    def _check(self, source: str) -> None:
+        """An error if something that the record says about itself cannot be understood.
+
+        Raises
+        ------
+        ResultFileError
+            With the `source` and the attribute.
+        """
+        for name in (*STATED, *READ):
+            try:
+                str(getattr(self, name) if name in READ else STATED[name](str(self._attrs[name])))
+            except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
+                reason = f"what it says of its `{name}` is missing or damaged ({type(error).__name__}: {error})"
+                raise ResultFileError(f"{source}: {reason}; copy it again from where it was saved") from None
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints from the base to the tip."""
-        return tuple(json.loads(str(self._attrs["joint_names"])))
+        return self._names("joint_names")
 
     @property
     def cylinder_names(self) -> tuple[str, ...]:
         """Names of the cylinders; cylinder i moves joint i."""
-        return tuple(json.loads(str(self._attrs["cylinder_names"])))
+        return self._names("cylinder_names")
+
+    def _names(self, attribute: str) -> tuple[str, ...]:
+        found = json.loads(str(self._attrs[attribute]))
+        if not isinstance(found, list):
+            raise TypeError(f"not a list but {found!r}")
+        return tuple(map(str, found))

@@ -7,8 +7,10 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hydrocrane.errors import ResultFileError
 from hydrocrane.files.datasets import load_netcdf, save
 from hydrocrane.notebook import of_text
+from hydrocrane.results.carried import taken_out
 from hydrocrane.results.record import Record
 from hydrocrane.results.summary import text
 
@@ -51,7 +53,10 @@ class Run(Record):
         >>> hc.Run.load(run.save("lift.nc")).outcome.kind
         'completed'
         """
-        return cls(load_netcdf(Path(path)))
+        data = load_netcdf(Path(path))
+        run = cls(data, carried=taken_out(data.attrs))
+        run._check(str(path))
+        return run
 
     def summary(self) -> str:
         """A few lines of text: outcome, effort, tip, cylinders, energy.
@@ -62,7 +67,11 @@ class Run(Record):
         >>> run.summary().splitlines()[0]
         'vertical-lift-open-loop on rottne-f9-lab: completed at 0.2 s'
         """
-        return text(self)
+        try:
+            return text(self)
+        except (KeyError, TypeError, ValueError) as error:
+            reason = f"has lost or damaged what a summary needs ({type(error).__name__}: {error})"
+            raise ResultFileError(f"this run {reason}; its data can be read") from None
 
     def _repr_html_(self) -> str:
         return of_text(self.summary(), "print(run.summary())")
@@ -71,6 +80,7 @@ class Run(Record):
         """Write the data; the suffix decides: ``.nc``, ``.mat``, ``.csv``, ``.parquet``, ``.xlsx``,
         ``.mf4`` or ``.mcap``.
 
+        Files with attributes carry the text of the machine, ``machine_text``, but no path of its file.
         The last four need an optional package; if it is missing, the error names it.
 
         Examples
@@ -79,7 +89,7 @@ class Run(Record):
         >>> run.save("lift.nc").name
         'lift.nc'
         """
-        return save(self._held, Path(path))
+        return save(self._carrying_its_machine(), Path(path))
 
     def plot(self, chart: str | None = None, *, path: str | PathLike[str] | None = None) -> Figure:
         """Charts of the run; with `path` the picture is also written.

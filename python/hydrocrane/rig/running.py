@@ -177,7 +177,7 @@ def _relaxed(machine: Machine, valve: SteadyValve, course: Course, payload: floa
 
 def _about(machine: Machine, name: str, plan: Scenario, recorded: xr.Dataset) -> dict[str, str | float]:
     """Description of the experiment as plain strings and numbers, which every file format can store."""
-    kept = ("machine", "machine_source", "machine_overrides", "outcome", "outcome_time", "outcome_message", "source")
+    kept = ("machine", "machine_overrides", "outcome", "outcome_time", "outcome_message", "source")
     return {
         "title": f"{machine.title}: {plan.title}",
         "experiment": name,

@@ -53,7 +53,8 @@ class PayloadChange:
         50.0
         """
         time, (before, after), (incoming, outgoing), loss = entry
-        return cls(time, before, after, (incoming[0], incoming[1]), (outgoing[0], outgoing[1]), loss)
+        speeds = [(float(x), float(z)) for x, z in (incoming, outgoing)]
+        return cls(float(time), float(before), float(after), speeds[0], speeds[1], float(loss))
 
     @property
     def text(self) -> str:

@@ -9,13 +9,16 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TypedDict
 
 import google_crc32c
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
+from hydrocrane.errors import ResultFileError
+from hydrocrane.files.received import MOST_VALUES, received
 from hydrocrane.files.whole_file import write_text
 
 # Attribute with the digest of a description.
@@ -25,6 +28,8 @@ BLOCK_ARRAYS, AXES = "block_arrays", "axes"
 DESCRIPTION = "zarr.json"
 _CRC_BYTES = 4
 _MISSING, _CHANGED = "is missing", "was cut off or changed"
+# Largest description, bytes; most chunks of an array; and the codecs of arrays and those that Zarr adds by itself.
+LARGEST, MOST_CHUNKS, CODECS = 2**24, 2**20, {"bytes", "vlen-utf8", "zstd", "crc32c"}
 # Most damaged files that a message names.
 _SHOWN = 5
 
@@ -37,10 +42,17 @@ class ChunkGrid(TypedDict):
     configuration: ChunkShape
 
 
-class Description(TypedDict):
-    """The fields of the ``zarr.json`` of a group or array that are used."""
+class Codec(TypedDict):
+    name: str
 
+
+class Description(TypedDict):
+    """The fields of the ``zarr.json`` of a group or array that are used; a group has the first two."""
+
+    node_type: str
     attributes: dict[str, str]
+    data_type: str
+    codecs: list[Codec]
     shape: list[int]
     chunk_grid: ChunkGrid
 
@@ -60,13 +72,36 @@ def seal(node: Path, **attributes: str) -> None:
 
 
 def description(node: Path) -> Description | None:
-    """The description of a group or array; None if it cannot be read or does not match its digest."""
+    """The description of a group or array; None if it cannot be read, does not match its digest, or states what no
+    study has."""
     try:
-        content: Description = json.loads((node / DESCRIPTION).read_text(encoding="utf-8"))
+        content: Description = json.loads(received(node / DESCRIPTION, LARGEST).read_text(encoding="utf-8"))
         stated = content["attributes"].get(CHECKSUM)
-        return content if stated is None or stated == _digest(content) else None
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return content if stated in (None, _digest(content)) and _is_own(content) else None
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return None
+
+
+def _is_own(content: Description) -> bool:
+    """Whether an array is unpacked by the codecs of studies alone, to no more than is read at once."""
+    if content["node_type"] != "array":
+        return True
+    shape, chunk = content["shape"], content["chunk_grid"]["configuration"]["chunk_shape"]
+    if min(chunk, default=1) < 1:
+        return False
+    parts = math.prod(-(-length // step) for length, step in zip(shape, chunk, strict=True))
+    at_once = math.prod(shape if content["data_type"] == "string" else chunk)
+    codecs = {codec["name"] for codec in content["codecs"]}
+    return codecs <= CODECS and parts <= MOST_CHUNKS and at_once <= MOST_VALUES
+
+
+def names_in(text: str) -> list[str]:
+    """The names of arrays in an attribute of a group; each is that of a folder in its own."""
+    found: list[str] = json.loads(text)
+    for name in found:
+        if {name} != {PurePosixPath(name).name, PureWindowsPath(name).name}:
+            raise ResultFileError(f"a study has no array `{name}`: its name would be a path; delete the store")
+    return found
 
 
 @dataclass(frozen=True)
@@ -110,8 +145,8 @@ def study_faults(folder: Path, outcome: str) -> Faults:
     own = description(folder)
     assert own is not None, "a store is checked once its own description is found sound"
     about = own["attributes"]
-    names, axes = json.loads(about[BLOCK_ARRAYS]), json.loads(about[AXES])
-    read = {name: description(folder / name) for name in [*names, *axes]}
+    names, axes = names_in(about[BLOCK_ARRAYS]), names_in(about[AXES])
+    read = {name: None if (folder / name).is_symlink() else description(folder / name) for name in [*names, *axes]}
     arrays = {name: _description_fault(folder / name) for name, content in read.items() if content is None}
     known = {name: content for name, content in read.items() if content is not None}
     for name in axes:
@@ -155,16 +190,30 @@ def _chunk_faults(array: Path, indices: list[tuple[int, ...]]) -> list[str]:
     faults = []
     for index in indices:
         try:
-            raw = chunk_file(array, index).read_bytes()
+            if not chunk_file(array, index).exists():
+                raise FileNotFoundError
+            raw = received(chunk_file(array, index)).read_bytes()
             sound = len(raw) > _CRC_BYTES and _crc(raw[:-_CRC_BYTES]) == raw[-_CRC_BYTES:]
-            reason = "" if sound else _CHANGED
+            reason = "" if sound and _unpacked(raw) <= 8 * MOST_VALUES else _CHANGED
         except FileNotFoundError:
             reason = _MISSING
+        except ResultFileError as error:
+            reason = f"cannot be read ({error})"
         except OSError as error:
             reason = f"cannot be read ({error.strerror})"
         if reason:
             faults.append(f"{'/'.join([array.name, *_chunk(index)])} {reason}")
     return faults
+
+
+def _unpacked(raw: bytes) -> float:
+    """The number of bytes that a chunk states it unpacks to, for which room is made (RFC 8878, 3.1.1.1)."""
+    if len(raw) < 5 or raw[:4] != b"\x28\xb5\x2f\xfd":
+        return math.inf
+    single, size = raw[4] >> 5 & 1, raw[4] >> 6
+    at = 5 + (1 - single) + (0, 1, 2, 4)[raw[4] & 3]
+    width = (single, 2, 4, 8)[size]
+    return int.from_bytes(raw[at : at + width], "little") if width else math.inf
 
 
 def _crc(raw: bytes) -> bytes:

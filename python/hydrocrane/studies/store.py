@@ -24,6 +24,7 @@ import zarr
 from zarr.storage import MemoryStore, StoreLike
 
 from hydrocrane.errors import ResultFileError
+from hydrocrane.files.received import readable
 from hydrocrane.files.whole_file import cannot_write
 from hydrocrane.studies.case import CRASHED, FAILED, BlockResult
 from hydrocrane.studies.design import Place, blocks
@@ -35,6 +36,7 @@ from hydrocrane.studies.integrity import (
     DESCRIPTION,
     chunk_file,
     description,
+    names_in,
     seal,
     study_faults,
 )
@@ -58,7 +60,7 @@ class Store:
     def __init__(self, group: zarr.Group, path: Path | None) -> None:
         self._group, self.path = group, path
         listed = group.attrs.get(BLOCK_ARRAYS)
-        names = sorted(group.array_keys()) if listed is None else json.loads(str(listed))
+        names = sorted(group.array_keys()) if listed is None else names_in(str(listed))
         self._arrays = {name: _array(group, name) for name in names}
         self._outcome = self._arrays[OUTCOME]
         self._dims = tuple(json.loads(str(group.attrs["dimensions"])))
@@ -85,9 +87,10 @@ class Store:
         try:
             _sweep_remains(folder)
             if folder.exists() and not _is_empty(folder):
-                stored = _opened(folder)
-                if not overwrite:
-                    return cls._continued(stored, folder, layout, resume)
+                with readable(folder, "a study that can go on"):
+                    stored = _opened(folder)
+                    if not overwrite:
+                        return cls._continued(stored, folder, layout, resume)
             _put(folder, layout)
         except OSError as error:
             raise cannot_write(folder, error) from None
@@ -146,7 +149,7 @@ class Store:
 
     def dataset(self) -> xr.Dataset:
         """The finished results, read from the store on use; cases that are not done have an empty outcome."""
-        try:
+        with readable(Path(str(self.path)), "a study that can be read"):
             data = xr.open_zarr(self._group.store, consolidated=False, chunks=None)
             data = data[sorted(name for name in self._arrays if name in data.data_vars)]
             # Texts as Python strings, because many tools do not support the strings of Zarr. They are few compared with
@@ -154,8 +157,6 @@ class Store:
             for name, entry in data.variables.items():
                 if entry.dtype.kind not in "biufO":
                     data[name] = entry.dims, entry.values.astype(object), entry.attrs
-        except (OSError, ValueError, RuntimeError, KeyError) as error:
-            raise ResultFileError(f"{self.path} is damaged and cannot be read: {error}") from None
         for attributes in (data.attrs, *(entry.attrs for entry in data.variables.values())):
             attributes.pop(CHECKSUM, None)
         return data.load() if self.path is None else data
@@ -232,16 +233,20 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     folder = Path(path)
     if not folder.exists():
         raise ResultFileError(f"no such store: {folder}")
-    stored = _opened(folder)
-    if CHECKSUM not in stored.attrs:
-        text = f"{folder} has no checksums, since an earlier version wrote it: damage cannot be detected; "
-        warnings.warn(f"{text}run the study again with overwrite=True (--overwrite) to have them", stacklevel=2)
-    elif faults := study_faults(folder, OUTCOME):
-        raise ResultFileError(
-            f"{folder} is damaged: {faults}. Run the same study with this store again: it computes the damaged blocks "
-            "again and keeps the others"
-        )
-    return Store(stored, folder).dataset()
+    with readable(folder, "a study that can be read"):
+        stored = _opened(folder)
+        if CHECKSUM not in stored.attrs:
+            odd = [name for name in stored if description(folder / name) is None]
+            if odd:
+                raise ResultFileError(f"{folder} is damaged: {odd[0]}/{DESCRIPTION} was cut off or changed")
+            text = f"{folder} has no checksums, since an earlier version wrote it: damage cannot be detected; "
+            warnings.warn(f"{text}run the study again with overwrite=True (--overwrite) to have them", stacklevel=2)
+        elif faults := study_faults(folder, OUTCOME):
+            raise ResultFileError(
+                f"{folder} is damaged: {faults}. Run the same study with this store again: it computes the damaged "
+                "blocks again and keeps the others"
+            )
+        return Store(stored, folder).dataset()
 
 
 def _array(group: zarr.Group, name: str) -> zarr.Array[Any]:
@@ -263,7 +268,7 @@ def _opened(folder: Path) -> zarr.Group:
             "holds. Copy it back from elsewhere, or delete the folder and run the study again"
         )
     try:
-        group = zarr.open_group(folder, mode="r+")
+        group = zarr.open_group(folder, mode="r+", zarr_format=3)
     except (OSError, ValueError, KeyError):
         group = None
     if group is None or IDENTITY not in group.attrs:
@@ -314,6 +319,8 @@ def _repair(folder: Path, layout: Layout) -> None:
         shutil.rmtree(folder / OUTCOME / "c", ignore_errors=True)
     seal(folder, **{BLOCK_ARRAYS: json.dumps([n for n in listed if n in known or n not in faults.arrays])})
     for name in faults.arrays:
+        if (folder / name).is_symlink():
+            (folder / name).unlink()
         shutil.rmtree(folder / name, ignore_errors=True)
         if name in known:
             known[name](group)

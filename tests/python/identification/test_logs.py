@@ -242,7 +242,7 @@ def test_a_mapping_file(tmp_path):
         ({"time": {"sample-rate": "1 s"}}, ["positive frequency"]),
         ({"time": {"sample-rate": 1000}}, ["text with a unit"]),
         ({"time": {"column": "tt"}}, ["no column `tt`"]),
-        ("none.toml", ["cannot read the mapping file none.toml"]),
+        ("none.toml", ["no such mapping file: none.toml"]),
         (3, ["a mapping is"]),
     ],
 )

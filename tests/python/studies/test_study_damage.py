@@ -6,6 +6,8 @@ import os
 import shutil
 import subprocess
 import sys
+import warnings
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -177,7 +179,7 @@ def test_old_stores_open_with_a_warning_and_do_not_go_on(store, whole):
     with pytest.raises(hc.ResultFileError, match=r"without checksums.*overwrite"):
         rig_study(old)
     cut(old / "outcome/c/1/0")
-    with pytest.warns(UserWarning), pytest.raises(hc.ResultFileError, match="is damaged and cannot be read"):
+    with pytest.warns(UserWarning), pytest.raises(hc.ResultFileError, match="is damaged, or not a study"):
         hc.open_study(old)
     assert rig_study(old, overwrite=True).load().identical(whole)
 
@@ -273,3 +275,59 @@ def test_descriptions_carry_their_checksum(made):
     for file in made.rglob("zarr.json"):
         assert integrity.CHECKSUM in json.loads(file.read_text())["attributes"]
     assert integrity.CHECKSUM not in hc.open_study(made).attrs
+
+
+def reseal(store, name="", **fields):
+    """Change a description as somebody would who knows how its digest is made."""
+    file = store / name / "zarr.json"
+    content = json.loads(file.read_text())
+    file.write_text(
+        json.dumps({**content, **fields, "attributes": content["attributes"] | fields.get("attributes", {})})
+    )
+    integrity.seal(store / name)
+
+
+def grid(step):
+    return {"name": "regular", "configuration": {"chunk_shape": [step, step]}}
+
+
+HOSTILE = {
+    "too many blocks": lambda s: reseal(s, "outcome", shape=[10**9, 10**9], chunk_grid=grid(1)),
+    "a huge block": lambda s: reseal(s, "tip_way", shape=[10**6, 10**6], chunk_grid=grid(10**6)),
+    "huge texts": lambda s: reseal(s, "message", shape=[10**9, 10**9], chunk_grid=grid(10**9)),
+    "no block": lambda s: reseal(s, "outcome", chunk_grid=grid(0)),
+    "a codec": lambda s: reseal(s, "tip_way", codecs=[{"name": "numcodecs.pickle", "configuration": {}}]),
+    "no array": lambda s: reseal(s, "tip_way", shape="five"),
+    "names": lambda s: reseal(s, attributes={"block_arrays": json.dumps(["../../other", "outcome"])}),
+    "axes": lambda s: reseal(s, attributes={"axes": json.dumps(["/etc"])}),
+    "no list": lambda s: reseal(s, attributes={"block_arrays": "[" * 100_000}),
+    "no texts": lambda s: reseal(s, attributes={"block_arrays": "[[1], 2]"}),
+    "no dimensions": lambda s: reseal(s, attributes={"dimensions": "7"}),
+    "deep": lambda s: (s / "zarr.json").write_text("[" * 100_000),
+    "a pipe": lambda s: ((s / "own/c/1/0").unlink(), os.mkfifo(s / "own/c/1/0")),
+    "a pipe for a description": lambda s: ((s / "own/zarr.json").unlink(), os.mkfifo(s / "own/zarr.json")),
+    "a link": lambda s: ((s / "own").rename(s.parent / "own"), (s / "own").symlink_to(s.parent / "own")),
+    "version 2": lambda s: ((s / "zarr.json").unlink(), (s / ".zgroup").write_text('{"zarr_format": 2}')),
+}  # fmt: skip
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pipes as files")
+@pytest.mark.parametrize("harm", HOSTILE.values(), ids=HOSTILE)
+def test_a_store_made_to_harm_is_one_error_and_nothing_outside_is_touched(harm, store):
+    other = store.parent.parent / "other"
+    other.mkdir(exist_ok=True)
+    (other / "zarr.json").write_text("{}")
+    harm(store)
+    with pytest.raises(hc.ResultFileError):
+        hc.open_study(store)
+    with suppress(hc.ResultFileError), warnings.catch_warnings(action="ignore", category=StudyRepaired):
+        rig_study(store)
+    assert (other / "zarr.json").read_text() == "{}"
+
+
+def test_a_chunk_that_states_a_huge_size(store):
+    file = store / "own/c/1/0"
+    raw = bytes([0x28, 0xB5, 0x2F, 0xFD, 0b11100000]) + (2**42).to_bytes(8, "little") + b"\1\0\0"
+    file.write_bytes(raw + integrity._crc(raw))
+    with pytest.raises(hc.ResultFileError, match="own/c/1/0 was cut off or changed"):
+        hc.open_study(store)

@@ -100,7 +100,7 @@ def test_a_wrong_file_is_one_clear_error(study, text, words):
 
 @pytest.mark.evidence
 def test_a_missing_file_is_one_clear_error(tmp_path):
-    with pytest.raises(hc.InputError, match="cannot read the study file .*nowhere.toml"):
+    with pytest.raises(hc.InputError, match="no such study file: .*nowhere.toml"):
         hc.load_study(tmp_path / "nowhere.toml")
     done = command("nowhere.toml", folder=tmp_path)
     assert done.returncode == 2 and "Traceback" not in done.stderr and done.stderr.count("error:") == 1
