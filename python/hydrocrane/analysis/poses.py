@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hydrocrane.arrays import Array, rows
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
+
+# Most points of a telescope beside turning joints, and most poses: a chart takes some 150 bytes for each.
+_TELESCOPE, MOST_POSES = 8, 2**23
 
 
 def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
@@ -14,13 +19,27 @@ def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
 
     Turning joints get `samples` points; a telescope gets fewer, because it matters less. `inset` is the share of each
     range that is kept clear at both ends: exactly at a limit the inverse relations may already be undefined.
+
+    Raises
+    ------
+    InputError
+        Less than two samples, or more poses than `MOST_POSES`.
     """
     if samples < 2:
         raise InputError(f"samples must be at least 2, got {samples}")
+    units = machine.joint_units
+
+    def counts(points: int) -> list[int]:
+        fewer = min(max(3, points // 6), _TELESCOPE)
+        return [points if unit == "rad" or len(units) == 1 else fewer for unit in units]
+
+    if math.prod(counts(samples)) > MOST_POSES:
+        turning = sum(count == samples for count in counts(samples))
+        most = int((MOST_POSES / math.prod(counts(samples)) * samples**turning) ** (1 / turning))
+        raise InputError(f"samples={samples} makes more than {MOST_POSES} poses; take {most} at most")
     axes = []
-    for (low, high), unit in zip(machine.joint_limits, machine.joint_units, strict=True):
+    for (low, high), count in zip(machine.joint_limits, counts(samples), strict=True):
         margin = inset * (high - low)
-        count = samples if unit == "rad" or len(machine.joint_units) == 1 else max(3, samples // 6)
         axes.append(np.linspace(low + margin, high - margin, count))
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 

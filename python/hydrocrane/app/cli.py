@@ -6,7 +6,7 @@ Heavy imports happen inside the commands, so that ``--help`` answers at once.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
@@ -110,7 +110,7 @@ def simulate(
     if output.exists() and not output.is_dir():
         raise InputError(f"--output is a folder, and `{output}` is a file; choose another name")
     with waiting("simulating"):
-        run = hc.simulate(plan, machine=machine, verify=verify, **changes)
+        run = _run_or_part(lambda: hc.simulate(plan, machine=machine, verify=verify, **changes))
     paths: list[Path] = []
     try:
         # Data first: a picture that fails must not cost the run.
@@ -125,6 +125,17 @@ def simulate(
         warn(f"the run may be wrong: {len(run.warnings)} warning{'s' * (len(run.warnings) > 1)}, see above")
     if not run.outcome.completed:
         raise typer.Exit(1)
+
+
+def _run_or_part(simulate: Callable[[], Run]) -> Run:
+    """The run; after Ctrl-C the one until then."""
+    try:
+        return simulate()
+    except KeyboardInterrupt as stopped:
+        part: Run | None = getattr(stopped, "run", None)
+        if part is None:
+            raise
+        return part
 
 
 def _data_suffixes(name: str, also: list[str], film: str) -> list[str]:

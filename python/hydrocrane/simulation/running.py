@@ -62,7 +62,12 @@ def simulate(
     Returns
     -------
     Run
-        Ctrl-C ends the run early with outcome ``interrupted``; the results up to then are kept.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C, also in a loop of runs; its attribute ``run`` holds the run until then, with outcome
+        ``interrupted``.
 
     Examples
     --------
@@ -93,6 +98,11 @@ def simulate(
     run = Run(run_dataset(machine, plan, recorded, payload=payload, wall=wall), machine)
     if error is not None and (on_error == "raise" or not isinstance(error, Exception)):
         raise _with_run(error, run)
+    if run.outcome.kind == "interrupted":
+        stopped = KeyboardInterrupt(f"the run was stopped at t = {run.outcome.time:.4g} s")
+        stopped.run = run  # type: ignore[attr-defined]
+        stopped.add_note("The run until then is the attribute `run` of this exception.")
+        raise stopped
     return run
 
 

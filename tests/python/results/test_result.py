@@ -240,16 +240,19 @@ def test_holding_and_joining_do_not_mix(plan):
         hc.simulate(plan, commands=commands)
 
 
-def test_ctrl_c_returns_what_was_computed(plan):
-    """The signal arrives while the core integrates; the run comes back with what it has."""
+def test_ctrl_c_ends_a_loop_of_runs_and_keeps_what_was_computed(plan):
+    """The signal arrives while the core integrates; the exception has the run until then."""
     long = plan.changed(duration=20000.0, record_interval=1.0, commands={})
     before = signal.getsignal(signal.SIGINT)
     timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
     timer.start()
     try:
-        run = hc.simulate(long)
+        with pytest.raises(KeyboardInterrupt, match="stopped at t") as stopped:
+            for _ in range(3):
+                hc.simulate(long)
     finally:
         timer.cancel()
+    run = stopped.value.run
     assert run.outcome.kind == "interrupted"
     assert 0 < run.data.sizes["time"] < 20001
     assert signal.getsignal(signal.SIGINT) is before

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import sys
+
 import numpy as np
 import pytest
 
@@ -229,3 +232,24 @@ def test_a_sample_of_finest_steps_ends():
     for spools in ([-0.015088538825511933, -0.05, 0.0033193740993738177], [-0.05, 0.03296621441841126, -0.05]):
         batch.step([spools])
     assert batch.alive.all()
+
+
+def _stepped(batch, u, sent):
+    sent.send(batch.step(u).q)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not fork by default")
+def test_a_forked_process_has_threads_of_its_own(crane):
+    """The threads of a batch do not live on in a child; it starts its own, and ends without those of its parent."""
+    n = 100
+    batch = hc.BatchSimulator(crane, n, threads=2)
+    u = commands(n, 1)[0]
+    batch.reset(q=np.tile(POSE, (n, 1)))
+    receive, send = multiprocessing.Pipe(duplex=False)
+    child = multiprocessing.get_context("fork").Process(target=_stepped, args=(batch, u, send))
+    child.start()
+    assert receive.poll(60.0), "the child hangs"
+    found = receive.recv()
+    child.join(60.0)
+    assert child.exitcode == 0
+    np.testing.assert_array_equal(found, batch.step(u).q)
