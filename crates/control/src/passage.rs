@@ -2,7 +2,7 @@
 
 use crate::feed_forward::Moment;
 use crate::oil_displacement::{Interval, OilDisplacement};
-use crate::plausibility::Kind;
+use crate::signal::Kind;
 
 /// One cylinder at its last sample, and what has happened since each of its readings last changed.
 #[derive(Debug, Clone, Copy)]

@@ -10,27 +10,13 @@ use crate::controller_model::{ControllerModel, CylinderModel};
 use crate::feed_forward::Moment;
 use crate::oil_displacement::{oil_displacements, Interval, OilDisplacement, Trust};
 use crate::passage::{Passage, Standing, Track};
+pub use crate::signal::Kind;
 use crate::signal::{OfSignals, Signal, MOST, PER_CYLINDER};
 use crate::spool_history::SpoolHistory;
 pub use crate::suspect::Returned;
 use crate::suspect::{returned, Judged, Suspect};
 use crate::whereabouts::{Whereabouts, DYNAMIC};
 use arrayvec::ArrayVec;
-
-/// What is wrong with a reading.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
-    NoReading,
-    OutOfRange,
-    /// By this much (rad, m or Pa) from one sample to the next, which nothing explains.
-    Jump(f64),
-    /// Unchanged while the piston must have moved this far, m.
-    Frozen(f64),
-    /// Nothing in both chambers, where oil has carried a load the sample before.
-    Vanished,
-    /// It came with others that cannot be right.
-    InBadSample,
-}
 
 /// Thresholds, SI, most of them per cylinder.
 #[derive(Debug, Clone)]

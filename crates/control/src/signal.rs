@@ -1,4 +1,4 @@
-//! What a controller measures, by name: a joint and two pressures per cylinder.
+//! What a controller measures, by name: a joint and two pressures per cylinder; and what can be wrong with it.
 
 use arrayvec::ArrayVec;
 
@@ -8,6 +8,21 @@ pub enum Signal {
     Joint(usize),
     /// Cylinder, and 0 for its piston side or 1 for its rod side.
     Pressure(usize, usize),
+}
+
+/// What is wrong with a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    NoReading,
+    OutOfRange,
+    /// By this much (rad, m or Pa) from one sample to the next, which nothing explains.
+    Jump(f64),
+    /// Unchanged while the piston must have moved this far, m.
+    Frozen(f64),
+    /// Nothing in both chambers, where oil has carried a load the sample before.
+    Vanished,
+    /// It came with others that cannot be right.
+    InBadSample,
 }
 
 /// Signals of one cylinder, and of the largest crane.

@@ -2,8 +2,7 @@
 
 use crate::feed_forward::Moment;
 use crate::passage::Passage;
-use crate::plausibility::Kind;
-use crate::signal::Signal;
+use crate::signal::{Kind, Signal};
 
 /// A suspect sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]

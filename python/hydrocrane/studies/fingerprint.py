@@ -153,8 +153,8 @@ class _Walk:
             self._put("array", value.dtype.str, value.shape, np.ascontiguousarray(value).tobytes())
         elif isinstance(value, Mapping) and type(value) is dict:
             self._each("mapping", (part for item in value.items() for part in item))
-        elif type(value) in (list, tuple):
-            self._each(type(value).__name__, value)  # type: ignore[call-overload]
+        elif isinstance(value, list | tuple) and type(value) in (list, tuple):
+            self._each(type(value).__name__, value)
         elif isinstance(value, set | frozenset):
             # Without an order.
             self._put("set", sorted(fingerprint(item) for item in value))
