@@ -117,6 +117,9 @@ impl From<Fault> for Problem {
     }
 }
 
+/// Longest step, s: nobody waits for a longer one.
+const LONGEST_STEP: f64 = 86_400.0;
+
 pub type Done = Result<Status, Problem>;
 
 /// Calls `f` on the instance. A problem becomes a status and a message, and so does a panic, after which the instance
@@ -340,6 +343,9 @@ impl Component {
         self.require(&[Mode::Stepping])?;
         if !(duration.is_finite() && duration >= 0.0) {
             return Err(format!("a step of {duration} s; it must be zero or more").into());
+        }
+        if duration > LONGEST_STEP {
+            return Err(format!("a step of {duration} s; ask for steps of at most {LONGEST_STEP} s, a day").into());
         }
         let own = self.part.time();
         // Tools sum up steps with different rounding. Also false for NaN.

@@ -298,3 +298,10 @@ def test_a_step_of_no_length_does_not_bound_the_next_one(unit, least):
     for i in range(10):
         unit.step(2 * least + i * STEP, STEP)
     assert unit.get(["joint.boom.qd"])[0] > 1e-3
+
+
+@pytest.mark.parametrize("duration", [86_401.0, 1e300])
+def test_a_step_that_nobody_waits_for_is_refused(unit, duration):
+    unit.begin()
+    assert "steps of at most 86400 s" in told(unit, unit.step, 0.0, duration)
+    unit.step(0.0)
