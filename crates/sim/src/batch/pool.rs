@@ -38,8 +38,8 @@ impl Pool {
 
     /// Forgets threads of another process: to end them would wait for ever.
     fn leave(&mut self) {
-        if process::id() != self.process {
-            self.threads.take().map(forget);
+        if let Some(threads) = self.threads.take_if(|_| process::id() != self.process) {
+            forget(threads);
         }
     }
 }
