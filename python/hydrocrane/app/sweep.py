@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrocrane.app.console import complain, say
+from hydrocrane.result_warning import DoubtfulResult
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +45,10 @@ def sweep(
     # A picture that cannot be drawn shall not cost the runs.
     drawn = _pictured(file.study, measure, picture) if picture is not None else None
     try:
-        data = file.study.run(folder, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler)
+        with warnings.catch_warnings():
+            # The table of outcomes says it.
+            warnings.filterwarnings("ignore", ".*cases have no results", DoubtfulResult)
+            data = file.study.run(folder, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler)
     except StudyInterrupted as stopped:
         complain(str(stopped))
         raise typer.Exit(1) from None

@@ -19,7 +19,7 @@ from hydrocrane.studies import integrity
 from hydrocrane.studies.lock import written_by_one
 from hydrocrane.studies.store import StudyRepaired
 
-pytestmark = pytest.mark.evidence
+pytestmark = [pytest.mark.evidence, pytest.mark.filterwarnings("ignore:.*cases have no results")]
 
 RIG = "single-cylinder-step"
 KEYS = {"payload.mass": [50.0, 60.0, 70.0, -1.0], "supply.pressure": [100e5, 120e5, 140e5]}

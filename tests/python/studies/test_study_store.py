@@ -15,7 +15,7 @@ import zarr
 import hydrocrane as hc
 from hydrocrane.studies import StudyInterrupted, design, local
 
-pytestmark = pytest.mark.evidence
+pytestmark = [pytest.mark.evidence, pytest.mark.filterwarnings("ignore:.*cases have no results")]
 
 ROOT = Path(__file__).resolve().parents[3]
 RIG = "single-cylinder-step"
