@@ -130,7 +130,9 @@ impl<const N: usize> Read<N> {
     unsafe fn of(sample: *const Sample) -> Result<Self, Status> {
         // SAFETY: the caller's promise.
         let Sample { t, q, p } = unsafe { checked(sample)?.read() };
-        unsafe { Ok(Read { t, q: checked(q)?.cast::<[f64; N]>().read(), p: checked(p)?.cast::<[[f64; 2]; N]>().read() }) }
+        unsafe {
+            Ok(Read { t, q: checked(q)?.cast::<[f64; N]>().read(), p: checked(p)?.cast::<[[f64; 2]; N]>().read() })
+        }
     }
 
     fn measurement(&self) -> Measurement<'_> {
