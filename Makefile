@@ -12,7 +12,7 @@ SOURCES := $(shell find crates machines scenarios -name '*.rs' -o -name '*.toml'
 # Tests start hundreds of programs. Where no bytecode is kept, each of them compiles all that it imports, for almost two seconds.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test compiled-and-tested module-of-tests test-rust test-python evidence evidence-python evidence-processes evidence-browser evidence-tools cockpit fmu controller drives machines-at-random environments fuzz soak bench docs site lint clean
+.PHONY: demo test compiled-and-tested module-of-tests test-rust test-python evidence evidence-python evidence-processes evidence-studies evidence-browser evidence-tools cockpit fmu controller drives machines-at-random environments fuzz soak bench docs site lint clean
 
 demo: $(VENV)/.built
 	$(BIN)/hydrocrane simulate vertical-lift-open-loop --output results
@@ -37,10 +37,14 @@ test-python: $(VENV)/.tested
 # All other tests, and the tools in their short forms.
 evidence: evidence-python evidence-tools
 
-evidence-python: evidence-processes evidence-browser
+evidence-python: evidence-processes evidence-studies evidence-browser
 
 evidence-processes: $(VENV)/.tested $(VENV)/.documented results/katex/node_modules/.package-lock.json
-	$(PYTEST) -m "evidence and not browser"
+	$(PYTEST) -m "evidence and not browser and not study"
+
+# Statistics over many seeds, which take minutes each and depend on little that changes.
+evidence-studies: $(VENV)/.tested
+	$(PYTEST) -m study
 
 # The browser has the machine to itself: the page's clock is the wall's. The cockpit is tested where its page can be built and a
 # browser can be had; elsewhere those tests are skipped.

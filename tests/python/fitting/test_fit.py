@@ -81,6 +81,7 @@ def test_intervals_of_a_simulated_motion_hold_the_truth():
     assert all(held(1, "simulated", list(TRUTH)).values())
 
 
+@pytest.mark.study
 @pytest.mark.evidence
 @pytest.mark.parametrize(("motion", "least"), [("simulated", 0.9), ("measured", 0.75)])
 def test_intervals_hold_as_often_as_they_say(motion: str, least: float):

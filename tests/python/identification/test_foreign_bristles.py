@@ -13,6 +13,7 @@ identified = functools.cache(foreign_rig.bristles_identified)
 BRISTLES = ("bristle-stiffness", "bristle-damping")
 
 
+@pytest.mark.study
 @pytest.mark.evidence
 def test_bristles_of_a_foreign_cylinder_come_back():
     """One seed: level to level, ramp and pulses in one call, with a clean bill."""
@@ -27,6 +28,7 @@ def test_bristles_of_a_foreign_cylinder_come_back():
     assert found.dynamic.params["bristle-damping"] == pytest.approx(truth["friction.test.bristle-damping"], rel=0.25)
 
 
+@pytest.mark.study
 @pytest.mark.evidence
 def test_intervals_hold_with_a_map_from_the_same_logs():
     """Four cylinders; `docs/validation/dynamic_friction.py` counts twenty. Without the map's covariance 2 of 12 held.

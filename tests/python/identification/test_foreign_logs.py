@@ -36,6 +36,7 @@ def motion_of(seed):
 # --- intervals --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.study
 @pytest.mark.evidence
 def test_intervals_hold_in_the_default_call_whatever_the_exponent():
     """20 cylinders of viscous exponent 1, on a rig whose file says 1.5: 93 to 97 % of the intervals at 95 % hold.

@@ -166,6 +166,7 @@ def test_it_is_plain_least_squares_where_nothing_asks_for_more():
         assert ours_error == pytest.approx(np.sqrt(covariance[0, 0]), rel=0.5)
 
 
+@pytest.mark.study
 @pytest.mark.evidence
 def test_the_trap_of_figure_68():
     """Most points slow, and an error that the points of a level share: every level must weigh the same.
