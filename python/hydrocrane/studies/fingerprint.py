@@ -33,8 +33,8 @@ from hydrocrane.machine.machine import Machine
 
 # Begins what stands in place of a digest.
 UNKNOWN = "not known: "
-# Most objects that one may lead to, and most bytes of a file.
-MOST, LARGEST = 200_000, 2**30
+# Most objects that one may lead to.
+MOST = 200_000
 _PLAIN = (type(None), type(...), type(NotImplemented), bool, int, float, complex, bytes, bytearray, range, slice)
 _COMPILED = (
     BuiltinFunctionType,
@@ -81,8 +81,6 @@ def content_of(path: Path) -> str:
     """The digest of a file's content; empty if it is no regular file."""
     if not path.is_file():
         return ""
-    if path.stat().st_size > LARGEST:
-        raise _Unknown(f"{path} is larger than {LARGEST >> 30} GiB")
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:16]
 
