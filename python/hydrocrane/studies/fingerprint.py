@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import inspect
+import os.path
 import sys
 import sysconfig
 from collections.abc import Iterable, Mapping
@@ -79,7 +80,8 @@ def fingerprint(value: object) -> str:
 
 def content_of(path: Path) -> str:
     """The digest of a file's content; empty if it is no regular file."""
-    if not path.is_file():
+    # A text that is too long for a path is none.
+    if not os.path.isfile(path):  # noqa: PTH113
         return ""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:16]

@@ -87,6 +87,7 @@ def test_globals_helpers_and_files_count(monkeypatch, tmp_path):
     held = fingerprint(of(str(file)))
     file.write_text("2\n")
     assert fingerprint(of(str(file))) != held
+    assert UNKNOWN not in fingerprint(of("a" * 500))
 
 
 def test_another_gain_is_another_study(tmp_path):
