@@ -209,7 +209,7 @@ impl<const N: usize> Monitor<N> {
         if bad > 1 {
             self.leave_out(m, &before, &mut found);
         }
-        self.remember(model, m, &q, &strokes);
+        self.remember(m, &q, &strokes);
         found
     }
 
@@ -232,16 +232,14 @@ impl<const N: usize> Monitor<N> {
     }
 
     /// Keeps what the next sample is held against.
-    fn remember(&mut self, model: &ControllerModel<N>, m: &Measurement, q: &[f64; N], strokes: &[(f64, f64); N]) {
+    fn remember(&mut self, m: &Measurement, q: &[f64; N], strokes: &[(f64, f64); N]) {
         for c in 0..N {
             let p = m.p.get(c).copied().unwrap_or([f64::NAN; 2]);
             let usable = |signal| !self.suspects.iter().any(|s| s.signal == signal && s.plausible.is_none());
             let p_usable = [0, 1].map(|side| if usable(Signal::Pressure(c, side)) { p[side] } else { f64::NAN });
             if usable(Signal::Joint(c)) {
                 let moment = Moment { stroke: strokes[c].0, p: p_usable };
-                let [_, highest] = self.settings.pressures[c];
-                let here = Whereabouts::at(m.t, q[c], moment, &model.cylinders[c], &model.fluid, highest);
-                self.whereabouts[c] = Some(here);
+                self.whereabouts[c] = Some(Whereabouts::at(m.t, q[c], moment));
             }
             let (was, was_p) = self.last[c].unwrap_or((q[c], p));
             let known = |now: f64, was: f64| if now.is_finite() { now } else { was };
@@ -279,22 +277,22 @@ impl<const N: usize> Monitor<N> {
         };
         let within = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
         let known = self.whereabouts(model, t, c);
-        let s = &self.settings;
+        let (s, cylinder) = (&self.settings, &model.cylinders[c]);
+        let limits @ [lowest, highest] = s.pressures[c];
         let joint =
             judge(Signal::Joint(c), q, within(q, s.joints[c]) && within(now.stroke, s.strokes[c])).or_else(|| {
-                let known = known.filter(|known| !known.reach(now.stroke, scatter))?;
+                let known = known.filter(|known| !known.reach(now.stroke, scatter, cylinder, &model.fluid, highest))?;
                 Some((Signal::Joint(c), Kind::Jump(q - known.q)))
             });
         if !s.reads_pressures {
             return joint.into_iter().collect();
         }
-        let limits @ [lowest, _] = s.pressures[c];
         let pressure = |i: usize| {
             let possible = within(now.p[i], limits) || now.p[i] > lowest && self.rises(model, t, c, i, now);
             judge(Signal::Pressure(c, i), now.p[i], possible)
         };
-        let vanished = known.filter(|_| self.vanished(model, t, c, now));
-        let pressures = [0, 1].map(|i| pressure(i).or(vanished.map(|_| (Signal::Pressure(c, i), Kind::Vanished))));
+        let vanished = self.vanished(model, t, c, now);
+        let pressures = [0, 1].map(|i| pressure(i).or(vanished.then_some((Signal::Pressure(c, i), Kind::Vanished))));
         joint.into_iter().chain(pressures.into_iter().flatten()).collect()
     }
 

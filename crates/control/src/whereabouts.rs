@@ -23,16 +23,12 @@ pub(crate) struct Whereabouts {
     /// How far the oil that has left can have moved the piston, m, until the time `t` (s).
     t: f64,
     moved: Interval,
-    /// How far compression can, m.
-    give: Interval,
 }
 
 impl Whereabouts {
-    /// Of a piston that is read at time `t` (s); its pressures can rise to `highest` (Pa).
-    pub fn at(t: f64, q: f64, moment: Moment, c: &CylinderModel, fluid: &Fluid<f64>, highest: f64) -> Self {
-        let p = moment.p.map(|p| if p.is_finite() { p } else { 0.0 });
-        let give = compressed(c, fluid, moment.stroke, p, highest);
-        Whereabouts { read: t, q, moment, t, moved: Interval::ZERO, give }
+    /// Of a piston that is read at time `t` (s).
+    pub fn at(t: f64, q: f64, moment: Moment) -> Self {
+        Whereabouts { read: t, q, moment, t, moved: Interval::ZERO }
     }
 
     /// The time until which it is known, s.
@@ -46,9 +42,14 @@ impl Whereabouts {
         Whereabouts { t, moved, ..self }
     }
 
-    /// Whether the piston can be at `stroke` (m), read within `scatter` (m).
-    pub fn reach(&self, stroke: f64, scatter: f64) -> bool {
-        self.moved.plus(self.give).widened(scatter, 0.0).gap(&Interval::at(stroke - self.moment.stroke)) == 0.0
+    /// Whether the piston can be at `stroke` (m), read within `scatter` (m); its pressures can rise to `highest` (Pa).
+    pub fn reach(&self, stroke: f64, scatter: f64, c: &CylinderModel, fluid: &Fluid<f64>, highest: f64) -> bool {
+        let (way, by_flow) = (Interval::at(stroke - self.moment.stroke), self.moved.widened(scatter, 0.0));
+        // Motion in order never needs what the oil gives way.
+        by_flow.gap(&way) == 0.0 || {
+            let p = self.moment.p.map(|p| if p.is_finite() { p } else { 0.0 });
+            by_flow.plus(compressed(c, fluid, self.moment.stroke, p, highest)).gap(&way) == 0.0
+        }
     }
 }
 
