@@ -170,11 +170,12 @@ impl PlantPart {
         Ok(true)
     }
 
-    /// A simulator at the start, whose steps are no longer than `step` (s).
-    fn simulator(&self, x: &[f64], step: f64) -> Result<Simulator, String> {
-        let settings = RunSettings { ledger: false, max_steps: u64::MAX };
-        let options = options(&self.scenario.solver, self.model.machine(), Task::States, self.payload, settings);
-        let mut simulator = Simulator::new(self.model.clone(), step, options).with_sensors(self.new_sensors()?);
+    /// A simulator at the start.
+    fn simulator(&self, x: &[f64]) -> Result<Simulator, String> {
+        let (solver, settings) = (&self.scenario.solver, RunSettings { ledger: false, max_steps: u64::MAX });
+        let options = options(solver, self.model.machine(), Task::States, self.payload, settings);
+        let mut simulator =
+            Simulator::new(self.model.clone(), solver.max_step, options).with_sensors(self.new_sensors()?);
         simulator.reset(x)?;
         Ok(simulator)
     }
@@ -184,7 +185,7 @@ impl PlantPart {
         if let Motion::Start(None) = &self.motion {
             let (x, doubts) =
                 start(&self.scenario, self.model.as_ref(), self.payload).map_err(|error| error.to_string())?;
-            let readings = self.simulator(&x, self.scenario.solver.max_step)?.sensors().readings().to_vec();
+            let readings = self.simulator(&x)?.sensors().readings().to_vec();
             self.motion = Motion::Start(Some(Start { x, readings, doubts: doubts.iter().map(in_words).collect() }));
         }
         match &self.motion {
@@ -383,7 +384,7 @@ impl Part for PlantPart {
         self.outputs = None;
         if let Motion::Start(_) = self.motion {
             let x = self.start()?.x.clone();
-            self.motion = Motion::Stepped(Box::new(self.simulator(&x, duration)?));
+            self.motion = Motion::Stepped(Box::new(self.simulator(&x)?));
         } else {
             self.take_up_changes()?;
         }
@@ -536,17 +537,12 @@ impl PlantPart {
     }
 
     fn archive_simulator(&mut self, archive: &mut Archive) -> Result<(), Fault> {
-        let mut step = match &self.motion {
-            Motion::Stepped(simulator) => simulator.sample_time(),
-            _ => 0.0,
-        };
         let mut x = if archive.reads() { vec![0.0; self.model.layout().len()] } else { self.state()?.to_vec() };
-        archive.number(&mut step);
         archive.numbers(&mut x);
         if archive.reads() {
             // The machine and its simulator are made again, and their state is then restored.
             self.refresh()?;
-            self.motion = Motion::Stepped(Box::new(self.simulator(&x, step)?));
+            self.motion = Motion::Stepped(Box::new(self.simulator(&x)?));
         }
         if let Motion::Stepped(simulator) = &mut self.motion {
             simulator.archive(archive);

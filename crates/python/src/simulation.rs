@@ -64,7 +64,7 @@ impl Simulator {
         seed: u64,
         faults: Vec<FaultEntry>,
     ) -> PyResult<Self> {
-        let solver = Solver { method: method.to_string(), rtol, atol: None, max_step: sample_time.min(0.05), step };
+        let solver = Solver { method: method.to_string(), rtol, atol: None, max_step: 0.05, step };
         let settings = RunSettings { ledger: false, max_steps: MAX_STEPS };
         let options = options(&solver, machine.model.machine(), Task::States, payload, settings);
         let sensors = sensors::sensors(machine, sensors, seed, &faults)?;
