@@ -35,18 +35,18 @@ pub type Rows<'py> = Readable<'py, f64, Ix2>;
 pub type Row<'py> = Readable<'py, f64, Ix1>;
 pub type Numbers<'py> = Readable<'py, i64, Ix1>;
 
-/// The numbers of a C-contiguous batch whose rows have `width` numbers.
+/// The numbers of a batch whose rows have `width` numbers.
 pub fn rows<'a>(a: &'a Rows, width: usize, name: &str) -> PyResult<&'a [f64]> {
     if a.as_array().ncols() != width {
         let message = format!("{name} must have {width} columns, got {}", a.as_array().ncols());
         return Err(PyValueError::new_err(message));
     }
-    a.as_slice().map_err(|_| PyValueError::new_err(format!("{name} must be C-contiguous")))
+    Ok(a.as_slice()?)
 }
 
 /// The numbers of a vector of `width` numbers.
 pub fn row<'a>(a: &'a Row, width: usize, name: &str) -> PyResult<&'a [f64]> {
-    let slice = a.as_slice().map_err(|_| PyValueError::new_err(format!("{name} must be C-contiguous")))?;
+    let slice = a.as_slice()?;
     if slice.len() != width {
         return Err(PyValueError::new_err(format!("{name} must have {width} numbers, got {}", slice.len())));
     }

@@ -131,7 +131,7 @@ def _commands(plan: Plan, cylinders: tuple[str, ...] | None) -> list[CommandEntr
 
 
 def _series(command: Command) -> tuple[Array, Array]:
-    return np.ascontiguousarray(command.time), np.ascontiguousarray(command.spool)
+    return command.time, command.spool
 
 
 def _controller(own: Loop, driver: AnyController | None, number: int) -> ControllerEntry:
@@ -158,13 +158,13 @@ def _joystick(stick: Joystick | None) -> JoystickEntry | None:
         return None
     return {
         "mode": stick.mode,
-        "time": np.ascontiguousarray(stick.time),
-        "axes": [(name, np.ascontiguousarray(values)) for name, values in stick.axes.items()],
+        "time": stick.time,
+        "axes": list(stick.axes.items()),
         "linear": stick.interpolation == "linear",
         "dead_zone": float(stick.dead_zone),
         "full_speed": None if stick.full_speed is None else float(stick.full_speed),
         "ramp": float(stick.ramp),
-        "precision": np.ascontiguousarray(stick.precision),
+        "precision": stick.precision,
     }
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, TypeAlias
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
@@ -69,7 +68,7 @@ class SupplyPressure:
     @property
     def entry(self) -> tuple[Array, Array, bool]:
         """As the core takes it."""
-        return np.ascontiguousarray(self.time), np.ascontiguousarray(self.pressure), self.interpolation == "linear"
+        return self.time, self.pressure, self.interpolation == "linear"
 
 
 # A pressure, what its parameters are, or a pair (time, pressure).
