@@ -26,7 +26,7 @@ from zarr.storage import MemoryStore, StoreLike
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.received import readable
 from hydrocrane.files.whole_file import cannot_write
-from hydrocrane.studies.case import CRASHED, FAILED, BlockResult
+from hydrocrane.studies.case import CRASHED, BlockResult
 from hydrocrane.studies.design import Place, blocks
 from hydrocrane.studies.identity import differences, unknown_parts
 from hydrocrane.studies.integrity import (
@@ -178,15 +178,6 @@ class Store:
     def _file_of(self, place: Place) -> Path:
         index = tuple(part.start // step for part, step in zip(place, self._outcome.chunks, strict=True))
         return chunk_file(Path(str(self.path)) / OUTCOME, index)
-
-    def failures(self) -> str:
-        """The number of cases without results, and why the first of them has none; empty if there are none."""
-        outcomes, messages = (np.asarray(self._arrays[name][...]).ravel() for name in (OUTCOME, MESSAGE))
-        failed = np.flatnonzero(np.isin(outcomes, FAILED))
-        if not failed.size:
-            return ""
-        kinds = ", ".join(sorted(set(map(str, outcomes[failed]))))
-        return f"{failed.size} of {outcomes.size} cases have no results ({kinds}), the first: {messages[failed[0]]}"
 
     def _make_sure_of(self, name: str) -> None:
         """Makes the array of a figure if it is missing; your own functions define their names when they run."""

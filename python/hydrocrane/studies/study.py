@@ -25,7 +25,7 @@ from hydrocrane.scenario.changes import Changes, RunChanges, SweepChanges
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.studies import local
-from hydrocrane.studies.case import BlockResult, Job, digest_of
+from hydrocrane.studies.case import FAILED, BlockResult, Job, digest_of
 from hydrocrane.studies.described import varied_and_kept
 from hydrocrane.studies.design import Cases, Place, block_shape, designed
 from hydrocrane.studies.identity import identity
@@ -185,9 +185,10 @@ class Study:
         with written_by_one(None if store is None else Path(store)):
             kept = Store.at(store, self._layout(block), overwrite=overwrite, resume=resume)
             self._fill(kept, workers, scheduler, progress)
-            if failures := kept.failures():
-                warnings.warn(failures, DoubtfulResult, stacklevel=2)
-            return kept.dataset()
+            data = kept.dataset()
+        if failed := _failed(data):
+            warnings.warn(failed, DoubtfulResult, stacklevel=2)
+        return data
 
     def _fill(
         self, kept: Store, workers: int | None, scheduler: str | Client | None, progress: Progress | bool | None
@@ -331,6 +332,16 @@ def sweep(
     return study.run(
         store, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler, block=block, progress=progress
     )
+
+
+def _failed(data: xr.Dataset) -> str:
+    """The number of cases without results, and why the first of them has none; empty if there are none."""
+    outcomes, messages = (data[name].values.ravel() for name in (OUTCOME, MESSAGE))
+    failed = np.flatnonzero(np.isin(outcomes.astype(str), FAILED))
+    if not failed.size:
+        return ""
+    kinds = ", ".join(sorted(set(map(str, outcomes[failed]))))
+    return f"{failed.size} of {outcomes.size} cases have no results ({kinds}), the first: {messages[failed[0]]}"
 
 
 def _size(place: tuple[slice, ...]) -> int:
