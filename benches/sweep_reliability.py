@@ -1,12 +1,13 @@
-"""Third benchmark: studies that are killed, that lose a worker, and that are larger than the memory they may use.
+"""Third benchmark: studies in threads, in processes and on a cluster; killed, poisoned, larger than the memory.
 
-``python benches/sweep_reliability.py`` takes some minutes and writes ``docs/validation/sweeps.md`` with its figures in
-``sweep_reliability.json`` beside this file. ``tests/python/studies/test_study_store.py`` runs the same with few cases.
+``python benches/sweep_reliability.py`` takes some ten minutes and writes ``docs/validation/sweeps.md`` with its figures
+in ``sweep_reliability.json`` beside this file. The tests in ``tests/python/studies`` run its parts with few cases.
 """
 
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import os
 import signal
@@ -14,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,8 @@ import xarray as xr
 import zarr
 
 import hydrocrane as hc
-from hydrocrane.studies import case, local
+from hydrocrane.studies import local
+from hydrocrane.studies.processes import NotComputed
 
 SCENARIO = "vertical-lift-open-loop"
 BROKEN_SHARE = 0.01
@@ -58,30 +60,81 @@ def run(store: Path | None, cases: int, **options: Any) -> xr.Dataset:
     return hc.sweep(SCENARIO, keys(cases), method="list", store=store, **{"progress": False, **options})
 
 
+# --- the same numbers everywhere -----------------------------------------------------------------------------------
+
+
+def equal(folder: Path, sizes: tuple[int, ...], *, duration: float = 0.5) -> list[dict[str, Any]]:
+    """Studies of several sizes on one thread, in threads, in processes and on two Dask workers."""
+    rows = []
+    with cluster(folder) as (address, _):
+        for cases in sizes:
+            plain = run(None, cases, duration=duration, workers=1, scheduler="threads")
+            ways = {"threads": "threads", "processes": "processes", "Dask": address}
+            found = {name: run(None, cases, duration=duration, scheduler=way) for name, way in ways.items()}
+            rows.append({"cases": cases} | {name: bool(data.identical(plain)) for name, data in found.items()})
+    return rows
+
+
+def paces(counts: tuple[tuple[int, float], ...], *, rounds: int = 3) -> list[dict[str, Any]]:
+    """Cases per second by one thread, by a thread per core, by a process per core, and as chosen.
+
+    The ways take turns, so that another load of the computer meets all of them; the median of the rounds counts.
+    """
+    ways: dict[str, dict[str, Any]] = {
+        "one": {"workers": 1, "scheduler": "threads"},
+        "threads": {"scheduler": "threads"},
+        "processes": {"scheduler": "processes"},
+        "chosen": {},
+    }
+    rows = []
+    for cases, duration in counts:
+        found: dict[str, list[float]] = {name: [] for name in ways}
+        for _ in range(rounds):
+            for name, options in ways.items():
+                began = time.perf_counter()
+                run(None, cases, duration=duration, **options)
+                found[name].append(cases / (time.perf_counter() - began))
+        rows.append(
+            {"cases": cases, "duration": duration}
+            | {name: float(np.median(found[name])) for name in ways}
+            | {f"{name}_gain": float(np.median(np.divide(found[name], found["one"]))) for name in ways}
+        )
+    return rows
+
+
 # --- killed and resumed ---------------------------------------------------------------------------------------------
 
-
-def live(store: Path, cases: int, log: Path, duration: float) -> None:
-    """One life of the study: every case that is run leaves its payload in the log before it is run."""
-    journal = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-    plain = case.run_case
-
-    def logged(job: case.Job, values: Any, should_stop: Any = None) -> case.CaseResult:
-        os.write(journal, np.float64(values[0]).tobytes())
-        return plain(job, values, should_stop)
-
-    case.run_case = logged
-    run(store, cases, duration=duration)
+# Where every case that is computed leaves its payload; read where it is written, so that it is no part of the study.
+JOURNAL = "SWEEP_JOURNAL"
 
 
-def killed(folder: Path, cases: int, *, kills: int = 2, duration: float = 5.0) -> dict[str, Any]:
+def journal(run: hc.Run) -> float:
+    """A measure that leaves a mark."""
+    file = os.open(os.environ[JOURNAL], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    os.write(file, np.float64(run.data.attrs["payload"]).tobytes())
+    os.close(file)
+    return 1.0
+
+
+def live(store: Path, cases: int, duration: float, scheduler: str) -> xr.Dataset:
+    """One life of the study."""
+    return run(store, cases, duration=duration, scheduler=scheduler, measures=["tip_way", "pump_energy", journal])
+
+
+def killed(
+    folder: Path, cases: int, *, scheduler: str = "threads", kills: int = 2, duration: float = 5.0
+) -> dict[str, Any]:
     """Kill the study `kills` times with SIGKILL, resume it each time, and compare it with an undisturbed one."""
+    folder = folder / scheduler
+    folder.mkdir()
     store, lives, known = folder / "killed.zarr", [], set()
     for number in range(kills + 1):
         log = folder / f"life-{number}.log"
-        command = [sys.executable, __file__, "--live", str(store), "--log", str(log)]
+        command = [sys.executable, __file__, "--live", str(store), "--scheduler", scheduler]
         began = time.perf_counter()
-        child = subprocess.Popen([*command, "--cases", str(cases), "--duration", str(duration)])
+        child = subprocess.Popen(
+            [*command, "--cases", str(cases), "--duration", str(duration)], env={**os.environ, JOURNAL: str(log)}
+        )
         if number < kills:
             _kill_at(child, log, (cases - len(known)) // (kills + 1 - number))
         _, status, usage = os.wait4(child.pid, 0)
@@ -99,10 +152,12 @@ def killed(folder: Path, cases: int, *, kills: int = 2, duration: float = 5.0) -
             }
         )
         known = done
-    began, computing = time.perf_counter(), time.process_time()
-    undisturbed = run(folder / "undisturbed.zarr", cases, duration=duration)
-    seconds, computing = time.perf_counter() - began, time.process_time() - computing
-    resumed = hc.open_study(store)
+    place = folder / "undisturbed.zarr"
+    command = [sys.executable, __file__, "--live", str(place), "--cases", str(cases), "--duration", str(duration)]
+    child = subprocess.Popen(command, env={**os.environ, JOURNAL: os.devnull})
+    _, _, usage = os.wait4(child.pid, 0)
+    child.returncode = 0
+    undisturbed, resumed = hc.open_study(place), hc.open_study(store)
     outcomes, counts = np.unique(undisturbed.outcome.values.astype(str), return_counts=True)
     return {
         "cases": cases,
@@ -111,8 +166,7 @@ def killed(folder: Path, cases: int, *, kills: int = 2, duration: float = 5.0) -
         "lives": lives,
         "identical": bool(resumed.identical(undisturbed)),
         "outcomes": {str(name): int(count) for name, count in zip(outcomes, counts, strict=True)},
-        "undisturbed_seconds": seconds,
-        "undisturbed_cpu_seconds": computing,
+        "undisturbed_cpu_seconds": usage.ru_utime + usage.ru_stime,
         "stored_MB": sum(file.stat().st_size for file in store.rglob("*") if file.is_file()) / 1e6,
     }
 
@@ -123,7 +177,7 @@ def _blocks(store: Path) -> tuple[int, ...]:
 
 
 def _kill_at(child: subprocess.Popen[bytes], log: Path, count: int) -> None:
-    """Kill the child once it has begun `count` cases."""
+    """Kill the child once it has computed `count` cases."""
     while child.poll() is None and (not log.exists() or log.stat().st_size < 8 * count):
         time.sleep(0.01)
     if child.poll() is not None:
@@ -136,14 +190,79 @@ def _done(store: Path) -> set[float]:
     if not store.exists():
         return set()
     data = hc.open_study(store)
-    return set(data["payload.mass"].values[data.outcome.values != ""])
+    return set(data["payload.mass"].values[data.outcome.values == "completed"])
+
+
+# --- a case that ends its process, a function that hangs, a full disk ----------------------------------------------
+
+DEADLY = 7
+
+
+def deadly(run: hc.Run) -> float:
+    """A measure that ends the process of one case."""
+    if run.data.attrs["payload"] == DEADLY:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 1.0
+
+
+def poison(store: Path, scheduler: str, cases: int) -> xr.Dataset:
+    """A study of which one case ends its process."""
+    loads = {"payload.mass": [float(load) for load in range(cases)]}
+    options = {"duration": 0.1, "progress": False, "store": store, "scheduler": scheduler, "measures": [deadly]}
+    return hc.sweep(SCENARIO, loads, **options)
+
+
+def poisoned(folder: Path, cases: int) -> list[dict[str, Any]]:
+    """How often the study must be called where one case ends its process, and what it then holds."""
+    rows = []
+    with cluster(folder) as (address, _):
+        for name, scheduler in (("threads", "threads"), ("processes", "processes"), ("Dask", address)):
+            store = folder / f"poisoned-{name}.zarr"
+            command = [sys.executable, __file__, "--poison", str(store), "--scheduler", scheduler]
+            calls = 1
+            while subprocess.run([*command, "--cases", str(cases)], stderr=subprocess.DEVNULL).returncode and calls < 9:
+                calls += 1
+            outcomes = hc.open_study(store).outcome.values
+            rows.append(
+                {
+                    "way": name,
+                    "calls": calls,
+                    "killed": int((outcomes == "killed").sum()),
+                    "completed": int((outcomes == "completed").sum()),
+                    "right": bool(outcomes[DEADLY] == "killed"),
+                }
+            )
+    return rows
+
+
+def full_disk(folder: Path, cases: int) -> dict[str, Any]:
+    """A study whose store may not grow beyond a limit of the operating system, and then may."""
+    store = folder / "full.zarr"
+    command = [sys.executable, __file__, "--signals", str(store), "--cases", str(cases), "--duration", "1"]
+    first = subprocess.run(["sh", "-c", 'ulimit -f 16; exec "$@"', "sh", *command], stderr=subprocess.PIPE, text=True)
+    done = int((hc.open_study(store).outcome.values != "").sum()) if store.exists() else 0
+    second = subprocess.run(command, stderr=subprocess.PIPE, text=True)
+    whole = run(None, cases, signals=SIGNALS, duration=1.0)
+    return {
+        "cases": cases,
+        "done": done,
+        "error": first.stderr.strip().splitlines()[-1].replace(str(store), "STORE") if first.stderr.strip() else "",
+        "statuses": [first.returncode, second.returncode],
+        "identical": bool(hc.open_study(store).load().identical(whole)),
+    }
 
 
 # --- a lost worker --------------------------------------------------------------------------------------------------
 
 
+class Workers(list[subprocess.Popen[bytes]]):
+    """The workers of a cluster, and its scheduler."""
+
+    scheduler: subprocess.Popen[bytes]
+
+
 @contextmanager
-def cluster(folder: Path, workers: int = 2) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+def cluster(folder: Path, workers: int = 2) -> Iterator[tuple[str, Workers]]:
     """A Dask scheduler and its workers on this machine, each a process of its own: the address, and the workers."""
     place, log = folder / "scheduler.json", (folder / "cluster.log").open("wb")
     module, local = [sys.executable, "-m"], ["--host", "127.0.0.1"]
@@ -157,7 +276,9 @@ def cluster(folder: Path, workers: int = 2) -> Iterator[tuple[str, list[subproce
                 raise RuntimeError(f"the scheduler ended: {(folder / 'cluster.log').read_text()}")
             time.sleep(0.05)
         started += [subprocess.Popen([*module, *worker], stdout=log, stderr=log) for _ in range(workers)]
-        yield json.loads(place.read_text())["address"], started[1:]
+        found = Workers(started[1:])
+        found.scheduler = started[0]
+        yield json.loads(place.read_text())["address"], found
     finally:
         for process in started:
             process.kill()
@@ -194,6 +315,36 @@ def lost_worker(folder: Path, cases: int, *, duration: float = 5.0) -> dict[str,
     }
 
 
+def lost_scheduler(folder: Path, cases: int, *, duration: float = 5.0) -> dict[str, Any]:
+    """Kill the scheduler half-way; the same call resumes on a new one."""
+    store, killed = folder / "scheduler.zarr", []
+
+    def watch(scheduler: subprocess.Popen[bytes], done: int, total: int) -> None:
+        if done >= total // 2 and not killed:
+            killed.append(done)
+            scheduler.kill()
+
+    (folder / "first").mkdir()
+    (folder / "second").mkdir()
+    error = ""
+    with cluster(folder / "first") as (address, workers):
+        try:
+            tell = functools.partial(watch, workers.scheduler)
+            run(store, cases, scheduler=address, progress=tell, duration=duration)
+        except NotComputed as lost:
+            error = str(lost).replace(str(store), "STORE")
+    done = int((hc.open_study(store).outcome.values != "").sum())
+    with cluster(folder / "second") as (address, _):
+        data = run(store, cases, scheduler=address, duration=duration)
+    return {
+        "cases": cases,
+        "killed_after": killed[0],
+        "done": done,
+        "error": error,
+        "identical": bool(data.load().identical(run(None, cases, duration=duration))),
+    }
+
+
 # --- memory ---------------------------------------------------------------------------------------------------------
 
 
@@ -217,29 +368,46 @@ def memory(folder: Path, counts: tuple[int, ...], *, duration: float = 5.0) -> l
 # --- page -----------------------------------------------------------------------------------------------------------
 
 
+def sections(folder: Path, cases: int, duration: float) -> dict[str, Callable[[], Any]]:
+    """What is measured, by its name in the results."""
+    few = max(cases // 10, 20)
+    sizes = tuple(size for size in (1, 7, 60, 100, 333, 1500, 2000, 20000) if size <= cases)
+    return {
+        "equal": lambda: equal(folder, sizes),
+        "pace": lambda: paces(((3000, 0.5), (1000, 5.0))),
+        "killed": lambda: [
+            {"way": way, **killed(folder, cases, scheduler=way, duration=duration)} for way in local.WAYS
+        ],
+        "poisoned": lambda: poisoned(folder, 100),
+        "lost_worker": lambda: lost_worker(folder, few, duration=duration),
+        "lost_scheduler": lambda: lost_scheduler(folder, few, duration=duration),
+        "full_disk": lambda: full_disk(folder, 200),
+        "memory": lambda: memory(folder, (cases // 20, cases // 5), duration=duration),
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=20000)
     parser.add_argument("--duration", type=float, default=5.0)
+    parser.add_argument("--only", nargs="*", help="sections to measure; the others keep their figures")
     parser.add_argument("--live", type=Path, help="be one life of the study")
-    parser.add_argument("--log", type=Path)
+    parser.add_argument("--poison", type=Path, help="be the study of which one case ends its process")
+    parser.add_argument("--scheduler", default="threads")
     parser.add_argument("--signals", type=Path, help="be a study with signals")
     given = parser.parse_args()
     if given.live:
-        live(given.live, given.cases, given.log, given.duration)
+        live(given.live, given.cases, given.duration, given.scheduler)
+    elif given.poison:
+        poison(given.poison, given.scheduler, given.cases)
     elif given.signals:
         run(given.signals, given.cases, signals=SIGNALS, duration=given.duration)
     else:
-        from sweep_page import write_page
+        from sweep_page import add
 
-        with tempfile.TemporaryDirectory() as place:
-            folder = Path(place)
-            found = {
-                "killed": killed(folder, given.cases, duration=given.duration),
-                "lost_worker": lost_worker(folder, max(given.cases // 10, 20), duration=given.duration),
-                "memory": memory(folder, (given.cases // 20, given.cases // 5), duration=given.duration),
-            }
-        write_page(found)
+        for name in given.only or sections(Path(), given.cases, given.duration):
+            with tempfile.TemporaryDirectory() as place:
+                add(name, sections(Path(place), given.cases, given.duration)[name]())
 
 
 if __name__ == "__main__":

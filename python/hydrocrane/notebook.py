@@ -58,24 +58,24 @@ def in_notebook() -> bool:
 
 
 @contextmanager
-def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(title: str) -> Iterator[Callable[..., None]]:
     """A bar below the cell, of plain HTML: those of rich and tqdm would need the package ipywidgets.
 
-    Returns a function of (done, total); the bar disappears at the end.
+    Returns a function of (done, total) and a text, if wanted; the bar disappears at the end.
     """
     from IPython.display import HTML, display
 
-    def drawn(done: int, total: int) -> object:
-        words = html.escape(f"{title}: {done} of {total}")
+    def drawn(done: int, total: int, text: str = "") -> object:
+        words = html.escape(f"{title}: {done} of {total} {text}")
         return HTML(f'<progress value="{done}" max="{max(total, 1)}" style="vertical-align:middle"></progress> {words}')
 
     shown = display(drawn(0, 0), display_id=True)
     last = time.monotonic() - PAUSE
 
-    def update(done: int, total: int) -> None:
+    def update(done: int, total: int, text: str = "") -> None:
         nonlocal last
         if time.monotonic() - last >= PAUSE or done >= total:
-            shown.update(drawn(done, total))
+            shown.update(drawn(done, total, text))
             last = time.monotonic()
 
     try:

@@ -26,8 +26,13 @@ def sweep(
     store: Annotated[
         Path | None, typer.Option(help="Folder for the results; by default the study's own, or named after it.")
     ] = None,
-    workers: Annotated[int | None, typer.Option(help="Threads; by default one per core.")] = None,
-    scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, e.g. tcp://host:8786.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Cases at a time; by default one per core.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="`threads`, `processes`, or a Dask scheduler, e.g. tcp://host:8786.")
+    ] = None,
+    time_limit: Annotated[
+        str | None, typer.Option(help="Longest time of a case by the clock, e.g. `5 min`.", metavar="TIME")
+    ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Start again; the contents of the store are lost.")
     ] = False,
@@ -48,7 +53,9 @@ def sweep(
         with warnings.catch_warnings():
             # The table of outcomes says it.
             warnings.filterwarnings("ignore", ".*cases have no results", DoubtfulResult)
-            data = file.study.run(folder, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler)
+            data = file.study.run(
+                folder, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler, time_limit=time_limit
+            )
     except StudyInterrupted as stopped:
         complain(str(stopped))
         raise typer.Exit(1) from None

@@ -5,9 +5,11 @@ from __future__ import annotations
 import copy
 import dataclasses
 import hashlib
+import math
 import threading
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -26,7 +28,8 @@ from hydrocrane.studies.record import CaseRecord
 
 # Outcomes of cases beyond those of runs.
 INVALID, MEASURE_FAILED, CRASHED = "invalid-input", "measure-failed", "crashed"
-FAILED = (INVALID, MEASURE_FAILED, CRASHED)
+KILLED, TIME_LIMIT, INTERRUPTED = "killed", "time-limit", "interrupted"
+FAILED = (INVALID, MEASURE_FAILED, CRASHED, KILLED, TIME_LIMIT)
 # Times closer than this are equal, s.
 SAME_TIME = 1e-9
 
@@ -41,8 +44,41 @@ class CaseResult:
 
     outcome: str
     message: str
-    figures: dict[str, float]
-    signals: Array | None
+    figures: dict[str, float] = field(default_factory=dict)
+    signals: Array | None = None
+
+
+@dataclass(frozen=True)
+class Task:
+    """The cases of a block.
+
+    Attributes
+    ----------
+    values : list of tuple
+        Values of the keys, a tuple per case.
+    numbers : list of int
+        Numbers of the cases in the study.
+    given : dict
+        Results, by number, of cases that are not run.
+    """
+
+    values: list[tuple[Override, ...]]
+    numbers: list[int]
+    given: dict[int, CaseResult] = field(default_factory=dict)
+
+
+class Watch:
+    """What a worker asks and tells while it computes its cases; this one has nobody to ask or tell."""
+
+    def begin(self, case: int) -> None:
+        """The case of this number begins."""
+
+    def end(self) -> None:
+        """It has ended."""
+
+    def stopped(self) -> bool:
+        """Whether the block is no longer wanted."""
+        return False
 
 
 @dataclass(frozen=True)
@@ -81,6 +117,8 @@ class Job:
         Digest of the machine with the plan's overrides; a worker with another machine is refused.
     taken : tuple of str
         Names in the result that no figure may have.
+    limit : float or None
+        Longest time that a case may take, s.
     """
 
     plan: Scenario
@@ -91,6 +129,7 @@ class Job:
     ledger: bool
     digest: str
     taken: tuple[str, ...]
+    limit: float | None = None
 
     def __getstate__(self) -> dict[str, object]:
         # Objects made from the machine file are not sent.
@@ -127,23 +166,24 @@ def digest_of(core: _core.Machine) -> str:
     return hashlib.sha256(core.resolved.encode()).hexdigest()
 
 
-def run_block(
-    job: Job, cases: Sequence[tuple[Override, ...]], should_stop: Callable[[], bool] | None = None
-) -> BlockResult:
+def run_block(job: Job, task: Task, watch: Watch | None = None) -> BlockResult:
     """Run the cases of a block, one after the other.
 
     Raises
     ------
     Abandoned
-        If `should_stop` is true before the last case is done.
+        If `watch` says so before the last case is done.
     """
+    watch = watch or Watch()
     # A different machine is an error of the whole study, not of its first case.
     _ = job.base
-    signals = np.full((len(job.signals), len(cases), job.times.size), np.nan)
+    signals = np.full((len(job.signals), len(task.values), job.times.size), np.nan)
     results = []
-    for i, values in enumerate(cases):
-        result = run_case(job, values, should_stop)
-        if should_stop is not None and should_stop():
+    for i, (number, values) in enumerate(zip(task.numbers, task.values, strict=True)):
+        watch.begin(number)
+        result = task.given.get(number) or run_case(job, values, watch)
+        watch.end()
+        if watch.stopped():
             raise Abandoned
         if result.signals is not None:
             signals[:, i] = result.signals
@@ -154,22 +194,31 @@ def run_block(
     return BlockResult([r.outcome for r in results], [r.message for r in results], figures, signals)
 
 
-def run_case(job: Job, values: Sequence[Override], should_stop: Callable[[], bool] | None = None) -> CaseResult:
+def run_case(job: Job, values: Sequence[Override], watch: Watch) -> CaseResult:
     """Run one case; an error in it becomes its outcome."""
+    until = math.inf if job.limit is None else time.monotonic() + job.limit
     try:
-        return _kept(job, _simulated(job, values, should_stop))
+        record = _simulated(job, values, lambda: watch.stopped() or time.monotonic() > until)
+        if record.outcome.kind == INTERRUPTED and time.monotonic() > until:
+            return too_long(job, f"it had reached {record.outcome.time:.4g} s of the run")
+        return _kept(job, record)
     except TakenName:
         # An error of the whole study.
         raise
     except HydrocraneError as error:
-        return CaseResult(INVALID, str(error), {}, None)
+        return CaseResult(INVALID, str(error))
     except (KeyboardInterrupt, SystemExit, GeneratorExit):
         raise
     except BaseException as error:
-        return CaseResult(CRASHED, f"{type(error).__name__}: {error}", {}, None)
+        return CaseResult(CRASHED, f"{type(error).__name__}: {error}")
 
 
-def _simulated(job: Job, values: Sequence[Override], should_stop: Callable[[], bool] | None) -> CaseRecord:
+def too_long(job: Job, reached: str) -> CaseResult:
+    """The result of a case that took longer than the study allows."""
+    return CaseResult(TIME_LIMIT, f"took longer than the limit of {job.limit:g} s; {reached}; give a longer limit")
+
+
+def _simulated(job: Job, values: Sequence[Override], should_stop: Callable[[], bool]) -> CaseRecord:
     plan = changed_plan(job.plan, job.keys, values)
     if not isinstance(plan.driver, str | None):
         # Your own controller may have states, so each run has a copy.

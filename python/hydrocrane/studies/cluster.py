@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from hydrocrane.errors import InputError
-from hydrocrane.studies.case import BlockResult, Job, run_block
+from hydrocrane.errors import HydrocraneError, InputError
+from hydrocrane.studies.board import task_of
+from hydrocrane.studies.case import BlockResult, Job
 from hydrocrane.studies.design import Cases, Place
-from hydrocrane.studies.local import AHEAD, Results, as_ready
+from hydrocrane.studies.local import AHEAD, LOOK, Results, as_ready
+from hydrocrane.studies.processes import NotComputed, apart, end_processes, pickled
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -18,35 +21,81 @@ if TYPE_CHECKING:
 CONNECT = 30
 
 
-def on_cluster(job: Job, cases: Cases, places: Sequence[Place], scheduler: str | Client) -> Results:
+# Seconds without a worker after which the study stops; it can be resumed.
+WORKERS_AWAITED = 600.0
+
+
+def on_cluster(
+    job: Job, cases: Cases, places: Sequence[Place], scheduler: str | Client, look: Callable[[], None]
+) -> Results:
     """Results of the blocks in the order in which they become ready.
 
     Parameters
     ----------
     scheduler : str or distributed.Client
         Address of a scheduler, or your own client.
+    look : callable
+        Called about every second.
     """
     from distributed import wait
 
+    sent = pickled(job)
     with _client(scheduler) as client:
         _check_versions(client)
+        patience = _Patience(client)
         futures = set()
 
-        def submit(place: Place) -> Future[BlockResult]:
-            future = client.submit(run_block, job, cases.values(place), pure=False)
-            futures.add(future)
-            return future
+        def submit(place: Place) -> _Block:
+            block = _Block(client.submit(apart, sent, task_of(cases, place), pure=False), patience)
+            futures.add(block.future)
+            return block
 
-        def first(under_way: list[Future[BlockResult]]) -> set[Future[BlockResult]]:
-            with client.as_current():
-                done = wait(under_way, return_when="FIRST_COMPLETED").done
-            futures.difference_update(done)
+        def first(under_way: list[_Block]) -> list[_Block]:
+            look()
+            with client.as_current(), suppress(TimeoutError):
+                wait([block.future for block in under_way], timeout=LOOK, return_when="FIRST_COMPLETED")
+            patience.check()
+            done = [block for block in under_way if block.future.done()]
+            futures.difference_update(block.future for block in done)
             return done
 
         try:
             yield from as_ready(submit, first, places, AHEAD * max(sum(client.nthreads().values()), 1))
+        except (HydrocraneError, KeyboardInterrupt, GeneratorExit):
+            raise
+        except Exception as error:
+            told = next(iter(str(error).splitlines()), "")
+            raise NotComputed(f"the cluster failed: {type(error).__name__}: {told}") from error
         finally:
-            client.cancel(list(futures))
+            with suppress(Exception):
+                client.cancel(list(futures))
+                client.run(end_processes, wait=False)
+
+
+class _Patience:
+    """Ends a study whose cluster has had no worker for too long."""
+
+    def __init__(self, client: Client) -> None:
+        self._client, self._seen = client, time.monotonic()
+
+    def check(self) -> None:
+        if self._client.nthreads():
+            self._seen = time.monotonic()
+        elif time.monotonic() - self._seen > WORKERS_AWAITED:
+            raise NotComputed(f"the cluster has had no worker for {WORKERS_AWAITED:g} s")
+
+
+class _Block:
+    """A block under way on the cluster. Results of a lost worker are computed again, perhaps by none."""
+
+    def __init__(self, future: Future[BlockResult], patience: _Patience) -> None:
+        self.future, self._patience = future, patience
+
+    def result(self) -> BlockResult:
+        while True:
+            with suppress(TimeoutError):
+                return self.future.result(timeout=LOOK)
+            self._patience.check()
 
 
 @contextmanager

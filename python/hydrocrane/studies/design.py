@@ -64,6 +64,15 @@ class Cases:
             return list(zip(*(axis[place[0]] for axis in self.axes), strict=True))
         return list(itertools.product(*(axis[part] for axis, part in zip(self.axes, place, strict=True))))
 
+    def numbers(self, place: Place) -> list[int]:
+        """Numbers of the cases of a block, counted through the whole study."""
+        parts = [range(part.start, part.stop) for part in place]
+        return np.ravel_multi_index(np.ix_(*parts), self.shape).ravel().tolist()
+
+    def values_of(self, number: int) -> tuple[Override, ...]:
+        """Values of the keys of one case."""
+        return self.values(tuple(slice(i, i + 1) for i in map(int, np.unravel_index(number, self.shape))))[0]
+
     def along(self, key: str) -> list[Override]:
         """All values of a key; none for a key that is not varied."""
         return next((axis for own, axis in zip(self.keys, self.axes, strict=True) if own.name == key), [])

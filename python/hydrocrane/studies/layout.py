@@ -19,6 +19,8 @@ from hydrocrane.studies.integrity import compressors
 from hydrocrane.studies.values import axis_values
 
 OUTCOME, MESSAGE, TIME = "outcome", "message", "time"
+# Attribute with the longest time that a case may take.
+LIMIT = "time_limit"
 
 
 @dataclass(frozen=True)

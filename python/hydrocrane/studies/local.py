@@ -1,22 +1,35 @@
-"""Distributes the blocks of a study to the threads of this process; the core computes without the interpreter lock."""
+"""Distributes the blocks of a study to threads of this process, or to processes of this computer."""
 
 from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Generator, Iterable, Sequence
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import closing
 from itertools import islice
+from queue import SimpleQueue
 from typing import Protocol, TypeVar
 
 from hydrocrane.errors import InputError
-from hydrocrane.studies.case import BlockResult, Job, run_block
+from hydrocrane.studies.board import Board, OnBoard, task_of
+from hydrocrane.studies.case import BlockResult, Job, Task, run_block
 from hydrocrane.studies.design import Cases, Place
+from hydrocrane.studies.processes import Apart, NoProcesses, pickled, sensible
 
 # Blocks in progress per worker: one that is computed and one that waits, so that no worker idles while results are
 # written.
 AHEAD = 2
+# Seconds between two looks at what runs.
+LOOK = 1.0
+# Processes are started if threads would need longer for what is left, s. They take a second to start, and threads have
+# at most 0.72 of their speed (docs/validation/sweeps.md): 1 s / (1 - 0.72).
+WORTH = 4.0
+WAYS = THREADS, PROCESSES = "threads", "processes"
 Results = Generator[tuple[Place, BlockResult], None, None]
+# Computes a block in a row of the board.
+Compute = Callable[[Task, int], BlockResult]
 
 
 class Pending(Protocol):
@@ -37,26 +50,120 @@ def thread_count(given: int | None = None) -> int:
     return given
 
 
-def in_threads(job: Job, cases: Cases, places: Sequence[Place], workers: int) -> Results:
-    """Results of the blocks in the order in which they become ready."""
-    stop = threading.Event()
-    pool = ThreadPoolExecutor(workers, thread_name_prefix="study")
+class Local:
+    """The workers of this computer.
 
-    def submit(place: Place) -> Future[BlockResult]:
-        return pool.submit(run_block, job, cases.values(place), stop.is_set)
+    Parameters
+    ----------
+    job, cases, board
+        What is computed, and where that is told.
+    look : callable
+        Called about every second.
+    """
 
-    def first(futures: list[Future[BlockResult]]) -> set[Future[BlockResult]]:
-        return wait(futures, return_when=FIRST_COMPLETED).done
+    def __init__(self, job: Job, cases: Cases, board: Board, look: Callable[[], None]) -> None:
+        self._job, self._cases, self._board, self._look = job, cases, board, look
 
-    try:
-        yield from as_ready(submit, first, places, AHEAD * workers)
-    finally:
-        stop.set()
-        pool.shutdown(cancel_futures=True)
+    def results(self, places: Sequence[Place], workers: int, way: str | None) -> Results:
+        """Results of the blocks in the order in which they become ready.
+
+        Parameters
+        ----------
+        way : {"threads", "processes"} or None
+            None begins with threads, measures, and goes on with processes where these are faster.
+        """
+        suspect = set(self._board.deaths)
+        alone = [place for place in places if suspect.intersection(self._cases.numbers(place))] if suspect else []
+        rest = [place for place in places if place not in alone]
+        # A case with which a process may have ended is computed alone: if it ends again, that was the reason.
+        for some, count in ((alone, 1), (rest, workers)):
+            if way == PROCESSES:
+                yield from self._in_processes(some, count)
+            elif way == THREADS or count == 1 or not sensible(self._job):
+                yield from self._in_threads(some, count)
+            else:
+                yield from self._as_measured(some, count)
+
+    def _as_measured(self, places: Sequence[Place], workers: int) -> Results:
+        left = {_corner(place): place for place in places}
+        waiting, done, began = iter(places), 0, time.monotonic()
+        cases = sum(len(self._cases.numbers(place)) for place in places)
+
+        def short() -> Iterator[Place]:
+            while not done or (time.monotonic() - began) / done * (cases - done) < WORTH:
+                if (place := next(waiting, None)) is None:
+                    return
+                yield place
+
+        with closing(self._in_threads(short(), workers)) as first:
+            for place, result in first:
+                done += len(result.outcomes)
+                del left[_corner(place)]
+                yield place, result
+        try:
+            for place, result in self._in_processes(list(waiting), workers):
+                del left[_corner(place)]
+                yield place, result
+        except NoProcesses:
+            yield from self._in_threads(left.values(), workers)
+
+    def _in_threads(self, places: Iterable[Place], workers: int) -> Results:
+        stop = threading.Event()
+
+        def compute(task: Task, row: int) -> BlockResult:
+            return run_block(self._job, task, OnBoard(self._board, row, stop.is_set))
+
+        return self._pooled(compute, stop.set, places, workers)
+
+    def _in_processes(self, places: Sequence[Place], workers: int) -> Results:
+        if not places:
+            return
+        sent = pickled(self._job)
+        crew = [Apart(self._job, sent, self._board, row) for row in range(workers)]
+
+        def compute(task: Task, row: int) -> BlockResult:
+            return crew[row].run(task)
+
+        def stop() -> None:
+            for one in crew:
+                one.close()
+
+        yield from self._pooled(compute, stop, places, workers)
+
+    def _pooled(self, compute: Compute, stop: Callable[[], None], places: Iterable[Place], workers: int) -> Results:
+        """Blocks computed by as many threads as there are workers, each with a row of the board at a time."""
+        rows: SimpleQueue[int] = SimpleQueue()
+        for row in range(workers):
+            rows.put(row)
+        pool = ThreadPoolExecutor(workers, thread_name_prefix="study")
+
+        def computed(place: Place) -> BlockResult:
+            row = rows.get()
+            try:
+                return compute(task_of(self._cases, place, self._board), row)
+            finally:
+                rows.put(row)
+
+        def submit(place: Place) -> Future[BlockResult]:
+            return pool.submit(computed, place)
+
+        def first(futures: list[Future[BlockResult]]) -> set[Future[BlockResult]]:
+            self._look()
+            return wait(futures, timeout=LOOK, return_when=FIRST_COMPLETED).done
+
+        try:
+            yield from as_ready(submit, first, places, AHEAD * workers)
+        finally:
+            stop()
+            pool.shutdown(cancel_futures=True)
+
+
+def _corner(place: Place) -> tuple[int, ...]:
+    return tuple(part.start for part in place)
 
 
 def as_ready(
-    submit: Callable[[Place], F], first: Callable[[list[F]], Iterable[F]], places: Sequence[Place], most: int
+    submit: Callable[[Place], F], first: Callable[[list[F]], Iterable[F]], places: Iterable[Place], most: int
 ) -> Results:
     """Submit blocks, at most `most` at a time, and yield each when it is done.
 
@@ -65,7 +172,7 @@ def as_ready(
     submit : callable
         Starts a block and returns its future.
     first : callable
-        Waits until some of the futures are done, and returns these.
+        Waits until some of the futures are done, or for a time, and returns those that are.
     """
     waiting = iter(places)
     under_way: dict[F, Place] = {}

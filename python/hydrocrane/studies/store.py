@@ -26,7 +26,7 @@ from zarr.storage import MemoryStore, StoreLike
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.received import readable
 from hydrocrane.files.whole_file import cannot_write
-from hydrocrane.studies.case import CRASHED, BlockResult
+from hydrocrane.studies.case import CRASHED, TIME_LIMIT, BlockResult
 from hydrocrane.studies.design import Place, blocks
 from hydrocrane.studies.identity import differences, unknown_parts
 from hydrocrane.studies.integrity import (
@@ -40,7 +40,7 @@ from hydrocrane.studies.integrity import (
     seal,
     study_faults,
 )
-from hydrocrane.studies.layout import MESSAGE, OUTCOME, Layout, figure, makers
+from hydrocrane.studies.layout import LIMIT, MESSAGE, OUTCOME, Layout, figure, makers
 
 # Attribute that makes a Zarr group a study.
 IDENTITY = "study"
@@ -120,7 +120,11 @@ class Store:
                 )
             seal(folder, **{TRUSTED: unknown})
         kept = cls(_opened(folder), folder)
-        kept._forget_crashes()
+        again = {CRASHED}
+        if stored.attrs.get(LIMIT) != layout.about[LIMIT]:
+            again.add(TIME_LIMIT)
+            seal(folder, **{LIMIT: str(layout.about[LIMIT])})
+        kept._forget(again)
         return kept
 
     @property
@@ -169,10 +173,10 @@ class Store:
             return bool((np.asarray(self._outcome[place]) != "").all())
         return self._file_of(place).exists()
 
-    def _forget_crashes(self) -> None:
-        """Cases that ended by a mistake of the program are to be computed again, with those of their blocks."""
+    def _forget(self, outcomes: set[str]) -> None:
+        """Cases with these outcomes are to be computed again, with those of their blocks."""
         for place in self._places():
-            if self._is_done(place) and (np.asarray(self._outcome[place]) == CRASHED).any():
+            if self._is_done(place) and outcomes.intersection(np.asarray(self._outcome[place]).ravel().tolist()):
                 self._file_of(place).unlink(missing_ok=True)
 
     def _file_of(self, place: Place) -> Path:

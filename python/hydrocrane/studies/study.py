@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
+import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
@@ -25,22 +27,27 @@ from hydrocrane.scenario.changes import Changes, RunChanges, SweepChanges
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.studies import local
+from hydrocrane.studies.board import Board, board_of
 from hydrocrane.studies.case import FAILED, BlockResult, Job, digest_of
 from hydrocrane.studies.described import varied_and_kept
 from hydrocrane.studies.design import Cases, Place, block_shape, designed
 from hydrocrane.studies.identity import identity
 from hydrocrane.studies.keys import resolved_key
-from hydrocrane.studies.layout import MESSAGE, OUTCOME, TIME, Layout
+from hydrocrane.studies.layout import LIMIT, MESSAGE, OUTCOME, TIME, Layout
 from hydrocrane.studies.lock import written_by_one
 from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, Measures, checked_measures
+from hydrocrane.studies.processes import NotComputed
 from hydrocrane.studies.progress import Progress, telling
 from hydrocrane.studies.ranges import samples_of
 from hydrocrane.studies.signals import known_signals, signal_times
 from hydrocrane.studies.store import RESUME, Store
+from hydrocrane.units import converted
 
 if TYPE_CHECKING:
     from distributed import Client
 
+# Cases that take longer than this are named by the progress bar, s.
+LONG = 2.0
 RESERVED = (OUTCOME, MESSAGE, TIME, "case")
 
 
@@ -168,6 +175,7 @@ class Study:
         workers: int | None = None,
         scheduler: str | Client | None = None,
         block: int | None = None,
+        time_limit: float | str | None = None,
         progress: Progress | bool | None = None,
     ) -> xr.Dataset:
         """Run the cases that are not done; parameters and result as in :func:`sweep`.
@@ -182,36 +190,54 @@ class Study:
         """
         if resume not in RESUME:
             raise unknown("way to resume", resume, RESUME)
+        job = dataclasses.replace(self.job, limit=_limit(time_limit))
         with written_by_one(None if store is None else Path(store)):
-            kept = Store.at(store, self._layout(block), overwrite=overwrite, resume=resume)
-            self._fill(kept, workers, scheduler, progress)
+            kept = Store.at(store, self._layout(block, job), overwrite=overwrite, resume=resume)
+            self._fill(kept, job, local.thread_count(workers), scheduler, progress)
             data = kept.dataset()
         if failed := _failed(data):
             warnings.warn(failed, DoubtfulResult, stacklevel=2)
         return data
 
     def _fill(
-        self, kept: Store, workers: int | None, scheduler: str | Client | None, progress: Progress | bool | None
+        self, kept: Store, job: Job, workers: int, scheduler: str | Client | None, progress: Progress | bool | None
     ) -> None:
         """Run the cases that are not done."""
         places, total = kept.pending(), kept.total
         done = total - _sizes(places)
-        if scheduler is None:
-            results = local.in_threads(self.job, self.cases, places, local.thread_count(workers))
-        else:
-            from hydrocrane.studies import cluster
-
-            results = cluster.on_cluster(self.job, self.cases, places, scheduler)
         try:
-            with telling(progress, self.plan.name) as tell, closing(results):
+            with board_of(kept.path, workers) as board, telling(progress, self.plan.name) as tell:
+
+                def look() -> None:
+                    tell(done, total, self._longest(board))
+
+                if scheduler is None or scheduler in local.WAYS:
+                    here = local.Local(job, self.cases, board, look)
+                    results = here.results(places, workers, scheduler)
+                else:
+                    from hydrocrane.studies import cluster
+
+                    results = cluster.on_cluster(job, self.cases, places, scheduler, look)
                 tell(done, total)
-                for place, result in results:
-                    _write(kept, place, result)
-                    done += _size(place)
-                    tell(done, total)
+                with closing(results):
+                    for place, result in results:
+                        _write(kept, place, result)
+                        done += _size(place)
+                        tell(done, total)
         except KeyboardInterrupt:
             # Ctrl-C may have come between the writing and the counting of a block, so the store is asked.
             raise StudyInterrupted(_stopped(total - _sizes(kept.pending()), total, kept)) from None
+        except NotComputed as error:
+            told = _stopped(total - _sizes(kept.pending()), total, kept)
+            raise type(error)(f"{error}; {told}") from error
+
+    def _longest(self, board: Board) -> str:
+        """The case that is computed for the longest time, in words; empty while all are quick."""
+        number, seconds = board.longest() or (0, 0.0)
+        if seconds < LONG:
+            return ""
+        values = zip(self.cases.keys, self.cases.values_of(number), strict=True)
+        return f"case {number} for {seconds:.0f} s: " + ", ".join(f"{key.name} = {value}" for key, value in values)
 
     def pictured(self, measure: str | None) -> str:
         """The measure to draw: `measure`, which must be one of the study's, or the first after the end time.
@@ -232,8 +258,8 @@ class Study:
     def _known_signals(self) -> dict[str, tuple[str, str]]:
         return known_signals(self.plan, self.base_machine)
 
-    def _layout(self, block: int | None) -> Layout:
-        job, cases = self.job, self.cases
+    def _layout(self, block: int | None, job: Job) -> Layout:
+        cases = self.cases
         settings: dict[str, object] = {
             "method": self.method,
             "signals": list(job.signals),
@@ -247,6 +273,7 @@ class Study:
             "method": self.method,
             "seed": int(self.seed),
             "source": _versions(),
+            LIMIT: "none" if job.limit is None else f"{job.limit:g} s",
             "Conventions": "SI units, radians, gauge pressures",
         }
         return Layout(
@@ -278,6 +305,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | Client | None = None,
     block: int | None = None,
+    time_limit: float | str | None = None,
     progress: Progress | bool | None = None,
     **changes: Unpack[SweepChanges],
 ) -> xr.Dataset:
@@ -297,11 +325,17 @@ def sweep(
         that they call. Where that cannot be told of an object, the call is refused with the reason; "trust" resumes
         regardless, and the store says so (attribute ``resumed_on_trust``). Cases that crashed are computed again.
     workers : int, optional
-        Threads; default is the number of cores.
-    scheduler : str or distributed.Client, optional
-        A Dask scheduler, ``tcp://host:8786``, whose workers compute in place of this process.
+        Cases computed at a time on this computer; default is the number of cores.
+    scheduler : {"threads", "processes"}, address or distributed.Client, optional
+        Where the cases are computed. By default in threads and, where what is left takes long enough, in processes,
+        which are faster; with controllers or measures of your own always in threads, unless you say "processes": then
+        what they print, draw or remember stays in those processes. A case that ends its process is left out at the
+        second time, with outcome ``killed``. An address, ``tcp://host:8786``, is that of a Dask scheduler.
     block : int, optional
         Cases that are computed and written together; at most the blocks in progress are lost in a crash.
+    time_limit : float or str, optional
+        Longest time of a case by the clock, s. A case that takes longer ends with outcome ``time-limit``; it is
+        computed again when the study is resumed with another limit. In processes functions that hang are ended too.
     progress : callable or bool, optional
         Called with (cases done, cases in all); True draws a bar, which is the default on a terminal.
     **changes
@@ -317,6 +351,8 @@ def sweep(
     ------
     StudyInterrupted
         After Ctrl-C; finished cases are in the store.
+    NotComputed
+        If the cluster or the processes are lost. The message says how many cases are done.
 
     Examples
     --------
@@ -330,8 +366,9 @@ def sweep(
         resample, ledger, machine, cast(RunChanges, changes),
     )  # fmt: skip
     return study.run(
-        store, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler, block=block, progress=progress
-    )
+        store, overwrite=overwrite, resume=resume, workers=workers, scheduler=scheduler, block=block,
+        time_limit=time_limit, progress=progress,
+    )  # fmt: skip
 
 
 def _failed(data: xr.Dataset) -> str:
@@ -359,6 +396,15 @@ def _write(kept: Store, place: Place, result: BlockResult) -> None:
         done = kept.total - _sizes(kept.pending())
         told = cannot_write(Path(str(kept.path)), error)
         raise ResultFileError(f"{told}. {_stopped(done, kept.total, kept)}") from None
+
+
+def _limit(given: float | str | None) -> float | None:
+    if given is None:
+        return None
+    limit = converted("time_limit", given, "s") if isinstance(given, str) else given
+    if isinstance(limit, bool) or not isinstance(limit, int | float) or not 0 < limit < math.inf:
+        raise InputError(f"time_limit must be a time above zero, in s or with its unit; got {given!r}")
+    return float(limit)
 
 
 def _block(given: int | None) -> int | None:

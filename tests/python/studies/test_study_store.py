@@ -191,16 +191,17 @@ def test_half_written_blocks_are_written_again(tmp_path):
     assert not list(store.rglob("*.partial"))
 
 
-def test_killed_twice_and_resumed_it_is_the_undisturbed_study(bench, tmp_path):
-    found = bench.killed(tmp_path, 200, duration=1.0)
+@pytest.mark.parametrize("way", local.WAYS)
+def test_killed_twice_and_resumed_it_is_the_undisturbed_study(bench, tmp_path, way):
+    found = bench.killed(tmp_path, 400, scheduler=way, duration=1.0)
     first, second, last = found["lives"]
     assert [life["status"] for life in (first, second, last)] == [-9, -9, 0]
-    assert 0 < first["done_after"] < second["done_after"] < last["done_after"] == 200
+    assert 0 < first["done_after"] < second["done_after"] < last["done_after"] == 396
     assert not any(life["computed_although_done"] for life in found["lives"])
     # What is lost is what was under way.
-    under_way = 200 // design.BLOCKS * local.AHEAD * found["workers"]
-    assert 200 <= sum(life["computed"] for life in found["lives"]) <= 200 + 2 * under_way
-    assert found["identical"] and found["outcomes"] == {"completed": 198, "invalid-input": 2}
+    under_way = 400 // design.BLOCKS * local.AHEAD * found["workers"]
+    assert 396 <= sum(life["computed"] for life in found["lives"]) <= 396 + 2 * under_way
+    assert found["identical"] and found["outcomes"] == {"completed": 396, "invalid-input": 4}
 
 
 def test_a_cluster_that_loses_a_worker_loses_no_case(bench, tmp_path):
@@ -208,6 +209,53 @@ def test_a_cluster_that_loses_a_worker_loses_no_case(bench, tmp_path):
     found = bench.lost_worker(tmp_path, 120, duration=1.0)
     assert 60 <= found["lost_after"] < 120 and found["one_worker_left"]
     assert found["missing"] == 0 and found["identical"]
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
+def test_a_lost_scheduler_is_one_error_after_which_the_study_goes_on(bench, tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    import dask
+
+    from hydrocrane.studies import cluster
+
+    # The client tries to reach the scheduler again for as long.
+    with dask.config.set({"distributed.comm.timeouts.connect": "3s"}):
+        monkeypatch.setattr(cluster, "CONNECT", 5)
+        found = bench.lost_scheduler(tmp_path, 120, duration=1.0)
+    assert "the cluster failed" in found["error"] and "\n" not in found["error"]
+    assert f"{found['done']} of 120 cases; the same call resumes there (STORE)" in found["error"]
+    assert 60 <= found["done"] < 120 and found["identical"]
+
+
+def test_a_case_that_ends_its_process_costs_a_cluster_nothing_else(bench, tmp_path):
+    pytest.importorskip("distributed")
+    rows = bench.poisoned(tmp_path, 12)
+    assert [row["calls"] for row in rows] == [3, 1, 1]
+    assert all(row["right"] and row["killed"] == 1 and row["completed"] == 11 for row in rows)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
+def test_a_cluster_that_lost_all_workers_ends_the_study(bench, tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    from hydrocrane.studies import cluster
+    from hydrocrane.studies.processes import NotComputed
+
+    monkeypatch.setattr(cluster, "WORKERS_AWAITED", 1)
+
+    with bench.cluster(tmp_path) as (address, workers):
+
+        def watch(done, total):
+            if done:
+                for worker in workers:
+                    worker.kill()
+
+        with pytest.raises(NotComputed, match="no worker for 1 s; stopped after .* of 12 cases; give a store"):
+            rig_study(scheduler=address, progress=watch, block=1)
+
+
+def test_a_full_disk_is_one_error(bench, tmp_path):
+    found = bench.full_disk(tmp_path, 60)
+    assert found["statuses"] == [1, 0] and found["identical"] and "cannot write `STORE`" in found["error"]
 
 
 def test_a_cluster_without_workers_is_one_clear_error(bench, tmp_path, monkeypatch):
