@@ -190,6 +190,8 @@ class Study:
         """
         if resume not in RESUME:
             raise unknown("way to resume", resume, RESUME)
+        if isinstance(scheduler, str) and ":" not in scheduler and scheduler not in local.WAYS:
+            raise unknown("scheduler", scheduler, (*local.WAYS, "tcp://host:8786"))
         job = dataclasses.replace(self.job, limit=_limit(time_limit))
         with written_by_one(None if store is None else Path(store)):
             kept = Store.at(store, self._layout(block, job), overwrite=overwrite, resume=resume)

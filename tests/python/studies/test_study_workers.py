@@ -132,6 +132,11 @@ def test_limits_are_times(limit):
         rig_study(time_limit=limit)
 
 
+def test_a_scheduler_that_there_is_not():
+    with pytest.raises(InputError, match="`process`.*`processes`"):
+        rig_study(scheduler="process")
+
+
 def test_where_no_process_can_be_started(monkeypatch, tmp_path):
     """A program that Python is a part of, and a Python that ends at once."""
     broken = tmp_path / "python"
