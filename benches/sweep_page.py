@@ -106,6 +106,17 @@ one error: "{error}". {done} cases are in the store. Without the limit the same 
 memory: **{identical}**.
 """
 
+CHANGED = """\
+## Resumed after a change
+
+The same call with the same store, and again after a change that no value of the study shows. Refused means one error
+that names the difference.
+
+| changed | unchanged: resumed | changed: refused |
+|---|---|---|
+{rows}
+"""
+
 MEMORY = """\
 ## Memory
 
@@ -141,6 +152,7 @@ def page(found: dict[str, Any]) -> str:
         "killed": lambda: "\n".join(map(_killed, found["killed"])),
         "lost_scheduler": lambda: _lost(found["lost_worker"], found["lost_scheduler"]),
         "full_disk": lambda: _full(found["full_disk"]),
+        "changed": lambda: CHANGED.format(rows=_rows(found["changed"], "what", "resumed", "refused")),
         "memory": lambda: MEMORY.format(
             rows="\n".join(
                 f"| {row['cases']} | {row['signals_MB']:.0f} | {row['peak_memory_MB']:.0f} |" for row in found["memory"]

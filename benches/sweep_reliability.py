@@ -345,6 +345,85 @@ def lost_scheduler(folder: Path, cases: int, *, duration: float = 5.0) -> dict[s
     }
 
 
+# --- resumed after a change -----------------------------------------------------------------------------------------
+
+OFFSET = 1.0
+
+
+class Holding:
+    """A controller of one's own with a gain."""
+
+    def __init__(self, gain: float) -> None:
+        self.gain = gain
+
+    def step(self, obs: Any, command: Any) -> list[float]:
+        return [self.gain * (0.1 - obs.q[0])]
+
+
+def scaled(run: hc.Run, factor: float = 1.0) -> float:
+    """A measure that takes an argument, and a helper with a value of the module."""
+    return factor * OFFSET * run.outcome.time
+
+
+def _of_module(value: float) -> dict[str, Any]:
+    globals()["OFFSET"] = value
+    return {"measures": [scaled]}
+
+
+def _closure(value: float) -> dict[str, Any]:
+    return {"measures": {"own": lambda run: value * run.outcome.time}}
+
+
+def _default(value: float) -> dict[str, Any]:
+    def own(run: hc.Run, factor: float = value) -> float:
+        return factor * run.outcome.time
+
+    return {"measures": {"own": own}}
+
+
+def _controller(value: float) -> dict[str, Any]:
+    plan = hc.Scenario(machine="single-cylinder", joints={"slide": 0.0}, controller=Holding(value), duration=0.05)
+    return {"scenario": plan}
+
+
+def changes(folder: Path) -> dict[str, Callable[[float], dict[str, Any]]]:
+    """What a study is called with, before a change and after it."""
+
+    def log(value: float) -> dict[str, Any]:
+        file = folder / "commands.csv"
+        file.write_text(f"time,test\n0,0\n0.01,{value / 1e3}\n1,{value / 1e3}\n", encoding="utf-8")
+        return {"keys": {"command.log": [str(file)]}}
+
+    return {
+        "gain of an own controller": _controller,
+        "content of a log that a key names": log,
+        "argument of `functools.partial`": lambda value: {"measures": {"own": functools.partial(scaled, factor=value)}},
+        "variable of a closure": _closure,
+        "default of an argument": _default,
+        "value of the module that a measure reads": _of_module,
+    }
+
+
+def changed(folder: Path) -> list[dict[str, Any]]:
+    """Whether a study is refused after a change that its values do not show, and resumed without one."""
+    rows = []
+    plain = {"scenario": "single-cylinder-step", "keys": {"payload.mass": [50.0, 100.0]}, "duration": 0.05}
+    for number, (name, given) in enumerate(changes(folder).items()):
+        store = folder / f"changed-{number}.zarr"
+
+        def study(value: float, given: Any = given, store: Path = store) -> xr.Dataset:
+            return hc.sweep(**{**plain, "store": store, "progress": False, **given(value)})
+
+        first = study(1.0)
+        same, told = study(1.0).identical(first), ""
+        try:
+            study(2.0)
+        except hc.ResultFileError as error:
+            told = str(error)
+        rows.append({"what": name, "resumed": bool(same), "refused": "holds another study" in told})
+    return rows
+
+
 # --- memory ---------------------------------------------------------------------------------------------------------
 
 
@@ -382,6 +461,7 @@ def sections(folder: Path, cases: int, duration: float) -> dict[str, Callable[[]
         "lost_worker": lambda: lost_worker(folder, few, duration=duration),
         "lost_scheduler": lambda: lost_scheduler(folder, few, duration=duration),
         "full_disk": lambda: full_disk(folder, 200),
+        "changed": lambda: changed(folder),
         "memory": lambda: memory(folder, (cases // 20, cases // 5), duration=duration),
     }
 

@@ -127,6 +127,8 @@ def board_of(store: Path | None, workers: int) -> Iterator[Board]:
 def _board(beside: Path | None, content: bytes, deaths: dict[int, int]) -> Board:
     if beside is not None:
         with suppress(OSError):
+            # Processes that outlived the one before may still write into its file.
+            beside.unlink(missing_ok=True)
             beside.write_bytes(content)
             return Board(beside, deaths)
     descriptor, name = tempfile.mkstemp(prefix="study-")

@@ -30,6 +30,11 @@ BLOCK_BYTES = 16_000_000
 Place = tuple[slice, ...]
 
 
+def size_of(place: Place) -> int:
+    """Number of cases of a block."""
+    return math.prod(part.stop - part.start for part in place)
+
+
 @dataclass(frozen=True)
 class Cases:
     """The cases of a study, in an array with one dimension per key or in a list.

@@ -105,10 +105,11 @@ def figure(
     unit: str,
     meaning: str,
 ) -> None:
+    # What a process that was killed had made of it, and not yet listed, does not count.
     about: dict[str, JSON] = {key: text for key, text in (("units", unit), ("long_name", meaning)) if text}
     group.create_array(
         name, shape=tuple(shape), chunks=tuple(block), dtype="f8", fill_value=np.nan, compressors=compressors(),
-        dimension_names=tuple(dims), attributes=about,
+        dimension_names=tuple(dims), attributes=about, overwrite=True,
     )  # fmt: skip
 
 

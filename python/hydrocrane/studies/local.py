@@ -15,7 +15,7 @@ from typing import Protocol, TypeVar
 from hydrocrane.errors import InputError
 from hydrocrane.studies.board import Board, OnBoard, task_of
 from hydrocrane.studies.case import BlockResult, Job, Task, run_block
-from hydrocrane.studies.design import Cases, Place
+from hydrocrane.studies.design import Cases, Place, size_of
 from hydrocrane.studies.processes import Apart, NoProcesses, pickled, sensible
 
 # Blocks in progress per worker: one that is computed and one that waits, so that no worker idles while results are
@@ -87,7 +87,7 @@ class Local:
     def _as_measured(self, places: Sequence[Place], workers: int) -> Results:
         left = {_corner(place): place for place in places}
         waiting, done, began = iter(places), 0, time.monotonic()
-        cases = sum(len(self._cases.numbers(place)) for place in places)
+        cases = sum(map(size_of, places))
 
         def short() -> Iterator[Place]:
             while not done or (time.monotonic() - began) / done * (cases - done) < WORTH:

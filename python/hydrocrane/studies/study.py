@@ -30,7 +30,7 @@ from hydrocrane.studies import local
 from hydrocrane.studies.board import Board, board_of
 from hydrocrane.studies.case import FAILED, BlockResult, Job, digest_of
 from hydrocrane.studies.described import varied_and_kept
-from hydrocrane.studies.design import Cases, Place, block_shape, designed
+from hydrocrane.studies.design import Cases, Place, block_shape, designed, size_of
 from hydrocrane.studies.identity import identity
 from hydrocrane.studies.keys import resolved_key
 from hydrocrane.studies.layout import LIMIT, MESSAGE, OUTCOME, TIME, Layout
@@ -224,7 +224,7 @@ class Study:
                 with closing(results):
                     for place, result in results:
                         _write(kept, place, result)
-                        done += _size(place)
+                        done += size_of(place)
                         tell(done, total)
         except KeyboardInterrupt:
             # Ctrl-C may have come between the writing and the counting of a block, so the store is asked.
@@ -383,12 +383,8 @@ def _failed(data: xr.Dataset) -> str:
     return f"{failed.size} of {outcomes.size} cases have no results ({kinds}), the first: {messages[failed[0]]}"
 
 
-def _size(place: tuple[slice, ...]) -> int:
-    return int(np.prod([part.stop - part.start for part in place]))
-
-
-def _sizes(places: Iterable[tuple[slice, ...]]) -> int:
-    return sum(map(_size, places))
+def _sizes(places: Iterable[Place]) -> int:
+    return sum(map(size_of, places))
 
 
 def _write(kept: Store, place: Place, result: BlockResult) -> None:

@@ -179,6 +179,29 @@ def test_an_empty_folder_becomes_a_store(tmp_path):
     assert rig_study({"payload.mass": [50.0]}, store=tmp_path).outcome.values.tolist() == ["completed"]
 
 
+def test_an_array_that_a_killed_process_had_begun_is_made_anew(tmp_path, monkeypatch):
+    """The array of a figure of one's own appears with the first block; the process ended before it was listed."""
+    from hydrocrane.studies import store as store_module
+
+    store, plain = tmp_path / "study.zarr", store_module.seal
+
+    def ends(folder, **attributes):
+        if folder.name == "own":
+            raise KeyboardInterrupt
+        plain(folder, **attributes)
+
+    monkeypatch.setattr(store_module, "seal", ends)
+    with pytest.raises(StudyInterrupted):
+        rig_study(store=store, measures={"own": own_figure}, signals=())
+    monkeypatch.undo()
+    assert (store / "own").exists()
+    assert (rig_study(store=store, measures={"own": own_figure}, signals=()).own == 1.0).all()
+
+
+def own_figure(run):
+    return 1.0
+
+
 def test_half_written_blocks_are_written_again(tmp_path):
     """As after a kill between the chunks of one block: figures are there, outcomes are not."""
     store = tmp_path / "study.zarr"
@@ -251,6 +274,11 @@ def test_a_cluster_that_lost_all_workers_ends_the_study(bench, tmp_path, monkeyp
 
         with pytest.raises(NotComputed, match="no worker for 1 s; stopped after .* of 12 cases; give a store"):
             rig_study(scheduler=address, progress=watch, block=1)
+
+
+def test_no_change_escapes_when_a_study_is_resumed(bench, tmp_path):
+    rows = bench.changed(tmp_path)
+    assert len(rows) == 6 and all(row["resumed"] and row["refused"] for row in rows), rows
 
 
 def test_a_full_disk_is_one_error(bench, tmp_path):

@@ -99,7 +99,7 @@ def test_in_threads_it_is_left_out_when_the_study_is_resumed(tmp_path):
         subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
         for _ in range(3)
     ]
-    assert [life.returncode for life in lives] == [-9, -9, 0], lives[-1].stderr
+    assert [life.returncode for life in lives] == [-9, -9, 0], [life.stderr for life in lives]
     assert lives[2].stdout.split() == ["completed", "killed", "completed", "completed"]
 
 
