@@ -40,6 +40,7 @@ def test_processes_compute_what_threads_compute():
     assert rig_study(keys, **options, scheduler="processes").identical(rig_study(keys, **options))
 
 
+@pytest.mark.evidence
 def test_long_studies_go_on_in_processes(monkeypatch):
     """Chosen by the time that is left, unless something of the user's own takes part."""
     seen, plain = [], processes.Apart.run
@@ -70,6 +71,7 @@ def test_your_own_functions_are_sent_to_processes(capfd):
         rig_study(measures={"own": lambda run: float(lock.locked())}, scheduler="processes")
 
 
+@pytest.mark.evidence
 def test_an_error_of_the_whole_study_comes_back_from_a_process():
     with pytest.raises(InputError, match="outcome"):
         rig_study(measures=[lambda run: {"outcome": 1.0}], scheduler="processes")
@@ -91,6 +93,7 @@ SCRIPT = """
 """
 
 
+@pytest.mark.evidence
 def test_in_threads_it_is_left_out_when_the_study_is_resumed(tmp_path):
     """The case is found although another one runs beside it, and is computed alone at the second time."""
     command = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(SCRIPT)]
@@ -114,6 +117,7 @@ def test_a_case_may_take_a_limited_time(tmp_path, scheduler):
     assert "limit of 0.2 s" in again.message.values[0, 1]
 
 
+@pytest.mark.evidence
 def test_a_function_that_hangs_is_ended(monkeypatch):
     monkeypatch.setattr(processes, "GRACE", 0.2)
 
@@ -137,6 +141,7 @@ def test_a_scheduler_that_there_is_not():
         rig_study(scheduler="process")
 
 
+@pytest.mark.evidence
 def test_where_no_process_can_be_started(monkeypatch, tmp_path):
     """A program that Python is a part of, and a Python that ends at once."""
     broken = tmp_path / "python"
