@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.files.received import check_values
+from hydrocrane.files.received import check_values, plain
 
 Node: TypeAlias = "h5py.Group | h5py.Dataset"
 
@@ -154,7 +154,8 @@ def attributes(node: Node) -> Mapping[str, object]:
     """The single texts and numbers among the attributes."""
     stated = {name: node.attrs.get_id(name) for name in list(node.attrs)[:MOST_OBJECTS]}
     single = [name for name, a in stated.items() if a.shape in ((), (1,)) and a.dtype.itemsize <= LONGEST]
-    return {plain(name): node.attrs[name] for name in single}
+    found = {plain(name): node.attrs[name] for name in single}
+    return {name: plain(value) if isinstance(value, str) else value for name, value in found.items()}
 
 
 def _of_fixed_length(kind: np.dtype) -> bool:
@@ -165,8 +166,3 @@ def _of_fixed_length(kind: np.dtype) -> bool:
 def refers(kind: np.dtype) -> bool:
     """Whether values are references to other members."""
     return h5py.check_ref_dtype(kind) is h5py.Reference
-
-
-def plain(text: str) -> str:
-    """A text that was no UTF-8, with marks in place of what cannot be written."""
-    return text.encode("utf-8", "replace").decode()

@@ -15,8 +15,8 @@ import h5py
 import numpy as np
 
 from hydrocrane.files.columns import Column, Columns
-from hydrocrane.files.hdf5 import check_content, plain
-from hydrocrane.files.received import check_values, readable, received
+from hydrocrane.files.hdf5 import check_content
+from hydrocrane.files.received import check_values, plain, readable, received
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,9 +44,9 @@ def read_netcdf(path: Path) -> xr.Dataset:
         with xr.open_dataset(path, engine=engine, decode_times=False, drop_variables=unread) as stored:
             check_values(path, sum(variable.size for variable in stored.variables.values()))
             data = stored.load()
-    for about in (data.attrs, *(variable.attrs for variable in data.variables.values())):
-        about |= {name: plain(text) for name, text in about.items() if isinstance(text, str)}
-    return data.rename({name: plain(str(name)) for name in data.variables if plain(str(name)) != name})
+        for about in (data.attrs, *(variable.attrs for variable in data.variables.values())):
+            about |= {name: plain(text) for name, text in about.items() if isinstance(text, str)}
+        return data.rename({name: plain(str(name)) for name in data.variables if plain(str(name)) != name})
 
 
 def write_netcdf(data: xr.Dataset | Columns, path: Path) -> None:

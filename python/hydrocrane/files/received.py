@@ -71,3 +71,8 @@ def readable(path: Path, what: str) -> Iterator[None]:
         raise ResultFileError(
             f"{path} is damaged, or not {what}: {reason}; copy it again, or check its suffix"
         ) from None
+
+
+def plain(text: str) -> str:
+    """A text that was no UTF-8, with marks in place of what cannot be written."""
+    return text.encode("utf-8", "replace").decode()

@@ -11,8 +11,8 @@ import h5py
 import numpy as np
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.files.hdf5 import Node, Walk, attributes, plain, refers
-from hydrocrane.files.received import MOST_VALUES, SHORTER, check_values, readable
+from hydrocrane.files.hdf5 import Node, Walk, attributes, refers
+from hydrocrane.files.received import MOST_VALUES, SHORTER, check_values, plain, readable
 from hydrocrane.logs.nested import Measured, table_of
 from hydrocrane.logs.table import Table, plain_facts
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import ResultFileError
+from hydrocrane.files.received import plain
 from hydrocrane.logs.clock import seconds_of_dates
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.units import known_unit, log_unit, tidy_unit
@@ -193,7 +194,7 @@ def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
         if isinstance(value, bytes):
             value = value.decode("utf-8", "replace")
         if isinstance(value, str | float | int) and not isinstance(value, bool):
-            facts[str(name)] = value
+            facts[plain(str(name))] = plain(value) if isinstance(value, str) else value
     return facts
 
 

@@ -373,3 +373,18 @@ def test_a_line_that_is_no_row(tmp_path):
     path.write_text("time,x\n0,1\n" + "7" * (text.LONGEST_LINE + 1) + ",1\n")
     with pytest.raises(hc.ResultFileError, match="a line of 1048579 letters"):
         hc.read_log(path)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".nc", ".h5"])
+def test_facts_that_are_no_text_of_unicode_are_marked(tmp_path, suffix):
+    """A byte 0xff in an attribute: HDF5 hands it out as a character that nothing can write."""
+    import h5py
+
+    file = tmp_path / "log.h5"
+    with h5py.File(file, "w") as stored:
+        stored["time"], stored["x"] = np.arange(5) / 100, np.arange(5) / 1000
+        stored["x"].attrs["units"] = "m"
+        stored.attrs.create("operator", b"J\xff", dtype=h5py.string_dtype())
+    log = hc.read_log(file)
+    assert log.data.attrs["operator"] == "J?"
+    log.save(tmp_path / f"again{suffix}")
