@@ -86,10 +86,18 @@ def _sampled(machine: Machine) -> int:
     return len(machine.joint_names) + 4 * cylinders + max(cylinders, 2) + 2
 
 
-def check_record(machine: Machine, plan: Recorded, rows: float, *, ledger: bool = False, parameters: int = 0) -> None:
+def check_record(
+    machine: Machine,
+    plan: Recorded,
+    rows: float,
+    *,
+    ledger: bool = False,
+    parameters: int = 0,
+    interval: str = "record_interval",
+) -> None:
     """Refuse a run of `plan` on `machine` whose record of `rows` times would take more than its limit.
 
-    It has derivatives by so many `parameters` besides.
+    It has derivatives by so many `parameters` besides. The times follow from the argument `interval`.
 
     Raises
     ------
@@ -102,7 +110,7 @@ def check_record(machine: Machine, plan: Recorded, rows: float, *, ledger: bool 
         stated = float(machine.value("control.period").si) if "control.period" in machine.keys else _PERIOD
         samples = (1 + _sampled(machine)) * row_count(plan.duration, plan.period or stated)
     counted = f"{rows:.4g} times {numbers} numbers" + (f" and {samples:.3g} of its samples" if samples else "")
-    cure = 'a longer record_interval, a shorter duration, or a higher record_limit ("8 GB") if there is memory'
+    cure = f'a longer {interval}, a shorter duration, or a higher record_limit ("8 GB") if there is memory'
     check_size("the record of this run", rows * numbers + samples, counted, cure, bytes_of(plan.record_limit))
 
 

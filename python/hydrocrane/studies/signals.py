@@ -35,7 +35,7 @@ def signal_times(plan: Scenario, cases: Cases, resample: float | str | None) -> 
     interval = plan.record_interval if resample is None else _interval(resample)
     longest = max([float(cast(float, value)) for value in cases.along("duration")] or [plan.duration])
     rows = row_count(longest, interval)
-    check_record(plan.load_machine(), plan, rows)
+    check_record(plan.load_machine(), plan, rows, interval="resample or record_interval")
     return np.arange(int(rows), dtype=np.float64) * interval
 
 
