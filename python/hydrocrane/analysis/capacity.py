@@ -302,9 +302,16 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
         payload[here], limiting[here] = capacity(machine, poses[here], ceiling)
         out[here] = forbidden(machine, tip[here], np.nan_to_num(payload[here], nan=0.0))
     payload[out], limiting[out] = np.nan, -1
-    payload, limiting, out = payload.reshape(shape), limiting.reshape(shape), out.reshape(shape)
-    found = (grid, tip.reshape(*shape, 2), payload, limiting, out)
-    return LoadChart(*found, machine.supply_pressure, machine, float(ceiling))
+    return LoadChart(
+        q=grid,
+        tip=tip.reshape(*shape, 2),
+        payload=payload.reshape(shape),
+        limiting=limiting.reshape(shape),
+        forbidden=out.reshape(shape),
+        supply_pressure=machine.supply_pressure,
+        machine=machine,
+        ceiling=float(ceiling),
+    )
 
 
 def capacity(machine: Machine, poses: Array, ceiling: float) -> tuple[Array, np.ndarray]:
