@@ -68,6 +68,8 @@ __all__ = [
     "path_fault",
     "scenario_choices",
     "command_table",
+    "csv_rows",
+    "sheet_rows",
     "scenario_text",
     "read_commands",
     "read_supply",
