@@ -68,6 +68,8 @@ __all__ = [
     "path_fault",
     "scenario_choices",
     "command_table",
+    "csv_rows",
+    "sheet_rows",
     "scenario_text",
     "read_commands",
     "read_supply",
@@ -360,6 +362,8 @@ def run(
     make: Callable[[int, Machine, str, float | None], LoopController] | None,
     should_stop: Callable[[], bool] | None,
 ) -> RunRecord: ...
+def csv_rows(columns: list[_Array | list[str]]) -> bytes: ...
+def sheet_rows(columns: list[_Array], first: int) -> bytes: ...
 
 METHODS: list[str]
 FORMER_METHODS: list[tuple[str, str]]

@@ -19,6 +19,7 @@ mod sensitivity;
 mod sensors;
 mod simulation;
 mod stepped_controller;
+mod text_rows;
 
 use hydrocrane_machine::scenario::{FORMER_METHODS, METHODS};
 use pyo3::prelude::*;
@@ -55,6 +56,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("METHODS", METHODS.to_vec())?;
     m.add("FORMER_METHODS", FORMER_METHODS.to_vec())?;
     m.add_function(wrap_pyfunction!(run::run, m)?)?;
+    m.add_function(wrap_pyfunction!(text_rows::csv_rows, m)?)?;
+    m.add_function(wrap_pyfunction!(text_rows::sheet_rows, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::method_for, m)?)?;
     m.add_function(wrap_pyfunction!(run::stages, m)?)?;
     m.add_function(wrap_pyfunction!(run::machine_changes, m)?)?;

@@ -29,6 +29,8 @@ _FINE, _COARSE, _DOUBLINGS = 24, 3, 3
 _CHANGE = 0.01
 # Iterations for the position of the tip along a curve.
 _STEPS = 4
+# Poses of a map that are computed together.
+_BLOCK = 2**16
 # Lengths below this are zero, m.
 _NEAR = 1e-6
 
@@ -275,7 +277,8 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     ----------
     machine : Machine, str or path
     samples : int
-        Poses per turning joint of the map; curves against reach have a separate grid.
+        Poses of the map per turning joint, the first two of them, up to what 1 GB holds; curves against reach have a
+        separate grid.
     ceiling : float
         Payload, kg, at which the search ends if no cylinder is the limit (next to a vertical boom).
 
@@ -288,11 +291,27 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     machine = as_machine(machine)
     if not (np.isfinite(ceiling) and ceiling > 0):
         raise InputError(f"ceiling must be a payload in kg, greater than zero; got {ceiling!r}")
-    poses = pose_grid(machine, samples)
-    tip, (payload, limiting) = machine.tip(poses), capacity(machine, poses, ceiling)
-    out = forbidden(machine, tip, np.nan_to_num(payload, nan=0.0))
-    payload, limiting = np.where(out, np.nan, payload), np.where(out, -1, limiting)
-    return LoadChart(poses, tip, payload, limiting, out, machine.supply_pressure, machine, float(ceiling))
+    grid = pose_grid(machine, samples)
+    shape, poses = grid.shape[:-1], grid.reshape(-1, grid.shape[-1])
+    tip, payload = np.empty((len(poses), 2)), np.empty(len(poses))
+    limiting, out = np.empty(len(poses), dtype=np.int64), np.empty(len(poses), dtype=bool)
+    # Block by block, so that what is needed on the way takes no memory.
+    for first in range(0, len(poses), _BLOCK):
+        here = slice(first, first + _BLOCK)
+        tip[here] = machine.tip(poses[here])
+        payload[here], limiting[here] = capacity(machine, poses[here], ceiling)
+        out[here] = forbidden(machine, tip[here], np.nan_to_num(payload[here], nan=0.0))
+    payload[out], limiting[out] = np.nan, -1
+    return LoadChart(
+        q=grid,
+        tip=tip.reshape(*shape, 2),
+        payload=payload.reshape(shape),
+        limiting=limiting.reshape(shape),
+        forbidden=out.reshape(shape),
+        supply_pressure=machine.supply_pressure,
+        machine=machine,
+        ceiling=float(ceiling),
+    )
 
 
 def capacity(machine: Machine, poses: Array, ceiling: float) -> tuple[Array, np.ndarray]:

@@ -366,7 +366,7 @@ def mode_map(
 
     Poses in which the supply or a relief valve of a port does not hold the load are omitted: the crane does not come to
     rest there. So are forbidden positions of the tip.
-    Parameters as in :func:`modes`; `samples` is the number of poses per turning joint.
+    Parameters as in :func:`modes`; `samples` is as in :func:`load_chart`; a pose takes some 2 ms.
 
     Examples
     --------

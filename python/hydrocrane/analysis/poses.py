@@ -9,39 +9,44 @@ import numpy as np
 from hydrocrane.arrays import Array, rows
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
+from hydrocrane.scenario.record_size import check_size
 
-# Most points of a telescope beside turning joints, and most poses: a chart takes some 150 bytes for each.
-_TELESCOPE, MOST_POSES = 8, 2**23
+# Joints that take all points, and most points of each further one and of all these together: the number of poses grows
+# with the square of the points.
+_FULL, _FEWER, _TOGETHER = 2, 8, 64
+# Most memory of a map, bytes; its numbers for each pose beside the pose: tip, payload, index, and a flag for a number.
+_MOST_BYTES, _NUMBERS = 1e9, 5
 
 
 def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
     """Regular grid of poses (k_1, ..., k_n, n) inside the limits.
 
-    Turning joints get `samples` points; a telescope gets fewer, because it matters less. `inset` is the share of each
-    range that is kept clear at both ends: exactly at a limit the inverse relations may already be undefined.
+    The first two turning joints get `samples` points; telescopes and further joints get 3 to 8, because they matter
+    less. `inset` is the share of each range that is kept clear at both ends: exactly at a limit the inverse relations
+    may already be undefined.
 
     Raises
     ------
     InputError
-        Less than two samples, or more poses than `MOST_POSES`.
+        Less than two samples, or so many that a map would take more than 1 GB.
     """
-    if samples < 2:
-        raise InputError(f"samples must be at least 2, got {samples}")
-    units = machine.joint_units
-
-    def counts(points: int) -> list[int]:
-        fewer = min(max(3, points // 6), _TELESCOPE)
-        return [points if unit == "rad" or len(units) == 1 else fewer for unit in units]
-
-    if math.prod(counts(samples)) > MOST_POSES:
-        turning = sum(count == samples for count in counts(samples))
-        most = int((MOST_POSES / math.prod(counts(samples)) * samples**turning) ** (1 / turning))
-        raise InputError(f"samples={samples} makes more than {MOST_POSES} poses; take {most} at most")
+    if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or samples < 2:
+        raise InputError(f"samples must be a whole number, at least 2; got {samples!r}")
+    n = len(machine.joint_names)
+    full = [i for i, unit in enumerate(machine.joint_units) if unit == "rad"][:_FULL] if n > 1 else [0]
+    others = max(n - len(full), 1)
+    fewer = max(3, min(samples // 6, _FEWER, round(_TOGETHER ** (1 / others))))
+    counts = [int(samples) if i in full else fewer for i in range(n)]
+    numbers = math.prod(counts) * (n + _NUMBERS)
+    if full:
+        most = int(samples * (_MOST_BYTES / (8 * numbers)) ** (1 / len(full)))
+        counted = f"{math.prod(counts)} poses of {n + _NUMBERS} numbers"
+        check_size(f"a map with samples={samples}", numbers, counted, f"{most} samples at most", _MOST_BYTES)
     axes = []
-    for (low, high), count in zip(machine.joint_limits, counts(samples), strict=True):
+    for (low, high), count in zip(machine.joint_limits, counts, strict=True):
         margin = inset * (high - low)
         axes.append(np.linspace(low + margin, high - margin, count))
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    return np.stack(np.meshgrid(*axes, indexing="ij", copy=False), axis=-1)
 
 
 def forbidden(machine: Machine, tip: Array, load: Array | float) -> np.ndarray:

@@ -30,6 +30,7 @@ from hydrocrane.results.recording import RecordedStage, Recording
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.entry import scenario_entry
+from hydrocrane.scenario.record_size import check_record
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
@@ -112,7 +113,9 @@ class Experiment:
         self.keys = _checked_keys(keys)
         self.machine = self.plan.load_machine()
         self.payload = self.machine.payload(self.plan.payload)
-        self._core = self._prepared(_checked_times(times, self.plan), resolve_sensitivities)
+        wanted = _checked_times(times, self.plan)
+        check_record(self.machine, self.plan, wanted.size, parameters=len(self.keys))
+        self._core = self._prepared(wanted, resolve_sensitivities)
         with translated():
             self.parameters = tuple(Parameter(*entry) for entry in self._core.parameters())
         known = self.known_signals
@@ -136,10 +139,24 @@ class Experiment:
     def run(
         self, values: ArrayLike | Mapping[str, float] | None = None, progress: Progress | None = None
     ) -> SensitivityRecord:
-        """The core's result with these `values` (n_keys,) of the keys, SI; default is the machine's."""
+        """The core's result with these `values` (n_keys,) of the keys, SI; default is the machine's.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            After Ctrl-C; its attribute ``record`` holds the result until then.
+        """
         given = None if values is None else self._checked_values(values).tolist()
+        failed: list[BaseException] = []
         with interruptible() as should_stop, translated():
-            return self._core.run(given, _watch(should_stop, progress, float(self.plan.duration)))
+            raw = self._core.run(given, _watch(should_stop, progress, float(self.plan.duration), failed))
+        if failed:
+            raise failed[0]
+        if raw["outcome"][0] == "interrupted":
+            stopped = KeyboardInterrupt(f"the run was stopped at t = {raw['outcome'][1]:.4g} s")
+            stopped.record = raw  # type: ignore[attr-defined]
+            raise stopped
+        return raw
 
     def select(self, raw: SensitivityRecord) -> Solution:
         """The signals of this experiment in the result of :meth:`run`."""
@@ -258,7 +275,10 @@ class Sensitivities:
             outcome=self.outcome,
             method=raw["method"],
             effort=raw["stats"],
-            warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
+            warnings=(
+                *(ResultWarning(*entry) for entry in raw["warnings"]),
+                *self.outcome.doubts(float(made.plan.duration)),
+            ),
             payload_changes=raw["payload_changes"],
             stages=() if not made.plan.bursts else (made.stage(),),
         )
@@ -321,6 +341,11 @@ def sensitivities(
     Sensitivities
         Also if the run ends early: then up to its end.
 
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``sensitivities`` holds them until then, with outcome and warning ``interrupted``.
+
     Examples
     --------
     >>> by = hc.sensitivities("vertical-lift-open-loop", "supply.pressure", duration=1.0)
@@ -336,7 +361,14 @@ def sensitivities(
                     f"`{parameter.key}` is zero, so nothing can be relative to it; leave out relative=True"
                 )
     began = time.perf_counter()
-    raw = experiment.run(progress=progress)
+    try:
+        raw = experiment.run(progress=progress)
+    except KeyboardInterrupt as stopped:
+        if part := getattr(stopped, "record", None):
+            found = Sensitivities(experiment, part, time.perf_counter() - began, relative)
+            stopped.sensitivities = found  # type: ignore[attr-defined]
+            stopped.add_note("The sensitivities until then are the attribute `sensitivities` of this exception.")
+        raise
     return Sensitivities(experiment, raw, time.perf_counter() - began, relative)
 
 
@@ -358,15 +390,18 @@ def _checked_times(times: ArrayLike | None, plan: Scenario) -> Array:
 
 
 def _watch(
-    should_stop: Callable[[], bool] | None, progress: Progress | None, duration: float
+    should_stop: Callable[[], bool] | None, progress: Progress | None, duration: float, failed: list[BaseException]
 ) -> Callable[[float], bool] | None:
-    """Callback of the core: reports progress, and returns whether to stop."""
+    """Callback of the core: reports progress, and returns whether to stop; what `progress` raises goes to `failed`."""
     if should_stop is None and progress is None:
         return None
 
     def watch(reached: float) -> bool:
         if progress is not None:
-            progress(reached, duration)
-        return should_stop is not None and should_stop()
+            try:
+                progress(reached, duration)
+            except BaseException as error:
+                failed.append(error)
+        return bool(failed) or (should_stop is not None and should_stop())
 
     return watch

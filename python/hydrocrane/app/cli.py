@@ -86,6 +86,7 @@ def simulate(
     ] = None,
     rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
     step: Annotated[float | None, typer.Option(help="Fixed steps of this size, s.")] = None,
+    record_limit: Annotated[str | None, typer.Option(help="Most memory of the record; default is 2 GB.")] = None,
     verify: Annotated[bool, typer.Option("--verify", help="Run again, tighter, and report the difference.")] = False,
     also: Annotated[list[str], typer.Option(help="Also write mat, csv, parquet, xlsx, mf4 or mcap.")] = [],  # noqa: B006
     film: Annotated[str, typer.Option(help="Animation: gif, mp4 or none.")] = "gif",
@@ -94,8 +95,10 @@ def simulate(
     import hydrocrane as hc
     from hydrocrane.app.options import checked_scenario, overrides
     from hydrocrane.errors import InputError
+    from hydrocrane.files.excel import check_sheet
 
     wanted = {"payload": payload, "duration": duration, "method": method, "rtol": rtol, "step": step}
+    wanted["record_limit"] = record_limit
     changes = cast("RunChanges", {name: value for name, value in wanted.items() if value is not None})
     changes["overrides"] = overrides(settings)
     plan = hc.load_scenario(checked_scenario(scenario))
@@ -107,6 +110,8 @@ def simulate(
     if plan.recorded_by not in ("", hc.__version__):
         warn(f"{scenario} was recorded with version {plan.recorded_by}, this is {hc.__version__}: the drive may differ")
     suffixes = _data_suffixes(plan.name, also, film)
+    if ".xlsx" in suffixes:
+        check_sheet(plan.changed(**changes).record_times().size)
     if output.exists() and not output.is_dir():
         raise InputError(f"--output is a folder, and `{output}` is a file; choose another name")
     with waiting("simulating"):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
 
+    from hydrocrane.scenario.changes import RunChanges
     from hydrocrane.studies import Study
 
 # Messages of failed cases that are printed.
@@ -39,6 +41,7 @@ def sweep(
     resume: Annotated[
         str, typer.Option(help="`trust`: also if nobody can tell that your own code is the same as before.")
     ] = "same",
+    record_limit: Annotated[str | None, typer.Option(help="Most memory of a record; default is 2 GB.")] = None,
     picture: Annotated[Path | None, typer.Option(help="Also draw a figure against the keys, into this file.")] = None,
     measure: Annotated[str | None, typer.Option(help="Which figure to draw; by default the first.")] = None,
 ) -> None:
@@ -46,6 +49,9 @@ def sweep(
     from hydrocrane.studies import StudyInterrupted, load_study
 
     file = load_study(study)
+    if record_limit is not None:
+        changes = {**file.study.changes, "record_limit": record_limit}
+        file = replace(file, study=replace(file.study, changes=cast("RunChanges", changes)))
     folder = store or file.store
     # A picture that cannot be drawn shall not cost the runs.
     drawn = _pictured(file.study, measure, picture) if picture is not None else None

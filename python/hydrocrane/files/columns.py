@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, TypeGuard, cast
 
 import numpy as np
 
+from hydrocrane.errors import ResultFileError
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -84,6 +86,23 @@ class Columns(Mapping[str, Column]):
     def rows(self) -> int:
         """Number of times; zero without a time."""
         return len(self.time) if TIME in self._columns else 0
+
+    def over_time(self) -> dict[str, np.ndarray]:
+        """The values (m,) by name for a table with a row per time, which comes first; one value holds at all times.
+
+        Raises
+        ------
+        ResultFileError
+            If a variable has other dimensions.
+        """
+        found = {}
+        for name in [TIME, *(name for name in self if name != TIME)]:
+            column = self[name]
+            if column.dims not in ((TIME,), ()):
+                over = ", ".join(column.dims)
+                raise ResultFileError(f"`{name}` is over {over}, and a table has a row per time; save .nc, or drop it")
+            found[name] = column.values if column.dims else np.broadcast_to(column.values, self.rows)
+        return found
 
     def labelled(self) -> xr.Dataset:
         """The columns as a data set with the time as coordinate."""

@@ -15,6 +15,7 @@ from hydrocrane.files.excel import titled, write_excel
 from hydrocrane.files.mcap_file import write_mcap
 from hydrocrane.files.mdf import write_mdf
 from hydrocrane.files.netcdf import read_netcdf, write_netcdf
+from hydrocrane.files.text_rows import csv_line, csv_rows
 from hydrocrane.files.whole_file import written_whole
 
 if TYPE_CHECKING:
@@ -107,8 +108,10 @@ def plain_names(names: Iterable[str]) -> dict[str, str]:
 def _csv(data: xr.Dataset | Columns, path: Path) -> None:
     """A row of names with units, ``tip.z [m]``, then numbers that read back as the same doubles."""
     columns = Columns.of(data)
-    table = frame(data)
-    table.to_csv(path, index=False, header=[titled(columns, str(name)) for name in table.columns])
+    table = columns.over_time()
+    with path.open("wb") as stream:
+        stream.write(csv_line([titled(columns, name) for name in table]))
+        stream.writelines(csv_rows(list(table.values())))
 
 
 def _parquet(data: xr.Dataset | Columns, path: Path) -> None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
+from zipfile import ZIP_DEFLATED, ZipFile
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.files.columns import TIME, Columns
+from hydrocrane.files.columns import Columns
+from hydrocrane.files.text_rows import sheet_rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,29 +24,55 @@ if TYPE_CHECKING:
 
 # Limits of a sheet, including the row of names, and of a cell.
 MOST_ROWS, MOST_COLUMNS, LONGEST = 1_048_576, 16_384, 32_767
+# Where the file of a workbook holds its first sheet, and the level of compression: of numbers more saves little.
+_SHEET, _LEVEL = "xl/worksheets/sheet1.xml", 1
 
 
 def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
     """Sheet ``data``: ``name [unit]`` over each column, missing values empty. Sheet ``about``: their description."""
-    from openpyxl import Workbook
-
     columns = Columns.of(data)
-    names = [TIME, *(name for name in columns if name != TIME)]
-    if columns.rows >= MOST_ROWS or len(names) > MOST_COLUMNS:
+    table = columns.over_time()
+    check_sheet(columns.rows, len(table))
+    words = [name for name, values in table.items() if values.dtype.kind not in "buif"]
+    if words:
+        raise ResultFileError(f"`{words[0]}` has no numbers, and the sheet has only these; drop it, or save .csv")
+    content = io.BytesIO()
+    with _errors_of_the_system(path):
+        _frame(columns, list(table)).save(content)
+    with ZipFile(content) as made, ZipFile(path, "w", ZIP_DEFLATED, compresslevel=_LEVEL) as stored:
+        for name in made.namelist():
+            if name != _SHEET:
+                stored.writestr(name, made.read(name))
+                continue
+            head, end, tail = made.read(name).partition(b"</sheetData>")
+            with stored.open(name, "w", force_zip64=True) as sheet:
+                for part in chain([head], sheet_rows(list(table.values()), 2), [end, tail]):
+                    sheet.write(part)
+
+
+def check_sheet(rows: int, columns: int = 1) -> None:
+    """Refuse a table that no sheet holds.
+
+    Raises
+    ------
+    ResultFileError
+        With the limits and the cure.
+    """
+    if rows >= MOST_ROWS or columns > MOST_COLUMNS:
         raise ResultFileError(
             f"a sheet of Excel has {MOST_ROWS - 1} rows of numbers and {MOST_COLUMNS} columns, and these are "
-            f"{columns.rows} and {len(names)}; record less often, or save .nc or .parquet"
+            f"{rows} and {columns}; record less often, or save .nc or .parquet"
         )
-    with _errors_of_the_system(path):
-        _fill(Workbook(write_only=True), columns, names, path)
 
 
-def _fill(book: Workbook, columns: Columns, names: list[str], path: Path) -> None:
+def _frame(columns: Columns, names: list[str]) -> Workbook:
+    """The workbook without its rows of numbers, which openpyxl would write cell by cell."""
+    from openpyxl import Workbook
+
+    book = Workbook(write_only=True)
     sheet = book.create_sheet("data")
     sheet.freeze_panes = "B2"
     sheet.append([_text(sheet, titled(columns, name)) for name in names])
-    for row in np.stack([columns[name].values for name in names], axis=-1).tolist():
-        sheet.append([value if np.isfinite(value) else None for value in row])
     about = book.create_sheet("about")
     about.append(["name", "unit", "meaning"])
     for name in names:
@@ -53,7 +81,7 @@ def _fill(book: Workbook, columns: Columns, names: list[str], path: Path) -> Non
     about.append([])
     for key, value in columns.attrs.items():
         about.append([_text(about, str(key)), value if isinstance(value, float) else _text(about, str(value))])
-    book.save(path)
+    return book
 
 
 def _text(sheet: WriteOnlyWorksheet, text: str) -> WriteOnlyCell:

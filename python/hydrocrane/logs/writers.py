@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 from collections.abc import Callable
@@ -12,9 +11,11 @@ from typing import TYPE_CHECKING
 import h5py
 
 from hydrocrane.errors import ResultFileError, nearest
-from hydrocrane.files.datasets import frame, require_library, write_matlab
+from hydrocrane.files.columns import Columns
+from hydrocrane.files.datasets import require_library, write_matlab
 from hydrocrane.files.mdf import write_mdf
 from hydrocrane.files.netcdf import write_netcdf
+from hydrocrane.files.text_rows import csv_line, csv_rows
 from hydrocrane.files.toml_file import toml_key
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.logs.table import plain_facts
@@ -43,14 +44,14 @@ def checked_suffix(path: Path) -> str:
 def _csv(data: xr.Dataset, path: Path) -> None:
     """Comment lines about the log, a row of names, a row of units, then the shortest text that reads back as the same
     double."""
-    table = frame(data)
-    units = [table.attrs["units"][name] or "-" for name in table.columns]
-    with path.open("w", encoding="utf-8", newline="\n") as stream:
+    columns = Columns.of(data)
+    table = columns.over_time()
+    units = [str(columns[name].attrs.get("units", "")) or "-" for name in table]
+    with path.open("wb") as stream:
         facts = ((toml_key(str(name)), json.dumps(value, ensure_ascii=False)) for name, value in data.attrs.items())
-        stream.writelines(f"# {name} = {value}\n" for name, value in facts)
-        heads = ([" ".join(str(cell).split()) for cell in cells] for cells in (table.columns, units))
-        csv.writer(stream, lineterminator="\n").writerows(heads)
-        table.to_csv(stream, index=False, header=False, lineterminator="\n")
+        stream.writelines(f"# {name} = {value}\n".encode() for name, value in facts)
+        stream.writelines(csv_line([" ".join(cell.split()) for cell in cells]) for cells in (list(table), units))
+        stream.writelines(csv_rows(list(table.values())))
 
 
 def _hdf5(data: xr.Dataset, path: Path) -> None:

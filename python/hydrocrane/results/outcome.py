@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from hydrocrane.result_warning import ResultWarning
+
 KINDS = ("completed", "stroke-limit", "solver-failed", "controller-failed", "bad-state", "interrupted")
 
 
@@ -36,6 +38,19 @@ class Outcome:
     def completed(self) -> bool:
         """Whether the run reached its end."""
         return self.kind == "completed"
+
+    @classmethod
+    def stopped(cls, time: float) -> Outcome:
+        """Of a run that somebody stopped at `time`, s."""
+        return cls("interrupted", time, "stopped from outside, by Ctrl-C or a KeyboardInterrupt of its controller")
+
+    def doubts(self, duration: float) -> tuple[ResultWarning, ...]:
+        """Of a run that was to last `duration`, s: what stopped from outside is no shorter run of the scenario."""
+        if self.kind != "interrupted":
+            return ()
+        text = f"the run was {self.message}, at {self.time:.4g} of {duration:.4g} s: nothing after that was computed"
+        cure = "run it again to its end, or give that time as its `duration`"
+        return (ResultWarning(self.kind, text, cure, self.time),)
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,7 @@ class CommonFields(TypedDict, total=False):
     phases: Iterable[Phase]
     supply: SupplyLike | None
     recorded_by: str
+    record_limit: float | str | None
     warnings: Sequence[ResultWarning]
 
 

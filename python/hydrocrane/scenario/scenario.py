@@ -41,7 +41,7 @@ from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import Phase, check_values
 from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
-from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
+from hydrocrane.scenario.record_size import bytes_of, check_size, row_count
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver
 from hydrocrane.scenario.stage import Stage
 from hydrocrane.scenario.supply import MEASURED, SupplyPressure, as_supply
@@ -113,6 +113,9 @@ class Scenario:
         controller. Phases after the end of the run have no effect.
     recorded_by : str
         Version of hydrocrane whose cockpit recorded it; empty if it is not a recorded drive.
+    record_limit : float or str, optional
+        Most memory that the columns of a run may take, ``"8 GB"`` or a number of bytes; default is 2 GB. A longer run
+        is refused before it begins. A matter of the computer: files of scenarios do not state it.
     warnings : sequence of ResultWarning
         Unusual values of the file it was read from; its runs repeat them.
 
@@ -151,6 +154,7 @@ class Scenario:
     phases: Sequence[Phase] = ()
     supply: SupplyPressure | None = None
     recorded_by: str = ""
+    record_limit: float | str | None = field(default=None, compare=False)
     warnings: Sequence[ResultWarning] = field(default=(), compare=False)
 
     __repr__ = brief
@@ -175,6 +179,7 @@ class Scenario:
         object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
         scenario_quantity("scenario.duration", "duration", self.duration)
         scenario_quantity("scenario.record-interval", "record_interval", self.record_interval)
+        bytes_of(self.record_limit)
         if isinstance(self.commands, Mapping):
             object.__setattr__(self, "commands", {c: as_command(c, v) for c, v in self.commands.items()})
         object.__setattr__(self, "supply", as_supply(self.supply))
@@ -401,7 +406,7 @@ class Scenario:
         Raises
         ------
         InputError
-            If the record would take more than ``hydrocrane.scenario.record_size.MOST_BYTES``.
+            If the times alone would take more than `record_limit`.
 
         Examples
         --------
@@ -409,7 +414,8 @@ class Scenario:
         array([0.  , 0.01, 0.02])
         """
         count = row_count(self.duration, self.record_interval)
-        check_size("the record of this run", count, NUMBERS_PER_ROW, "a longer record_interval or a shorter duration")
+        cure, most = "a longer record_interval or a shorter duration", bytes_of(self.record_limit)
+        check_size("the times of this run", count, f"{count:.4g} numbers", cure, most)
         times: Array = np.arange(int(count), dtype=np.float64) * self.record_interval
         if self.duration - times[-1] > 1e-9 * self.duration:
             return np.append(times, self.duration)

@@ -16,7 +16,7 @@ from hydrocrane.errors import InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.poses import poses
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size
+from hydrocrane.scenario.record_size import check_size, row_numbers
 
 # Default tolerance of the errors of a step; see docs/theory/batch.md for the resulting accuracy.
 TOLERANCE = 0.01
@@ -109,7 +109,10 @@ class BatchSimulator:
         machine = as_machine(machine)
         self.machine = machine
         self.n = _count(n, "n, the number of cranes,")
-        check_size("a batch of so many cranes", self.n, NUMBERS_PER_ROW, "fewer cranes, in several batches")
+        each = row_numbers(machine)
+        check_size(
+            "this batch", self.n * each, f"{self.n} cranes of {each} numbers", "fewer cranes, in several batches"
+        )
         self.sample_time = _seconds(sample_time, "sample_time")
         self.step_size = self.sample_time if step is None else _seconds(step, "step")
         self.tolerance = _positive(tolerance, "tolerance", "in units of the states' scales")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import partial
 from os import PathLike
 from typing import Unpack
 
@@ -16,11 +15,13 @@ from hydrocrane.control.controllers import ON_ERROR, SampledController
 from hydrocrane.errors import translated, unknown
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.results.dataset import run_dataset
+from hydrocrane.results.outcome import Outcome
 from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
 from hydrocrane.results.verification import compared
 from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
+from hydrocrane.scenario.record_size import check_record
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
@@ -66,8 +67,9 @@ def simulate(
     Raises
     ------
     KeyboardInterrupt
-        After Ctrl-C, also in a loop of runs; its attribute ``run`` holds the run until then, with outcome
-        ``interrupted``.
+        After Ctrl-C, also in a loop of runs; its attribute ``run`` holds the run until then, with outcome and
+        warning ``interrupted``; the whole run, without a verification, if its repeat was stopped. Also if your own
+        controller raises it, whatever `on_error` says.
 
     Examples
     --------
@@ -83,35 +85,40 @@ def simulate(
     machine = machine_for(plan, machine)
     payload = machine.payload(plan.payload)
     began = time.perf_counter()
+    repeat_stopped = False
     with interruptible() as should_stop:
-        go = partial(integrate, machine, record=plan.record_times(), should_stop=should_stop)
-        recorded = go(plan, ledger=ledger, on_error=on_error)
+
+        def go(plan: Scenario, ledger: bool) -> Recording:
+            record = plan.record_times()
+            return recorded(machine, plan, ledger=ledger, record=record, should_stop=should_stop, on_error=on_error)
+
+        found = go(plan, ledger)
         wall = time.perf_counter() - began
-        error = recorded.error
-        if verify and error is None:
-            repeat = go(plan.changed(solver=plan.solver.tightened()), ledger=False, on_error=on_error)
-            columns = Run(run_dataset(machine, plan, recorded, payload=payload, wall=wall), machine).columns
-            path = columns["tip.deviation"].values if "tip.deviation" in columns else np.empty(0)
-            farthest = float(np.nanmax(path)) if np.isfinite(path).any() else None
-            recorded.verification, doubts = compared(machine, plan, recorded, repeat, farthest)
-            recorded.warnings += doubts
-    run = Run(run_dataset(machine, plan, recorded, payload=payload, wall=wall), machine)
+        if verify and found.error is None and found.outcome.kind != "interrupted":
+            repeat = go(plan.changed(solver=plan.solver.tightened()), ledger=False)
+            repeat_stopped = repeat.outcome.kind == "interrupted"
+            if not repeat_stopped:
+                columns = Run(run_dataset(machine, plan, found, payload=payload, wall=wall), machine).columns
+                path = columns["tip.deviation"].values if "tip.deviation" in columns else np.empty(0)
+                farthest = float(np.nanmax(path)) if np.isfinite(path).any() else None
+                found.verification, doubts = compared(machine, plan, found, repeat, farthest)
+                found.warnings += doubts
+    run = Run(run_dataset(machine, plan, found, payload=payload, wall=wall), machine)
+    error = found.error
     if error is not None and (on_error == "raise" or not isinstance(error, Exception)):
         raise _with_run(error, run)
-    if run.outcome.kind == "interrupted":
-        stopped = KeyboardInterrupt(f"the run was stopped at t = {run.outcome.time:.4g} s")
-        stopped.run = run  # type: ignore[attr-defined]
-        stopped.add_note("The run until then is the attribute `run` of this exception.")
-        raise stopped
+    if run.outcome.kind == "interrupted" or repeat_stopped:
+        at = f"run was stopped at t = {run.outcome.time:.4g} s"
+        raise _with_run(KeyboardInterrupt(f"the {'repeat for `verify` was stopped' if repeat_stopped else at}"), run)
     return run
 
 
 def _with_run(error: BaseException, run: Run) -> BaseException:
     """`error` with the run until then as its attribute, and a note that says so."""
     error.run = run  # type: ignore[attr-defined]
+    returned = '; on_error="stop" returns it in place of raising' if isinstance(error, Exception) else ""
     error.add_note(
-        f"The controller raised this at t = {run.outcome.time:.4g} s. The run until then is the attribute `run` of "
-        'this exception; on_error="stop" returns it in place of raising.'
+        f"The run until then, t = {run.outcome.time:.4g} s, is the attribute `run` of this exception{returned}."
     )
     return error
 
@@ -123,7 +130,22 @@ def integrate(
     ledger: bool,
     record: Array,
     should_stop: Callable[[], bool] | None = None,
-    on_error: str = "stop",
+) -> Recording:
+    """As :func:`recorded`, for runs within a larger task: a KeyboardInterrupt of one's own controller ends that too."""
+    found = recorded(machine, plan, ledger=ledger, record=record, should_stop=should_stop, on_error="stop")
+    if found.error is not None and not isinstance(found.error, Exception):
+        raise found.error
+    return found
+
+
+def recorded(
+    machine: Machine,
+    plan: Scenario,
+    *,
+    ledger: bool,
+    record: Array,
+    should_stop: Callable[[], bool] | None,
+    on_error: str,
 ) -> Recording:
     """Run the plan in the core, which records states, commands and ledger until the end or a reason to stop.
 
@@ -131,11 +153,17 @@ def integrate(
     ----------
     record : (m,) array
         Recorded times, s, increasing.
-    should_stop : callable, optional
+    should_stop : callable or None
         Called from time to time; True ends the run with outcome ``interrupted``.
     on_error : {"raise", "stop", "neutral"}
         As in :func:`simulate`, but nothing is raised: the recording's `error` states what ended the run.
+
+    Raises
+    ------
+    InputError
+        If the record would take more than the plan's `record_limit`.
     """
+    check_record(machine, plan, record.size, ledger=ledger)
     own = own_controllers(plan)
     made: list[SampledController] = []
 
@@ -148,10 +176,13 @@ def integrate(
     entry = scenario_entry(plan, machine.cylinder_names)
     with translated():
         raw = _core.run(machine.core, entry, record, ledger, make if own else None, should_stop)
-    recorded = Recording.of(raw, machine, plan.warnings)
-    if recorded.outcome.kind == "controller-failed":
-        recorded.error = next((law.error for law in reversed(made) if law.error is not None), None)
-    return recorded
+    found = Recording.of(raw, machine, plan.warnings)
+    if found.outcome.kind == "controller-failed":
+        found.error = next((law.error for law in reversed(made) if law.error is not None), None)
+        if found.error is not None and not isinstance(found.error, Exception):
+            found.outcome = Outcome.stopped(found.outcome.time)
+    found.warnings += found.outcome.doubts(float(plan.duration))
+    return found
 
 
 def machine_for(plan: Scenario, machine: Machine | str | PathLike[str] | None) -> Machine:

@@ -23,7 +23,7 @@ from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import integrate
 from hydrocrane.studies.changes import changed_plan
 from hydrocrane.studies.key import Key
-from hydrocrane.studies.measures import OF_ANY_RUN, Measure, TakenName, measured
+from hydrocrane.studies.measures import OF_ANY_RUN, Measure, WrongMeasure, measured
 from hydrocrane.studies.record import CaseRecord
 
 # Outcomes of cases beyond those of runs.
@@ -202,7 +202,7 @@ def run_case(job: Job, values: Sequence[Override], watch: Watch) -> CaseResult:
         if record.outcome.kind == INTERRUPTED and time.monotonic() > until:
             return too_long(job, f"it had reached {record.outcome.time:.4g} s of the run")
         return _kept(job, record)
-    except TakenName:
+    except WrongMeasure:
         # An error of the whole study.
         raise
     except HydrocraneError as error:
@@ -238,7 +238,7 @@ def _kept(job: Job, record: CaseRecord) -> CaseResult:
     try:
         figures = measured(job.measures, record, job.taken)
         return CaseResult(outcome.kind, message, figures, signals)
-    except TakenName:
+    except WrongMeasure:
         raise
     except Exception as error:
         figures = {OF_ANY_RUN: outcome.time}

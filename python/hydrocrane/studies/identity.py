@@ -26,7 +26,7 @@ Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json
 SHOWN_NUMBERS = 40
 SHOWN_DIFFERENCES = 5
 # Fields without effect on results, such as the path of the machine file.
-NOT_OF_THE_SCENARIO = ("machine", "overrides", "name", "title")
+NOT_OF_THE_SCENARIO = ("machine", "overrides", "name", "title", "record_limit")
 # Keys whose values are paths of files.
 LOGS = (COMMAND_LOG, SUPPLY_LOG)
 

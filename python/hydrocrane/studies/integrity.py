@@ -95,11 +95,16 @@ def _is_own(content: Description) -> bool:
     return codecs <= CODECS and parts <= MOST_CHUNKS and at_once <= MOST_VALUES
 
 
+def is_path(name: str) -> bool:
+    """Whether a folder of this name would not lie in the folder of the study, or be none, on some system."""
+    return name in ("", "..") or {name} != {PurePosixPath(name).name, PureWindowsPath(name).name}
+
+
 def names_in(text: str) -> list[str]:
     """The names of arrays in an attribute of a group; each is that of a folder in its own."""
     found: list[str] = json.loads(text)
     for name in found:
-        if {name} != {PurePosixPath(name).name, PureWindowsPath(name).name}:
+        if is_path(name):
             raise ResultFileError(f"a study has no array `{name}`: its name would be a path; delete the store")
     return found
 

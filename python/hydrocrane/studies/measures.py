@@ -2,20 +2,25 @@
 
 By name: one of :data:`BUILT_IN`, or a statistic of a signal, ``max(cylinder.lift.p1)``; or a function of a
 :class:`hydrocrane.Run` that returns a number or a mapping of names to numbers. A run that ended early has NaN for all
-of them except ``end_time``.
+of them except ``end_time``. An exception in a function is the outcome of its case; an answer that is no figure is an
+error of the whole study, because no other case would have one either.
 """
 
 from __future__ import annotations
 
+import numbers
 import re
+import reprlib
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import TypeAlias
 
 import numpy as np
 
 from hydrocrane.errors import InputError, nearest, unknown
 from hydrocrane.results.run import Run
+from hydrocrane.studies.integrity import is_path
 from hydrocrane.studies.record import CaseRecord
 
 STATISTICS: dict[str, Callable[[np.ndarray], float]] = {
@@ -92,10 +97,35 @@ class Measure:
         kind, signal = _parts(self.name)
         return {self.name: float(STATISTICS[kind](record.signal(signal)))}
 
-    def _of_run(self, answer: Mapping[str, float] | float) -> dict[str, float]:
-        if isinstance(answer, Mapping):
-            return {str(name): float(value) for name, value in answer.items()}
-        return {self.name: float(answer)}
+    def _of_run(self, answer: object) -> dict[str, float]:
+        """The figures of an own function's answer."""
+        if not isinstance(answer, Mapping):
+            return {self.name: self._number(answer, "returned")}
+        for name in answer:
+            if not isinstance(name, str) or is_path(name):
+                raise self._refused(f"returned a mapping with the name {name!r}, which is no text, empty or a path")
+        return {str(name): self._number(value, f"returned for `{name}`") for name, value in answer.items()}
+
+    def _number(self, value: object, returned: str) -> float:
+        """A real number, also a scalar of NumPy, xarray and the like."""
+        if value is np.ma.masked or (isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)):
+            raise self._refused(f"{returned} a masked value")
+        try:
+            array = np.asarray(None if isinstance(value, Mapping) else value)
+        except (TypeError, ValueError):
+            # Lists of lists of different lengths.
+            array = np.asarray(None)
+        real = isinstance(value, numbers.Real | Decimal) if array.dtype.kind == "O" else array.dtype.kind in "buif"
+        if array.ndim or not real:
+            shape = f" of shape {array.shape}" if array.ndim else ""
+            raise self._refused(f"{returned} {type(value).__name__}{shape}, {reprlib.repr(value)}")
+        return float(array)
+
+    def _refused(self, what: str) -> WrongMeasure:
+        return WrongMeasure(
+            f"measure `{self.name}` {what}; a measure returns one real number, or a mapping of names to such numbers: "
+            "take what is wanted of an array, such as its largest value, and float('nan') for no value"
+        )
 
 
 def checked_measures(given: Measures, units: Mapping[str, str]) -> tuple[Measure, ...]:
@@ -117,6 +147,8 @@ def checked_measures(given: Measures, units: Mapping[str, str]) -> tuple[Measure
     found = tuple(Measure(str(name), own=own) for name, own in named) or tuple(_checked(e, units) for e in given)
     names = [measure.name for measure in found]
     for name in names:
+        if is_path(name):
+            raise InputError(f"measure {name!r} has a name that is empty or would be a path in a store; rename it")
         if names.count(name) > 1:
             raise InputError(f"measure `{name}` is given twice; name functions by a mapping of name to function")
     return found if OF_ANY_RUN in names else (_checked(OF_ANY_RUN, units), *found)
@@ -149,8 +181,8 @@ def _parts(name: str) -> tuple[str, str]:
     return match[1], match[2].strip()
 
 
-class TakenName(InputError):
-    """A function returned a figure by a name that something else in the result has."""
+class WrongMeasure(InputError):
+    """A function returned what is no figure, or by a name that something else in the result has."""
 
 
 def measured(measures: Sequence[Measure], record: CaseRecord, taken: Container[str]) -> dict[str, float]:
@@ -162,7 +194,7 @@ def measured(measures: Sequence[Measure], record: CaseRecord, taken: Container[s
         figures = measure.of(record)
         for name in figures:
             if name in found or name in taken:
-                raise TakenName(
+                raise WrongMeasure(
                     f"measure `{measure.name}` returns `{name}`, which would name two things in the result; rename it"
                 )
         found |= figures

@@ -9,7 +9,7 @@ import numpy as np
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
-from hydrocrane.scenario.record_size import NUMBERS_PER_ROW, check_size, row_count
+from hydrocrane.scenario.record_size import check_record, row_count
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.design import Cases
 from hydrocrane.units import converted
@@ -35,7 +35,7 @@ def signal_times(plan: Scenario, cases: Cases, resample: float | str | None) -> 
     interval = plan.record_interval if resample is None else _interval(resample)
     longest = max([float(cast(float, value)) for value in cases.along("duration")] or [plan.duration])
     rows = row_count(longest, interval)
-    check_size("the signals of one case", rows, NUMBERS_PER_ROW, "a larger resample or record-interval")
+    check_record(plan.load_machine(), plan, rows, interval="resample or record_interval")
     return np.arange(int(rows), dtype=np.float64) * interval
 
 

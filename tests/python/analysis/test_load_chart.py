@@ -120,9 +120,3 @@ def test_the_picture_says_which_height_and_cuts_nothing(chart):
         assert [text.get_text() for text in axes.get_legend().get_texts()] == labels
         assert axes.get_ylim()[1] >= max(np.nanmax(line.get_ydata()) for line in axes.lines)
     assert draw is plots.load_chart
-
-
-@pytest.mark.parametrize("samples", [3000, 10**5, 10**9])
-def test_a_chart_beyond_any_memory_is_refused_with_a_size(samples):
-    with pytest.raises(hc.InputError, match=rf"samples={samples} makes more than .* poses; take \d+ at most"):
-        hc.load_chart("rottne-f9-lab", samples=samples)

@@ -55,7 +55,7 @@ def test_plain_numbers_and_units_are_taken():
         (("modes", "vertical-lift-open-loop"), ["is a scenario", "its machine is"]),
         (("simulate", "tests/data/two-telescopes.toml"), ["is a machine", "hydrocrane machines"]),
         (("modes", "scenarios/vertical-lift-open-loop.toml"), ["is a scenario", "its machine is"]),
-        (("simulate", "vertical-lift-open-loop", "--duration", "9e4"), ["GiB", "shorter duration"]),
+        (("simulate", "vertical-lift-open-loop", "--duration", "9e4"), ["GB", "shorter duration"]),
     ],
 )
 def test_one_message_says_what_was_mistaken(arguments, words):

@@ -76,21 +76,6 @@ def test_a_phase_does_not_change_the_load():
         plan(controller="tip", phases=[hc.Phase(0.01, {"payload.mass": 100.0})])
 
 
-@pytest.mark.parametrize("interval", [1e-7, 4e-7])
-def test_a_record_larger_than_memory_is_refused_with_its_size(interval):
-    with pytest.raises(hc.InputError, match=r"(GiB|bytes).*more than 2 GiB; give a longer record_interval"):
-        hc.simulate(plan(), record_interval=interval, duration=5.0)
-    with pytest.raises(hc.InputError, match="shorter duration"):
-        hc.simulate(plan(), duration=1e7)
-
-
-def test_batches_and_kept_signals_have_the_same_bound():
-    with pytest.raises(hc.InputError, match=r"a batch of so many cranes would take .* fewer cranes"):
-        hc.BatchSimulator(hc.load_machine("single-cylinder"), 10**12)
-    with pytest.raises(hc.InputError, match=r"the signals of one case would take .* resample"):
-        hc.sweep(plan(), {"payload": [0.0, 1.0]}, signals=["tip.z"], resample=1e-12)
-
-
 @pytest.mark.parametrize("interval", [1e-308, 4e-9, 5e-324])
 def test_an_interval_that_no_file_may_state_is_refused(interval):
     with pytest.raises(hc.InputError, match=r"record_interval: .* beyond any use; usual is 0.1 ms"):

@@ -1,4 +1,4 @@
-//! Machines of a scenario from bundled names, paths, or one text in memory.
+//! Machines of a scenario from bundled names, paths, or one text in memory, each made once.
 
 use super::{AssemblyError, Surroundings};
 use crate::build::build;
@@ -31,5 +31,36 @@ impl Surroundings for Machines<'_> {
 
     fn own_controller(&mut self, _: usize, _: &Stage, _: &Arc<dyn Model>) -> Option<Box<dyn Controller>> {
         None
+    }
+}
+
+/// Surroundings that make each machine once: most phases change the sticks or the controller, and no value of the machine.
+pub(super) struct Once<'a> {
+    pub inner: &'a mut dyn Surroundings,
+    pub made: Vec<(Option<String>, Vec<(String, OverrideValue)>, Arc<dyn Model>)>,
+}
+
+impl Surroundings for Once<'_> {
+    fn machine(
+        &mut self,
+        source: Option<&str>,
+        overrides: &[(String, OverrideValue)],
+    ) -> Result<Arc<dyn Model>, AssemblyError> {
+        let same = self.made.iter().rev().find(|(from, with, _)| from.as_deref() == source && with == overrides);
+        if let Some((_, _, model)) = same {
+            return Ok(model.clone());
+        }
+        let model = self.inner.machine(source, overrides)?;
+        self.made.push((source.map(str::to_string), overrides.to_vec(), model.clone()));
+        Ok(model)
+    }
+
+    fn own_controller(
+        &mut self,
+        number: usize,
+        stage: &Stage,
+        controller_model: &Arc<dyn Model>,
+    ) -> Option<Box<dyn Controller>> {
+        self.inner.own_controller(number, stage, controller_model)
     }
 }

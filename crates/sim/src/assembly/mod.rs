@@ -11,6 +11,8 @@ pub use commands::commands;
 pub use machines::Machines;
 pub use start::start;
 
+use machines::Once;
+
 pub(crate) use drivers::levers;
 
 use crate::live::Live;
@@ -159,7 +161,8 @@ pub fn stages(scenario: &Scenario, surroundings: &mut dyn Surroundings) -> Resul
     }
     let due: Vec<Stage> = scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration).collect();
     let ends: Vec<f64> = due.iter().skip(1).map(|next| next.from).chain([scenario.duration]).collect();
-    let assembled = due.into_iter().zip(ends).map(|(stage, end)| drivers::stage(scenario, stage, end, surroundings));
+    let mut once = Once { inner: surroundings, made: Vec::new() };
+    let assembled = due.into_iter().zip(ends).map(|(stage, end)| drivers::stage(scenario, stage, end, &mut once));
     let stages = assembled.collect::<Result<Vec<_>, _>>()?;
     drivers::goal_fault(scenario, &stages).map_or(Ok(stages), |fault| Err(fault.into()))
 }

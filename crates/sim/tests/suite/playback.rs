@@ -1,8 +1,11 @@
 //! Scenarios played live: nobody takes over, and they are the run; an operator takes over, and the plan ends.
 
-use hydrocrane_machine::parse_scenario;
-use hydrocrane_sim::assembly::{assemble, Assembly, Machines, RunSettings};
-use hydrocrane_sim::{OutcomeKind, Playback};
+use hydrocrane_machine::scenario::Stage;
+use hydrocrane_machine::{parse_scenario, OverrideValue};
+use hydrocrane_sim::assembly::{assemble, Assembly, AssemblyError, Machines, RunSettings, Surroundings};
+use hydrocrane_sim::controller::Controller;
+use hydrocrane_sim::{Model, OutcomeKind, Playback};
+use std::sync::Arc;
 
 const HEAD: &str = r#"
 [scenario]
@@ -96,4 +99,41 @@ fn samples_count_from_the_begin_of_each_stage() {
     assert_eq!(long.live.time(), 0.305);
     assert!(long.advance_samples(Some(0.012)));
     assert!((long.live.time() - 0.325).abs() < 1e-12);
+}
+
+/// Makes machines, and counts them.
+struct Counting<'a> {
+    inner: Machines<'a>,
+    made: usize,
+}
+
+impl Surroundings for Counting<'_> {
+    fn machine(
+        &mut self,
+        source: Option<&str>,
+        overrides: &[(String, OverrideValue)],
+    ) -> Result<Arc<dyn Model>, AssemblyError> {
+        self.made += 1;
+        self.inner.machine(source, overrides)
+    }
+
+    fn own_controller(&mut self, _: usize, _: &Stage, _: &Arc<dyn Model>) -> Option<Box<dyn Controller>> {
+        None
+    }
+}
+
+#[test]
+fn phases_that_change_no_value_of_the_machine_make_none() {
+    let text: Vec<String> = (1..=300)
+        .map(|i| {
+            let value = if i == 100 { "overrides = { \"supply.pressure\" = \"120 bar\" }\n" } else { "" };
+            format!("[phase.p{i}]\ntime = \"{i} ms\"\njoystick = {{ time = [\"{i} ms\"], x = [0.1] }}\n{value}")
+        })
+        .collect();
+    let text = [HEAD, TIP, &text.concat()].concat();
+    let scenario = parse_scenario(&text, "many.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    let mut counting = Counting { inner: Machines { machine: "rottne-f9-lab", text: None }, made: 0 };
+    let settings = RunSettings { ledger: false, max_steps: 1_000_000 };
+    let assembly = assemble(&scenario, settings, &mut counting).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((assembly.stages.len(), counting.made), (301, 2));
 }
