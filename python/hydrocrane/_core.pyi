@@ -69,7 +69,6 @@ __all__ = [
     "scenario_choices",
     "command_table",
     "csv_rows",
-    "sheet_rows",
     "scenario_text",
     "read_commands",
     "read_supply",
@@ -363,7 +362,6 @@ def run(
     should_stop: Callable[[], bool] | None,
 ) -> RunRecord: ...
 def csv_rows(columns: list[_Array | list[str]]) -> bytes: ...
-def sheet_rows(columns: list[_Array], first: int) -> bytes: ...
 
 METHODS: list[str]
 FORMER_METHODS: list[tuple[str, str]]

@@ -57,7 +57,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("FORMER_METHODS", FORMER_METHODS.to_vec())?;
     m.add_function(wrap_pyfunction!(run::run, m)?)?;
     m.add_function(wrap_pyfunction!(text_rows::csv_rows, m)?)?;
-    m.add_function(wrap_pyfunction!(text_rows::sheet_rows, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::method_for, m)?)?;
     m.add_function(wrap_pyfunction!(run::stages, m)?)?;
     m.add_function(wrap_pyfunction!(run::machine_changes, m)?)?;

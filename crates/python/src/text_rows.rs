@@ -25,15 +25,6 @@ pub fn csv_rows<'py>(py: Python<'py>, columns: Vec<Cells<'py>>) -> PyResult<Boun
     Ok(PyBytes::new(py, text.as_bytes()))
 }
 
-/// The rows of `columns` as elements of a sheet of Office Open XML from row `first` on, counted from 1; what is no number
-/// (NaN, infinite) has no cell.
-#[pyfunction]
-pub fn sheet_rows<'py>(py: Python<'py>, columns: Vec<Row<'py>>, first: usize) -> PyResult<Bound<'py, PyBytes>> {
-    let cells = columns.iter().map(|row| Ok(row.as_slice()?)).collect::<PyResult<Vec<_>>>()?;
-    let text = py.detach(|| sheet(&cells, first));
-    Ok(PyBytes::new(py, text.as_bytes()))
-}
-
 enum Slice<'a> {
     Numbers(&'a [f64]),
     Texts(&'a [String]),
@@ -65,37 +56,6 @@ fn csv(columns: &[Slice]) -> String {
         text.push('\n');
     }
     text
-}
-
-fn sheet(columns: &[&[f64]], first: usize) -> String {
-    let letters: Vec<String> = (0..columns.len()).map(letters).collect();
-    let count = columns.iter().map(|values| values.len()).min().unwrap_or(0);
-    let mut text = String::with_capacity(count * columns.len() * 45);
-    for row in 0..count {
-        let number = (first + row).to_string();
-        text.extend(["<row r=\"", &number, "\">"]);
-        for (values, letters) in columns.iter().zip(&letters) {
-            if values[row].is_finite() {
-                text.extend(["<c r=\"", letters, &number, "\"><v>"]);
-                push_number(&mut text, values[row]);
-                text.push_str("</v></c>");
-            }
-        }
-        text.push_str("</row>");
-    }
-    text
-}
-
-/// The name of a column of a sheet: A to Z, then AA and so on.
-fn letters(mut column: usize) -> String {
-    let mut found = Vec::new();
-    loop {
-        found.insert(0, char::from(b'A' + (column % 26) as u8));
-        if column < 26 {
-            return found.into_iter().collect();
-        }
-        column = column / 26 - 1;
-    }
 }
 
 /// In the notation of Python: `0.1`, `1e-05`, `1.5e+16`.

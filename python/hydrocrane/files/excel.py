@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import errno
-import io
+import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
-from zipfile import ZIP_DEFLATED, ZipFile
+
+import numpy as np
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.columns import Columns
-from hydrocrane.files.text_rows import sheet_rows
+from hydrocrane.files.text_rows import in_blocks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 # Limits of a sheet, including the row of names, and of a cell.
 MOST_ROWS, MOST_COLUMNS, LONGEST = 1_048_576, 16_384, 32_767
-# Where the file of a workbook holds its first sheet, and the level of compression: of numbers more saves little.
-_SHEET, _LEVEL = "xl/worksheets/sheet1.xml", 1
 
 
 def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
@@ -36,18 +34,8 @@ def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
     words = [name for name, values in table.items() if values.dtype.kind not in "buif"]
     if words:
         raise ResultFileError(f"`{words[0]}` has no numbers, and the sheet has only these; drop it, or save .csv")
-    content = io.BytesIO()
     with _errors_of_the_system(path):
-        _frame(columns, list(table)).save(content)
-    with ZipFile(content) as made, ZipFile(path, "w", ZIP_DEFLATED, compresslevel=_LEVEL) as stored:
-        for name in made.namelist():
-            if name != _SHEET:
-                stored.writestr(name, made.read(name))
-                continue
-            head, end, tail = made.read(name).partition(b"</sheetData>")
-            with stored.open(name, "w", force_zip64=True) as sheet:
-                for part in chain([head], sheet_rows(list(table.values()), 2), [end, tail]):
-                    sheet.write(part)
+        _filled(columns, table).save(path)
 
 
 def check_sheet(rows: int, columns: int = 1) -> None:
@@ -65,14 +53,17 @@ def check_sheet(rows: int, columns: int = 1) -> None:
         )
 
 
-def _frame(columns: Columns, names: list[str]) -> Workbook:
-    """The workbook without its rows of numbers, which openpyxl would write cell by cell."""
+def _filled(columns: Columns, table: Mapping[str, np.ndarray]) -> Workbook:
     from openpyxl import Workbook
 
+    names = list(table)
     book = Workbook(write_only=True)
     sheet = book.create_sheet("data")
     sheet.freeze_panes = "B2"
     sheet.append([_text(sheet, titled(columns, name)) for name in names])
+    for block in in_blocks(list(table.values())):
+        for row in zip(*(values.tolist() for values in block), strict=True):
+            sheet.append([value if math.isfinite(value) else None for value in row])
     about = book.create_sheet("about")
     about.append(["name", "unit", "meaning"])
     for name in names:

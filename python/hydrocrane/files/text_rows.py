@@ -16,14 +16,8 @@ _BLOCK = 2**18
 
 def csv_rows(columns: Sequence[np.ndarray]) -> Iterator[bytes]:
     """The rows of `columns`, each (m,), as CSV; of numbers the shortest text that reads back as the same double."""
-    for _, block in _blocks(columns):
+    for block in in_blocks(columns):
         yield _core.csv_rows([_cells(values) for values in block])
-
-
-def sheet_rows(columns: Sequence[np.ndarray], first: int) -> Iterator[bytes]:
-    """The rows of `columns`, each (m,), as elements of a sheet of Excel from row `first` on, counted from 1."""
-    for begin, block in _blocks(columns):
-        yield _core.sheet_rows([values.astype(np.float64) for values in block], first + begin)
 
 
 def csv_line(cells: Sequence[str]) -> bytes:
@@ -33,11 +27,11 @@ def csv_line(cells: Sequence[str]) -> bytes:
     return line.getvalue().encode()
 
 
-def _blocks(columns: Sequence[np.ndarray]) -> Iterator[tuple[int, list[np.ndarray]]]:
-    """The first row of each block, and the columns of the block."""
+def in_blocks(columns: Sequence[np.ndarray]) -> Iterator[list[np.ndarray]]:
+    """The columns, each (m,), some rows at a time."""
     step = max(_BLOCK // len(columns), 1)
     for begin in range(0, len(columns[0]), step):
-        yield begin, [column[begin : begin + step] for column in columns]
+        yield [column[begin : begin + step] for column in columns]
 
 
 def _cells(values: np.ndarray) -> np.ndarray | list[str]:

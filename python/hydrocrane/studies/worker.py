@@ -34,7 +34,7 @@ def main() -> None:
             return
         try:
             answer: object = run_block(job, task, watch)
-        except Exception as error:
+        except BaseException as error:  # Whatever ends a study where it is called ends it here too.
             answer = error
         answers.write(_sendable(answer))
         answers.flush()

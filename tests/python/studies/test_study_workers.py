@@ -71,6 +71,18 @@ def test_your_own_functions_are_sent_to_processes(capfd):
         rig_study(measures={"own": lambda run: float(lock.locked())}, scheduler="processes")
 
 
+def stops_the_study(obs, command):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize("scheduler", local.WAYS)
+def test_a_controller_that_interrupts_ends_the_study(scheduler):
+    plan = hc.Scenario(machine="single-cylinder", joints={"slide": 0.0}, controller=stops_the_study, duration=0.1)
+    with pytest.raises(hc.studies.StudyInterrupted, match="0 of 4"):
+        hc.sweep(plan, MASSES, scheduler=scheduler, progress=False)
+
+
 @pytest.mark.evidence
 def test_an_error_of_the_whole_study_comes_back_from_a_process():
     with pytest.raises(InputError, match="outcome"):
@@ -110,11 +122,11 @@ def test_in_threads_it_is_left_out_when_the_study_is_resumed(tmp_path):
 def test_a_case_may_take_a_limited_time(tmp_path, scheduler):
     options = {"duration": 36000.0, "record_interval": 600.0, "store": tmp_path / "s.zarr", "scheduler": scheduler}
     keys = {"payload.mass": [50.0, 60.0], "duration": [0.1, 36000.0]}
-    data = rig_study(keys, **options, time_limit="300 ms")
+    data = rig_study(keys, **options, time_limit="1 s")
     assert data.outcome.values.tolist() == [["completed", "time-limit"]] * 2
-    assert "limit of 0.3 s; it had reached" in data.message.values[0, 1]
-    again = rig_study(keys, **options, time_limit=0.2)
-    assert "limit of 0.2 s" in again.message.values[0, 1]
+    assert "limit of 1 s; it had reached" in data.message.values[0, 1]
+    again = rig_study(keys, **options, time_limit=0.9)
+    assert "limit of 0.9 s" in again.message.values[0, 1]
 
 
 @pytest.mark.evidence
