@@ -4,6 +4,7 @@
 //! same bits.
 
 use crate::crane_step::{CraneStep, Scene};
+use crate::own_numbers::{places_of, Bank, Place};
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
@@ -12,7 +13,6 @@ use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
-use hydrocrane_plant::rhs::Evaluator;
 
 /// Bounds of the change of step size from one step to the next.
 const SHRINK: f64 = 0.2;
@@ -58,16 +58,12 @@ pub struct Demand {
     pub hopeless: f64,
 }
 
-/// The laws of a machine for whole groups.
-pub trait Kernel: Send + Sync {
+/// Steps groups of cranes of one machine, in one thread.
+pub trait StepKernel: Send {
     /// Name of the instruction set.
     fn instruction_set(&self) -> &'static str;
-    /// The step kernel of one thread.
-    fn step_kernel<'a>(&'a self, demand: &'a Demand) -> Box<dyn StepKernel + 'a>;
-}
-
-/// Steps groups of cranes.
-pub trait StepKernel {
+    /// Gives a lane to a crane with these values of its own numbers.
+    fn load(&mut self, lane: usize, own: &[f64]);
     /// Tries a step of each crane from the states `x`, which are replaced by the new ones if the step is accurate
     /// enough.
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult;
@@ -75,15 +71,18 @@ pub trait StepKernel {
     fn tips(&mut self, x: &[Group]) -> [Group; 2];
 }
 
-/// A crane of `N` joints in the lanes of a register.
-struct LaneCrane<R, const N: usize> {
-    evaluator: Evaluator<Lanes<R>, Lanes<R>, N>,
+/// Cranes of `N` joints in the lanes of a register.
+struct LaneStepKernel<R, const N: usize> {
+    /// One for all lanes if cranes have no numbers of their own, else one for each register of a group.
+    banks: Vec<Bank<R, N>>,
+    /// Where the own numbers stand in a bank.
+    places: Vec<Place>,
+    /// The own numbers of the cranes in the lanes.
+    own: Vec<Group>,
+    /// Whether they are other ones than in the bank of a register.
+    stale: [bool; WIDTH],
     layout: Layout,
-}
-
-struct LaneStepKernel<'a, R, const N: usize> {
-    crane: &'a LaneCrane<R, N>,
-    demand: &'a Demand,
+    demand: Demand,
     room: CraneStep<Lanes<R>>,
     x: Vec<Lanes<R>>,
     spools: [Lanes<R>; N],
@@ -92,15 +91,16 @@ struct LaneStepKernel<'a, R, const N: usize> {
 /// Plants of which there are kernels. Each length is named, so that its kernels are compiled here and not where they are
 /// asked for.
 pub trait InLanes {
-    /// The machine for groups, in the widest instruction set of this processor or in the narrower one `wanted`.
-    fn in_lanes(&self, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel>;
+    /// The machine for groups, in the widest instruction set of this processor or in the narrower one `wanted`. `own`: in which of
+    /// its numbers cranes may differ, counted by [`Plant::numbers`] and on by the weights of the demanded precision.
+    fn in_lanes(&self, layout: &Layout, demand: &Demand, own: &[usize], wanted: Option<&str>) -> Box<dyn StepKernel>;
 }
 
 macro_rules! sized {
     ($($joints:literal),*) => {
         $(impl InLanes for Plant<f64, $joints> {
-            fn in_lanes(&self, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
-                kernel(self, layout, wanted)
+            fn in_lanes(&self, layout: &Layout, demand: &Demand, own: &[usize], wanted: Option<&str>) -> Box<dyn StepKernel> {
+                kernel(self, layout, demand, own, wanted)
             }
         })*
     };
@@ -116,50 +116,77 @@ const fn has_wide(joints: usize) -> bool {
 }
 
 #[cfg(target_arch = "x86_64")]
-fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
+fn kernel<const N: usize>(
+    plant: &Plant<f64, N>,
+    layout: &Layout,
+    demand: &Demand,
+    own: &[usize],
+    wanted: Option<&str>,
+) -> Box<dyn StepKernel> {
     fn fits<R: Register>(wanted: Option<&str>) -> bool {
         R::is_available() && wanted.is_none_or(|name| name == R::NAME)
     }
     if const { has_wide(N) } {
         if fits::<Avx512>(wanted) {
-            return Box::new(LaneCrane::<Avx512, N>::new(plant, layout));
+            return Box::new(LaneStepKernel::<Avx512, N>::new(plant, layout, demand, own));
         }
         if fits::<Avx2>(wanted) {
-            return Box::new(LaneCrane::<Avx2, N>::new(plant, layout));
+            return Box::new(LaneStepKernel::<Avx2, N>::new(plant, layout, demand, own));
         }
     }
-    Box::new(LaneCrane::<Sse2, N>::new(plant, layout))
+    Box::new(LaneStepKernel::<Sse2, N>::new(plant, layout, demand, own))
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, _wanted: Option<&str>) -> Box<dyn Kernel> {
-    Box::new(LaneCrane::<f64, N>::new(plant, layout))
+fn kernel<const N: usize>(
+    plant: &Plant<f64, N>,
+    layout: &Layout,
+    demand: &Demand,
+    own: &[usize],
+    _wanted: Option<&str>,
+) -> Box<dyn StepKernel> {
+    Box::new(LaneStepKernel::<f64, N>::new(plant, layout, demand, own))
 }
 
-impl<R: Register, const N: usize> LaneCrane<R, N> {
-    fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
-        let plant = plant.map(&mut Lanes::c);
-        LaneCrane { evaluator: Evaluator::new(&plant, layout), layout: layout.clone() }
+impl<R: Register, const N: usize> LaneStepKernel<R, N> {
+    fn new(plant: &Plant<f64, N>, layout: &Layout, demand: &Demand, own: &[usize]) -> Self {
+        let bank = Bank::new(plant, layout, &demand.precision);
+        LaneStepKernel {
+            places: places_of(plant, layout, &bank, own),
+            banks: vec![bank; if own.is_empty() { 1 } else { WIDTH / R::WIDTH }],
+            own: vec![[0.0; WIDTH]; own.len()],
+            stale: [false; WIDTH],
+            layout: layout.clone(),
+            demand: demand.clone(),
+            room: CraneStep::new(layout),
+            x: vec![Lanes::default(); layout.len()],
+            spools: [Lanes::default(); N],
+        }
+    }
+
+    /// The bank of the register whose lanes begin at `first`, with the numbers of its cranes.
+    #[inline(always)]
+    fn bank(&mut self, first: usize) -> usize {
+        let bank = (first / R::WIDTH).min(self.banks.len() - 1);
+        if std::mem::take(&mut self.stale[bank]) {
+            self.banks[bank].put(&self.places, &self.own, first);
+        }
+        bank
     }
 }
 
-impl<R: Register, const N: usize> Kernel for LaneCrane<R, N> {
+impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
     fn instruction_set(&self) -> &'static str {
         R::NAME
     }
 
-    fn step_kernel<'a>(&'a self, demand: &'a Demand) -> Box<dyn StepKernel + 'a> {
-        Box::new(LaneStepKernel {
-            crane: self,
-            demand,
-            room: CraneStep::new(&self.layout),
-            x: vec![Lanes::default(); self.layout.len()],
-            spools: [Lanes::default(); N],
-        })
+    fn load(&mut self, lane: usize, own: &[f64]) {
+        for (numbers, number) in self.own.iter_mut().zip(own) {
+            numbers[lane] = *number;
+        }
+        self.stale[lane / R::WIDTH] |= !own.is_empty();
     }
-}
 
-impl<R: Register, const N: usize> StepKernel for LaneStepKernel<'_, R, N> {
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
         R::run(
             #[inline(always)]
@@ -175,13 +202,14 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<'_, R, N> {
     }
 }
 
-impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
+impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     #[inline(always)]
     fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
-        let LaneStepKernel { crane, demand, room, x: states, spools } = self;
-        let LaneCrane { evaluator, layout } = crane;
         let [mut taken, mut exact, mut inside, mut growth] = [[0.0; WIDTH]; 4];
         for first in (0..WIDTH).step_by(R::WIDTH) {
+            let bank = self.bank(first);
+            let LaneStepKernel { banks, layout, demand, room, x: states, spools, .. } = self;
+            let Bank { evaluator, precision } = &banks[bank];
             for i in 0..states.len() {
                 states[i] = Lanes::load(&x[i][first..]);
             }
@@ -190,7 +218,7 @@ impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
             }
             let (h, payload) = (Lanes::<R>::load(&trial.h[first..]), Lanes::load(&trial.payload[first..]));
             let scene = Scene { evaluator, layout, spools: &*spools, payload };
-            let error = room.attempt(&scene, h, states, &demand.precision);
+            let error = room.attempt(&scene, h, states, precision);
             let stays = stays(&evaluator.plant, room.reached());
             let met = error.le(Lanes::c(1.0));
             let good = met | (h.le(Lanes::c(demand.finest)) & error.le(Lanes::c(demand.hopeless)) & error.finite());
@@ -208,10 +236,11 @@ impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
     }
 
     #[inline(always)]
-    fn tips_here(&self, x: &[Group]) -> [Group; 2] {
+    fn tips_here(&mut self, x: &[Group]) -> [Group; 2] {
         let mut tips = [[0.0; WIDTH]; 2];
         for first in (0..WIDTH).step_by(R::WIDTH) {
-            let mechanics = &self.crane.evaluator.plant.mechanics;
+            let bank = self.bank(first);
+            let mechanics = &self.banks[bank].evaluator.plant.mechanics;
             let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
             let tip = mechanics.tip_position(&mechanics.pose(&q));
             tip.x.store(&mut tips[0][first..]);

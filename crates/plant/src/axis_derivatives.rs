@@ -177,15 +177,28 @@ impl<L: Real> Lifted<L> {
     pub fn new(unit: &HydraulicAxis<L>, fluid: &Fluid<L>) -> Self {
         Lifted {
             chambers: unit.chambers,
-            bulk: fluid.map(&mut Dual::constant),
-            friction: unit.friction.map(&mut Dual::constant),
-            end_stop: unit.end_stop.map(&mut Dual::constant),
-            spool: unit.spool.map(&mut Dual::constant),
-            ports: unit.map(&mut Dual::constant),
-            coupled: unit.map(&mut Dual::constant),
-            single: unit.map(&mut Dual::constant),
-            whole: unit.map(&mut Dual::constant),
+            bulk: fluid.map(&mut |number| Dual::constant(*number)),
+            friction: unit.friction.map(&mut |number| Dual::constant(*number)),
+            end_stop: unit.end_stop.map(&mut |number| Dual::constant(*number)),
+            spool: unit.spool.map(&mut |number| Dual::constant(*number)),
+            ports: unit.map(&mut |number| Dual::constant(*number)),
+            coupled: unit.map(&mut |number| Dual::constant(*number)),
+            single: unit.map(&mut |number| Dual::constant(*number)),
+            whole: unit.map(&mut |number| Dual::constant(*number)),
         }
+    }
+
+    /// Every number.
+    pub fn each<'a>(&'a self, f: &mut dyn FnMut(&'a L)) {
+        self.chambers.map(f);
+        self.bulk.map(&mut |number| f(&number.value));
+        self.friction.map(&mut |number| f(&number.value));
+        self.end_stop.map(&mut |number| f(&number.value));
+        self.spool.map(&mut |number| f(&number.value));
+        self.ports.map(&mut |number| f(&number.value));
+        self.coupled.map(&mut |number| f(&number.value));
+        self.single.map(&mut |number| f(&number.value));
+        self.whole.map(&mut |number| f(&number.value));
     }
 
     /// Rates and derivatives; `P` as in [`HydraulicAxis::rates`].
@@ -209,7 +222,7 @@ impl<L: Real> Lifted<L> {
         piston: &Piston<L>,
         outputs: &LawOutputs<WithDerivatives<L>>,
     ) -> RateDerivatives<L> {
-        let pressures = supply_pressures.map(&mut Dual::constant);
+        let pressures = supply_pressures.map(&mut |number| Dual::constant(*number));
         let linearised = self.whole.assemble::<P>(&pressures, &variables(s), outputs);
         RateDerivatives {
             rates: linearised.of_states().map(|number| number.value),
@@ -279,7 +292,7 @@ impl<L: Real> Lifted<L> {
             Dual::constant(supply_pressures.tank),
         );
         let returned = a.drained + b.drained + a.relieved + b.relieved + leaked;
-        let SupplyPressures { supply, load, tank } = supply_pressures.map(&mut Dual::constant);
+        let SupplyPressures { supply, load, tank } = supply_pressures.map(&mut |number| Dual::constant(*number));
         let pressures = SupplyPressures { supply, load, tank: Dual::variable(tank.value, 0) };
         let by_line = self.along(&pressures, &s.map(Dual::constant));
         TankDerivatives {
@@ -453,7 +466,7 @@ impl<L: Real> Lifted<L> {
     fn port_a<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p1, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2)];
         let ports = self.ports.ports(
-            &supply_pressures.map(&mut Dual::constant),
+            &supply_pressures.map(&mut |number| Dual::constant(*number)),
             v,
             [p1, Dual::constant(s.p2)],
             P::part(still(s)),
@@ -465,7 +478,7 @@ impl<L: Real> Lifted<L> {
     fn port_b<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
         let ports = self.ports.ports(
-            &supply_pressures.map(&mut Dual::constant),
+            &supply_pressures.map(&mut |number| Dual::constant(*number)),
             v,
             [Dual::constant(s.p1), p2],
             P::part(still(s)),
@@ -480,7 +493,7 @@ impl<L: Real> Lifted<L> {
             return Dual::constant(L::c(0.0));
         }
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2)];
-        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, p2], None);
+        let ports = self.ports.ports(&supply_pressures.map(&mut |number| Dual::constant(*number)), v, [p1, p2], None);
         self.ports.crossed::<P>(&ports).among([V, P1, P2])
     }
 

@@ -45,7 +45,7 @@ fn tasks(model: &dyn Model, count: usize, samples: usize) -> Vec<Task> {
 fn begun(model: &Arc<dyn Model>, tasks: &[Task], options: &BatchOptions) -> Batch {
     let mut batch = Batch::new(model.clone(), tasks.len(), options).expect("threads");
     for (crane, task) in tasks.iter().enumerate() {
-        batch.reset(crane, &task.start, task.payload).expect("a state to start from");
+        batch.reset(crane, model.as_ref(), &task.start, task.payload).expect("a state to start from");
     }
     batch
 }
