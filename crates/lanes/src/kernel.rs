@@ -4,7 +4,7 @@
 //! same bits.
 
 use crate::crane_step::{CraneStep, Scene};
-use crate::own_numbers::{places_of, Bank, Place};
+use crate::own_numbers::{Bank, Needed, Places};
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
@@ -75,8 +75,7 @@ pub trait StepKernel: Send {
 struct LaneStepKernel<R, const N: usize> {
     /// One for all lanes if cranes have no numbers of their own, else one for each register of a group.
     banks: Vec<Bank<R, N>>,
-    /// Where the own numbers stand in a bank.
-    places: Vec<Place>,
+    places: Places,
     /// The own numbers of the cranes in the lanes.
     own: Vec<Group>,
     /// Whether they are other ones than in the bank of a register.
@@ -151,10 +150,11 @@ fn kernel<const N: usize>(
 impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     fn new(plant: &Plant<f64, N>, layout: &Layout, demand: &Demand, own: &[usize]) -> Self {
         let bank = Bank::new(plant, layout, &demand.precision);
+        let numbers = [plant.numbers(), demand.precision.weights.clone()].concat();
         LaneStepKernel {
-            places: places_of(plant, layout, &bank, own),
+            places: Places::new(plant, layout, &bank, own),
             banks: vec![bank; if own.is_empty() { 1 } else { WIDTH / R::WIDTH }],
-            own: vec![[0.0; WIDTH]; own.len()],
+            own: own.iter().map(|i| [numbers[*i]; WIDTH]).collect(),
             stale: [false; WIDTH],
             layout: layout.clone(),
             demand: demand.clone(),
@@ -164,12 +164,13 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
         }
     }
 
-    /// The bank of the register whose lanes begin at `first`, with the numbers of its cranes.
+    /// The bank of the register whose lanes begin at `first`, with what is `needed` of the numbers of its cranes.
     #[inline(always)]
-    fn bank(&mut self, first: usize) -> usize {
+    fn bank(&mut self, first: usize, needed: Needed) -> usize {
         let bank = (first / R::WIDTH).min(self.banks.len() - 1);
-        if std::mem::take(&mut self.stale[bank]) {
-            self.banks[bank].put(&self.places, &self.own, first);
+        if self.stale[bank] {
+            self.banks[bank].put(&self.places, needed, &self.own, first);
+            self.stale[bank] = needed != Needed::All;
         }
         bank
     }
@@ -181,10 +182,12 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
     }
 
     fn load(&mut self, lane: usize, own: &[f64]) {
+        let mut changed = false;
         for (numbers, number) in self.own.iter_mut().zip(own) {
+            changed |= numbers[lane].to_bits() != number.to_bits();
             numbers[lane] = *number;
         }
-        self.stale[lane / R::WIDTH] |= !own.is_empty();
+        self.stale[lane / R::WIDTH] |= changed;
     }
 
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
@@ -207,7 +210,7 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
         let [mut taken, mut exact, mut inside, mut growth] = [[0.0; WIDTH]; 4];
         for first in (0..WIDTH).step_by(R::WIDTH) {
-            let bank = self.bank(first);
+            let bank = self.bank(first, Needed::All);
             let LaneStepKernel { banks, layout, demand, room, x: states, spools, .. } = self;
             let Bank { evaluator, precision } = &banks[bank];
             for i in 0..states.len() {
@@ -239,7 +242,7 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     fn tips_here(&mut self, x: &[Group]) -> [Group; 2] {
         let mut tips = [[0.0; WIDTH]; 2];
         for first in (0..WIDTH).step_by(R::WIDTH) {
-            let bank = self.bank(first);
+            let bank = self.bank(first, Needed::Mechanics);
             let mechanics = &self.banks[bank].evaluator.plant.mechanics;
             let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
             let tip = mechanics.tip_position(&mechanics.pose(&q));

@@ -7,7 +7,6 @@ use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
 use hydrocrane_plant::rhs::Evaluator;
-use std::ops::Range;
 use std::ptr::from_ref;
 
 /// All that a step in one register reads, with the numbers of the crane of each lane.
@@ -18,21 +17,28 @@ pub struct Bank<R, const N: usize> {
 }
 
 /// Where a copy of an own number stands.
-#[derive(Debug, Clone, Copy)]
-pub struct Place {
-    /// Counted among the own numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    /// Index of the block of memory in a bank: the evaluator, its groups of cylinders, the weights.
+    block: usize,
+    /// Bytes from its start.
+    offset: usize,
+    /// Index among the own numbers.
     number: usize,
-    copy: Copied,
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Copied {
-    /// So many bytes from the start of the evaluator.
-    Evaluator(usize),
-    /// So many bytes from the start of a group of cylinders.
-    Group(usize, usize),
-    /// Weight of the error of a state.
-    Weight(usize),
+/// The places of the own numbers in every bank of a plant.
+pub struct Places {
+    all: Vec<Place>,
+    /// So many of them are in the mechanics.
+    in_mechanics: usize,
+}
+
+/// What of a bank is needed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Needed {
+    Mechanics,
+    All,
 }
 
 impl<R: Register, const N: usize> Bank<R, N> {
@@ -44,61 +50,73 @@ impl<R: Register, const N: usize> Bank<R, N> {
 
     /// Puts the own numbers of the lanes from `first` on in their places.
     #[inline(always)]
-    pub fn put(&mut self, places: &[Place], own: &[Group], first: usize) {
-        for Place { number, copy } in places {
+    pub fn put(&mut self, places: &Places, needed: Needed, own: &[Group], first: usize) {
+        let Bank { evaluator, precision } = self;
+        let (groups, weights) = (evaluator.groups.as_mut_ptr(), precision.weights.as_mut_ptr());
+        let blocks: [*mut u8; 3] = [(&raw mut *evaluator).cast(), groups.cast(), weights.cast()];
+        let count = if needed == Needed::All { places.all.len() } else { places.in_mechanics };
+        for Place { block, offset, number } in &places.all[..count] {
             let value = Lanes::<R>::load(&own[*number][first..]);
-            match *copy {
-                Copied::Weight(i) => self.precision.weights[i] = value,
-                // SAFETY: `places_of` found a number of this type so many bytes from the start of the same part of a bank of the
-                // same plant. Parts and variants of a bank never change, so that it stands there in every one, and `&mut self` lets
-                // nobody else read it.
-                Copied::Evaluator(offset) => unsafe { (&raw mut self.evaluator).byte_add(offset).cast::<Lanes<R>>().write(value) },
-                // SAFETY: likewise.
-                Copied::Group(group, offset) => unsafe {
-                    (&raw mut self.evaluator.groups[group]).byte_add(offset).cast::<Lanes<R>>().write(value);
-                },
+            // SAFETY: a number of this type stands so many bytes from the start of this block in the bank in which the place was
+            // found (`Places::new`). All banks of a kernel are clones of that one, none changes its parts or variants, and `self` is
+            // borrowed alone.
+            unsafe { blocks[*block].add(*offset).cast::<Lanes<R>>().write(value) };
+        }
+    }
+
+    /// Block and offset of one of its numbers.
+    fn place(&self, number: &Lanes<R>) -> (usize, usize) {
+        let Bank { evaluator, precision } = self;
+        let groups = (evaluator.groups.as_ptr() as usize, size_of_val(&evaluator.groups[..]));
+        let weights = (precision.weights.as_ptr() as usize, size_of_val(&precision.weights[..]));
+        let blocks = [(from_ref(evaluator) as usize, size_of_val(evaluator)), groups, weights];
+        let offsets = blocks.map(|(start, size)| (from_ref(number) as usize).checked_sub(start).filter(|at| *at < size));
+        let block = offsets.iter().position(Option::is_some).expect("a number of the bank");
+        (block, offsets[block].unwrap_or_default())
+    }
+
+    /// Every number, with the weights of the precision after those of the laws, in the order of those of [`indices`].
+    fn each<'a>(&'a self, f: &mut dyn FnMut(&'a Lanes<R>)) {
+        self.evaluator.each(f);
+        self.precision.weights.iter().for_each(f);
+    }
+}
+
+impl Places {
+    /// Those of the `own` numbers, counted as in [`InLanes`](crate::InLanes), which are in ascending order.
+    pub fn new<R: Register, const N: usize>(
+        plant: &Plant<f64, N>,
+        layout: &Layout,
+        bank: &Bank<R, N>,
+        own: &[usize],
+    ) -> Self {
+        let mut indices = indices(plant, layout).into_iter();
+        let (mut all, mut mechanics) = (Vec::new(), 0);
+        plant.mechanics.map(&mut |_| mechanics += 1);
+        bank.each(&mut |copy| {
+            let index = indices.next().expect("as many indices as numbers");
+            if let Ok(number) = own.binary_search(&index) {
+                let (block, offset) = bank.place(copy);
+                all.push(Place { block, offset, number });
             }
-        }
-    }
-
-    /// Where one of its numbers stands.
-    fn place(&self, number: &Lanes<R>) -> Copied {
-        let address = from_ref(number) as usize;
-        let within = |range: Range<usize>| range.contains(&address).then(|| address - range.start);
-        let mut groups = self.evaluator.groups.iter().enumerate();
-        match groups.find_map(|(i, group)| Some((i, within(bytes(group))?))) {
-            Some((i, offset)) => Copied::Group(i, offset),
-            None => Copied::Evaluator(within(bytes(&self.evaluator)).expect("no number stands elsewhere")),
-        }
+        });
+        let beyond = |place: &Place| own[place.number] >= mechanics;
+        // In the order of memory.
+        all.sort_unstable_by_key(|place| (beyond(place), *place));
+        Places { in_mechanics: all.iter().filter(|place| !beyond(place)).count(), all }
     }
 }
 
-/// The addresses of a value.
-fn bytes<T>(value: &T) -> Range<usize> {
-    let start = from_ref(value) as usize;
-    start..start + size_of::<T>()
-}
-
-/// The places of the `own` numbers, in their order, counted as in [`InLanes`](crate::InLanes).
-pub fn places_of<R: Register, const N: usize>(
-    plant: &Plant<f64, N>,
-    layout: &Layout,
-    bank: &Bank<R, N>,
-    own: &[usize],
-) -> Vec<Place> {
-    // Which number of the plant each number of an evaluator is, in the order of both, by an evaluator of their indices.
-    let (mut count, mut indices, mut copies) = (0.0, Vec::new(), Vec::new());
+/// Which number of a plant, or which weight after these, each number of a bank is a copy of.
+fn indices<const N: usize>(plant: &Plant<f64, N>, layout: &Layout) -> Vec<usize> {
+    // Those in an evaluator of indices in place of numbers.
+    let mut count = 0;
     let numbered = plant.map(&mut |_| {
-        count += 1.0;
-        count - 1.0
+        count += 1;
+        (count - 1) as f64
     });
+    let mut indices = Vec::new();
     Evaluator::<f64, f64, N>::new(&numbered, layout).each(&mut |index| indices.push(*index as usize));
-    bank.evaluator.each(&mut |number| copies.push(bank.place(number)));
-    let mut places = Vec::new();
-    for (number, own) in own.iter().enumerate() {
-        let copies = indices.iter().zip(&copies).filter(|(index, _)| *index == own).map(|(_, copy)| *copy);
-        let weight = own.checked_sub(count as usize).map(Copied::Weight);
-        places.extend(copies.chain(weight).map(|copy| Place { number, copy }));
-    }
-    places
+    indices.extend(count..count + layout.len());
+    indices
 }

@@ -60,7 +60,6 @@ pub struct Lifted<L> {
     end_stop: EndStop<Dual<L, 2>>,
     spool: Spool<Dual<L, 2>>,
     ports: HydraulicAxis<Dual<L, 3>>,
-    coupled: HydraulicAxis<CoupledPort<L>>,
     single: HydraulicAxis<Dual<L, 1>>,
     whole: HydraulicAxis<WithDerivatives<L>>,
 }
@@ -182,7 +181,6 @@ impl<L: Real> Lifted<L> {
             end_stop: unit.end_stop.map(&mut |number| Dual::constant(*number)),
             spool: unit.spool.map(&mut |number| Dual::constant(*number)),
             ports: unit.map(&mut |number| Dual::constant(*number)),
-            coupled: unit.map(&mut |number| Dual::constant(*number)),
             single: unit.map(&mut |number| Dual::constant(*number)),
             whole: unit.map(&mut |number| Dual::constant(*number)),
         }
@@ -196,7 +194,6 @@ impl<L: Real> Lifted<L> {
         self.end_stop.map(&mut |number| f(&number.value));
         self.spool.map(&mut |number| f(&number.value));
         self.ports.map(&mut |number| f(&number.value));
-        self.coupled.map(&mut |number| f(&number.value));
         self.single.map(&mut |number| f(&number.value));
         self.whole.map(&mut |number| f(&number.value));
     }
@@ -259,7 +256,7 @@ impl<L: Real> Lifted<L> {
         bulk: (L, L),
     ) -> SupplyDerivatives<L> {
         let by_pressures = |number: CoupledPort<L>| [number.derivative[AT_MAINS], number.derivative[AT_LOAD]];
-        let signal = self.coupled.valve.connection.signal(
+        let signal = self.whole.valve.connection.signal(
             Dual::variable(s.spool, AT_SPOOL),
             [a, b].map(|port| port.pressure + port.line_drop - port.hose_drop),
             Dual::constant(supply_pressures.tank),
@@ -286,7 +283,7 @@ impl<L: Real> Lifted<L> {
         piston: &Piston<L>,
     ) -> TankDerivatives<L> {
         let [a, b] = self.coupled_ports(supply_pressures, s);
-        let (_, leaked) = self.coupled.leakage.flows(
+        let (_, leaked) = self.whole.leakage.flows(
             Dual::variable(s.p1, AT_P1),
             Dual::variable(s.p2, AT_P2),
             Dual::constant(supply_pressures.tank),
@@ -378,14 +375,14 @@ impl<L: Real> Lifted<L> {
         };
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, AT_P1), Dual::variable(s.p2, AT_P2)];
         let spool = Dual::variable(s.spool, AT_SPOOL);
-        let ports = self.coupled.ports(&pressures, v, [p1, p2], still(s));
+        let ports = self.whole.ports(&pressures, v, [p1, p2], still(s));
         let a = L::outlined_if_dual(
             #[inline(always)]
-            || self.coupled.port_a::<AnyParts>(&ports, spool),
+            || self.whole.port_a::<AnyParts>(&ports, spool),
         );
         let b = L::outlined_if_dual(
             #[inline(always)]
-            || self.coupled.port_b::<AnyParts>(&ports, spool),
+            || self.whole.port_b::<AnyParts>(&ports, spool),
         );
         [a, b]
     }
@@ -424,7 +421,7 @@ impl<L: Real> Lifted<L> {
         supply_pressures: &SupplyPressures<L>,
         s: &LocalState<L>,
     ) -> [Port<WithDerivatives<L>>; 2] {
-        if P::EXPECTED && self.coupled.valve.couples_ports() {
+        if P::EXPECTED && self.whole.valve.couples_ports() {
             self.coupled_ports(supply_pressures, s).map(|port| port.map(by_states))
         } else {
             let a = L::outlined_if_dual(

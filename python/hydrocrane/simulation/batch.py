@@ -100,9 +100,9 @@ class BatchSimulator:
     ...     obs = cranes.step([2e-3, 0.0, 0.0])
     >>> print(obs.tip.shape, cranes.alive.sum())
     (100, 2) 100
-    >>> some = hc.BatchSimulator(crane, 3, parameters={"cylinder.lift.bore": ["38 mm", "40 mm", "42 mm"]})
+    >>> some = hc.BatchSimulator(crane, 3, parameters={"cylinder.lift.bore": ["98 mm", "100 mm", "102 mm"]})
     >>> print(some.parameters)
-    {'cylinder.lift.bore': array([0.038, 0.04 , 0.042])}
+    {'cylinder.lift.bore': array([0.098, 0.1  , 0.102])}
     """
 
     @renamed_keyword("crane", "machine")
@@ -248,7 +248,7 @@ class BatchSimulator:
         --------
         >>> cranes = hc.BatchSimulator("rottne-f9-lab", 3)
         >>> obs = cranes.reset(q=cranes.machine.home)
-        >>> obs = cranes.reset(q=np.deg2rad([100.0, 100.0, 0.0]), cranes=[1], parameters={"supply.pressure": "180 bar"})
+        >>> obs = cranes.reset(q=np.deg2rad([100.0, 100.0, 0.0]), cranes=[1], parameters={"supply.pressure": "130 bar"})
         >>> print(np.rad2deg(obs.q[:, 0]).round(2))
         [ 82.11 100.    82.11]
         """

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import cast
+from typing import TypeAlias, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
@@ -15,8 +15,9 @@ from hydrocrane.machine.keys import Key, machine_key, put_value, si_value
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override
 
-# What a batch takes for its cranes: by key one value for all of them or one for each.
-CraneValues = Mapping[str, ArrayLike]
+# What a batch takes for its cranes, by key: one value for all or one for each, numbers in SI or texts with units.
+CraneValue: TypeAlias = "float | str | Sequence[float] | Sequence[str] | NDArray[np.number]"
+CraneValues: TypeAlias = Mapping[str, CraneValue]
 
 
 @dataclass(frozen=True)

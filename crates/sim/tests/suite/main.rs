@@ -3,6 +3,7 @@
 #[cfg(target_arch = "x86_64")]
 mod axis_group;
 mod batch;
+mod batch_parameters;
 mod batch_command_path;
 mod block_arrow;
 mod chamber_estimate;
