@@ -72,7 +72,8 @@ def of_each_key(name: str) -> None:
     cranes = []
     for key in crane.keys:
         values = np.atleast_1d(crane.value(key).si)
-        if not key.startswith("sensor.") and np.issubdtype(values.dtype, np.floating):
+        # An outline is a table of points.
+        if not key.startswith("sensor.") and not key.endswith(".outline"):
             own = f"{key}[0]" if values.size > 1 else key
             cranes.append((own, float(values[0]) * (1.0 + 1e-4) or 1e-9))
     batch = hc.BatchSimulator(crane, len(cranes))
