@@ -1,7 +1,6 @@
 //! Numbers that differ from crane to crane, exchanged in the laws of a register when its lanes get other cranes.
 
-use crate::kernel::Group;
-use hydrocrane_num::register::Register;
+use hydrocrane_num::register::{Register, WIDEST};
 use hydrocrane_num::{Field, Lanes};
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::plant::Plant;
@@ -50,7 +49,7 @@ impl<R: Register, const N: usize> Bank<R, N> {
 
     /// Puts the own numbers of the lanes from `first` on in their places.
     #[inline(always)]
-    pub fn put(&mut self, places: &Places, needed: Needed, own: &[Group], first: usize) {
+    pub fn put(&mut self, places: &Places, needed: Needed, own: &[[f64; WIDEST]], first: usize) {
         let Bank { evaluator, precision } = self;
         let (groups, weights) = (evaluator.groups.as_mut_ptr(), precision.weights.as_mut_ptr());
         let blocks: [*mut u8; 3] = [(&raw mut *evaluator).cast(), groups.cast(), weights.cast()];

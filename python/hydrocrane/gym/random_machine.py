@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, cast
+from typing import cast
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import VectorWrapper
+from numpy.typing import NDArray
 
 from hydrocrane.errors import InputError
 from hydrocrane.gym.environment import CraneTipEnv
+from hydrocrane.gym.task import Numbers
 from hydrocrane.gym.vector import CraneTipVectorEnv
 from hydrocrane.machine.keys import Key, machine_key, si_value
 from hydrocrane.machine.machine import Machine
@@ -42,7 +44,7 @@ class DrawnParameters:
         return {name: cast("CraneValue", values) for name, values in drawn.items()}
 
 
-class RandomMachine(gymnasium.Wrapper[Any, Any, Any, Any]):
+class RandomMachine(gymnasium.Wrapper[Numbers, NDArray[np.floating], Numbers, NDArray[np.floating]]):
     """One crane that is another machine in each episode.
 
     At each reset the values are drawn by the environment's random numbers, so that a seed gives the same machines. What
@@ -71,7 +73,7 @@ class RandomMachine(gymnasium.Wrapper[Any, Any, Any, Any]):
     True False
     """
 
-    def __init__(self, env: gymnasium.Env[Any, Any], ranges: Mapping[str, object]) -> None:
+    def __init__(self, env: gymnasium.Env[Numbers, NDArray[np.floating]], ranges: Mapping[str, object]) -> None:
         super().__init__(env)
         crane = cast(CraneTipEnv, env.unwrapped)
         crane.draw = DrawnParameters.of(crane.task.machine, ranges)
