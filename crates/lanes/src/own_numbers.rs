@@ -69,7 +69,8 @@ impl<R: Register, const N: usize> Bank<R, N> {
         let groups = (evaluator.groups.as_ptr() as usize, size_of_val(&evaluator.groups[..]));
         let weights = (precision.weights.as_ptr() as usize, size_of_val(&precision.weights[..]));
         let blocks = [(from_ref(evaluator) as usize, size_of_val(evaluator)), groups, weights];
-        let offsets = blocks.map(|(start, size)| (from_ref(number) as usize).checked_sub(start).filter(|at| *at < size));
+        let offsets =
+            blocks.map(|(start, size)| (from_ref(number) as usize).checked_sub(start).filter(|at| *at < size));
         let block = offsets.iter().position(Option::is_some).expect("a number of the bank");
         (block, offsets[block].unwrap_or_default())
     }

@@ -462,7 +462,9 @@ impl<T: Copy> FrictionLaw<T> {
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> FrictionLaw<U> {
         match self {
             FrictionLaw::Static { map, width } => FrictionLaw::Static { map: map.map(f), width: f(width) },
-            FrictionLaw::Printed { map, width } => FrictionLaw::Printed { map: map.map(f), width: width.as_ref().map(f) },
+            FrictionLaw::Printed { map, width } => {
+                FrictionLaw::Printed { map: map.map(f), width: width.as_ref().map(f) }
+            }
             FrictionLaw::LuGre { map, bristle } => FrictionLaw::LuGre { map: map.map(f), bristle: bristle.map(f) },
         }
     }

@@ -182,7 +182,8 @@ impl<T: Real, const N: usize> Plant<T, N> {
             load: Dual::variable(pressures.load, 1),
             tank: lift(&pressures.tank),
         };
-        let demand = Demand { drawn: lift(&demand.drawn), signal: lift(&demand.signal), returned: lift(&demand.returned) };
+        let demand =
+            Demand { drawn: lift(&demand.drawn), signal: lift(&demand.signal), returned: lift(&demand.returned) };
         let mut shares = e.map(Dual::constant);
         shares[k] = Dual::variable(e[k], 2);
         let rates = supply.map(lift).rates(&self.fluid.map(lift), &pressures, &shares, demand);

@@ -350,9 +350,11 @@ mod tests {
             let moving = hydrocrane_num::array::from_fn(|i| Moving::variable(q[i], i));
             let rates = hydrocrane_num::array::from_fn(|i| Moving::variable(qd[i], 3 + i));
             let pose = lifted.pose(&moving);
-            let force = lifted.contact(&ground.map(&mut |x| Moving::constant(*x)), &pose, &rates, Moving::c(payload)).force;
+            let force =
+                lifted.contact(&ground.map(&mut |x| Moving::constant(*x)), &pose, &rates, Moving::c(payload)).force;
             let exact = lifted.along_joints(&pose, force);
-            let found = chain.contact_derivatives(&ground.map(&mut |x| Dual::constant(*x)), &chain.pose(&q), &qd, payload);
+            let found =
+                chain.contact_derivatives(&ground.map(&mut |x| Dual::constant(*x)), &chain.pose(&q), &qd, payload);
             assert_eq!(exact[0].value != 0.0, above < 0.0);
             for i in 0..3 {
                 for j in 0..3 {

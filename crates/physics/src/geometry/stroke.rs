@@ -52,9 +52,11 @@ impl<T: Copy> Actuation<T> {
     /// The same cylinder with `f` of every number.
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Actuation<U> {
         let mounting = match &self.mounting {
-            Mounting::Pins { on_parent, on_child, barrel_on_child } => {
-                Mounting::Pins { on_parent: on_parent.map(f), on_child: on_child.map(f), barrel_on_child: *barrel_on_child }
-            }
+            Mounting::Pins { on_parent, on_child, barrel_on_child } => Mounting::Pins {
+                on_parent: on_parent.map(f),
+                on_child: on_child.map(f),
+                barrel_on_child: *barrel_on_child,
+            },
             Mounting::FourBar { barrel, linkage } => {
                 Mounting::FourBar { barrel: barrel.map(f), linkage: linkage.map(f) }
             }

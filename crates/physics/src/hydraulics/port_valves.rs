@@ -100,8 +100,9 @@ mod tests {
 
     #[test]
     fn value_and_slope_join_wherever_a_valve_opens() {
-        let at =
-            |port: f64| VALVES.map(&mut |x| Dual::<f64, 1>::constant(*x)).flow(Dual::variable(port, 0), Dual::constant(TANK));
+        let at = |port: f64| {
+            VALVES.map(&mut |x| Dual::<f64, 1>::constant(*x)).flow(Dual::variable(port, 0), Dual::constant(TANK))
+        };
         let opens = TANK - 0.3e5;
         for kink in [opens - ROUNDING, opens + ROUNDING, opens - TRANSITION, 202e5 - 0.5e5, 202e5 + 0.5e5] {
             let (before, after) = (at(kink - 1e-3), at(kink + 1e-3));

@@ -47,13 +47,7 @@ impl BatchCommandPath {
     pub fn new(machine: &Machine, cranes: usize, sample_time: f64) -> Self {
         let sections = Sections::new(machine, sample_time);
         let (cylinders, groups) = (sections.valves.len(), cranes.div_ceil(WIDTH));
-        let mut path = BatchCommandPath {
-            sections: Vec::new(),
-            cylinders,
-            groups,
-            sent: VecDeque::new(),
-            sample_time,
-        };
+        let mut path = BatchCommandPath { sections: Vec::new(), cylinders, groups, sent: VecDeque::new(), sample_time };
         path.remember(sections.memory);
         path.sections = vec![Arc::new(sections); cranes];
         path

@@ -3,8 +3,8 @@
 #[cfg(target_arch = "x86_64")]
 mod axis_group;
 mod batch;
-mod batch_parameters;
 mod batch_command_path;
+mod batch_parameters;
 mod block_arrow;
 mod chamber_estimate;
 mod command_path;
