@@ -19,7 +19,7 @@ const SHRINK: f64 = 0.2;
 const GROW: f64 = 4.0;
 const SAFETY: f64 = 0.85;
 
-/// Number of cranes of a group, that of the lanes of the widest register; narrower registers are used several times.
+/// Number of cranes of a group, that of the lanes of the widest register; of a group of lanes a narrower register has the first.
 pub const WIDTH: usize = 8;
 /// One number per crane.
 pub type Group = [f64; 8];
@@ -62,24 +62,26 @@ pub struct Demand {
 pub trait StepKernel: Send {
     /// Name of the instruction set.
     fn instruction_set(&self) -> &'static str;
+    /// Number of lanes, at most [`WIDTH`].
+    fn lanes(&self) -> usize;
     /// Gives a lane to a crane with these values of its own numbers.
     fn load(&mut self, lane: usize, own: &[f64]);
     /// Tries a step of each crane from the states `x`, which are replaced by the new ones if the step is accurate
     /// enough.
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult;
-    /// The tips of a group, x and z, m.
-    fn tips(&mut self, x: &[Group]) -> [Group; 2];
+    /// Writes the tips, x and z (m), of the cranes of the group `x` from `first` on, one per lane.
+    fn tips(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]);
 }
 
 /// Cranes of `N` joints in the lanes of a register.
 struct LaneStepKernel<R, const N: usize> {
-    /// One for all lanes if cranes have no numbers of their own, else one for each register of a group.
-    banks: Vec<Bank<R, N>>,
+    bank: Bank<R, N>,
+    /// Where the own numbers stand in it.
     places: Places,
     /// The own numbers of the cranes in the lanes.
     own: Vec<Group>,
-    /// Whether they are other ones than in the bank of a register.
-    stale: [bool; WIDTH],
+    /// Whether they are other ones than in the bank.
+    stale: bool,
     layout: Layout,
     demand: Demand,
     room: CraneStep<Lanes<R>>,
@@ -153,9 +155,9 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
         let numbers = [plant.numbers(), demand.precision.weights.clone()].concat();
         LaneStepKernel {
             places: Places::new(plant, layout, &bank, own),
-            banks: vec![bank; if own.is_empty() { 1 } else { WIDTH / R::WIDTH }],
+            bank,
             own: own.iter().map(|i| [numbers[*i]; WIDTH]).collect(),
-            stale: [false; WIDTH],
+            stale: false,
             layout: layout.clone(),
             demand: demand.clone(),
             room: CraneStep::new(layout),
@@ -164,15 +166,13 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
         }
     }
 
-    /// The bank of the register whose lanes begin at `first`, with what is `needed` of the numbers of its cranes.
+    /// Puts what is `needed` of the own numbers in its places, where these have others.
     #[inline(always)]
-    fn bank(&mut self, first: usize, needed: Needed) -> usize {
-        let bank = (first / R::WIDTH).min(self.banks.len() - 1);
-        if self.stale[bank] {
-            self.banks[bank].put(&self.places, needed, &self.own, first);
-            self.stale[bank] = needed != Needed::All;
+    fn put(&mut self, needed: Needed) {
+        if self.stale {
+            self.bank.put(&self.places, needed, &self.own);
+            self.stale = needed != Needed::All;
         }
-        bank
     }
 }
 
@@ -181,13 +181,15 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
         R::NAME
     }
 
+    fn lanes(&self) -> usize {
+        R::WIDTH
+    }
+
     fn load(&mut self, lane: usize, own: &[f64]) {
-        let mut changed = false;
         for (numbers, number) in self.own.iter_mut().zip(own) {
-            changed |= numbers[lane].to_bits() != number.to_bits();
+            self.stale |= numbers[lane].to_bits() != number.to_bits();
             numbers[lane] = *number;
         }
-        self.stale[lane / R::WIDTH] |= changed;
     }
 
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
@@ -197,59 +199,52 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
         )
     }
 
-    fn tips(&mut self, x: &[Group]) -> [Group; 2] {
+    fn tips(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]) {
         R::run(
             #[inline(always)]
-            || self.tips_here(x),
-        )
+            || self.tips_here(x, first, tips),
+        );
     }
 }
 
 impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     #[inline(always)]
     fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
-        let [mut taken, mut exact, mut inside, mut growth] = [[0.0; WIDTH]; 4];
-        for first in (0..WIDTH).step_by(R::WIDTH) {
-            let bank = self.bank(first, Needed::All);
-            let LaneStepKernel { banks, layout, demand, room, x: states, spools, .. } = self;
-            let Bank { evaluator, precision } = &banks[bank];
-            for i in 0..states.len() {
-                states[i] = Lanes::load(&x[i][first..]);
-            }
-            for c in 0..N {
-                spools[c] = Lanes::load(&trial.spools[c][first..]);
-            }
-            let (h, payload) = (Lanes::<R>::load(&trial.h[first..]), Lanes::load(&trial.payload[first..]));
-            let scene = Scene { evaluator, layout, spools: &*spools, payload };
-            let error = room.attempt(&scene, h, states, precision);
-            let stays = stays(&evaluator.plant, room.reached());
-            let met = error.le(Lanes::c(1.0));
-            let good = met | (h.le(Lanes::c(demand.finest)) & error.le(Lanes::c(demand.hopeless)) & error.finite());
-            for i in 0..states.len() {
-                Lanes::select(good & stays, room.reached()[i], states[i]).store(&mut x[i][first..]);
-            }
-            let as_number = |mask| Lanes::<R>::select(mask, Lanes::c(1.0), Lanes::c(0.0));
-            as_number(good & stays).store(&mut taken[first..]);
-            as_number(met).store(&mut exact[first..]);
-            as_number(stays).store(&mut inside[first..]);
-            suggested(error).store(&mut growth[first..]);
+        self.put(Needed::All);
+        let LaneStepKernel { bank: Bank { evaluator, precision }, layout, demand, room, x: states, spools, .. } = self;
+        for i in 0..states.len() {
+            states[i] = Lanes::load(&x[i]);
         }
-        let [taken, exact, inside] = [taken, exact, inside].map(|flags| flags.map(|flag| flag == 1.0));
-        StepResult { taken, exact, inside, growth }
+        for c in 0..N {
+            spools[c] = Lanes::load(&trial.spools[c]);
+        }
+        let (h, payload) = (Lanes::<R>::load(&trial.h), Lanes::load(&trial.payload));
+        let scene = Scene { evaluator, layout, spools: &*spools, payload };
+        let error = room.attempt(&scene, h, states, precision);
+        let stays = stays(&evaluator.plant, room.reached());
+        let met = error.le(Lanes::c(1.0));
+        let good = met | (h.le(Lanes::c(demand.finest)) & error.le(Lanes::c(demand.hopeless)) & error.finite());
+        for i in 0..states.len() {
+            Lanes::select(good & stays, room.reached()[i], states[i]).store(&mut x[i]);
+        }
+        let numbers = |number: Lanes<R>| {
+            let mut numbers = [0.0; WIDTH];
+            number.store(&mut numbers);
+            numbers
+        };
+        let flags = |mask| numbers(Lanes::select(mask, Lanes::c(1.0), Lanes::c(0.0))).map(|flag| flag == 1.0);
+        let growth = numbers(suggested(error));
+        StepResult { taken: flags(good & stays), exact: flags(met), inside: flags(stays), growth }
     }
 
     #[inline(always)]
-    fn tips_here(&mut self, x: &[Group]) -> [Group; 2] {
-        let mut tips = [[0.0; WIDTH]; 2];
-        for first in (0..WIDTH).step_by(R::WIDTH) {
-            let bank = self.bank(first, Needed::Mechanics);
-            let mechanics = &self.banks[bank].evaluator.plant.mechanics;
-            let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
-            let tip = mechanics.tip_position(&mechanics.pose(&q));
-            tip.x.store(&mut tips[0][first..]);
-            tip.z.store(&mut tips[1][first..]);
-        }
-        tips
+    fn tips_here(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]) {
+        self.put(Needed::Mechanics);
+        let mechanics = &self.bank.evaluator.plant.mechanics;
+        let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
+        let tip = mechanics.tip_position(&mechanics.pose(&q));
+        tip.x.store(&mut tips[0][first..]);
+        tip.z.store(&mut tips[1][first..]);
     }
 }
 

@@ -9,7 +9,6 @@ use hydrocrane_plant::rhs::Evaluator;
 use std::ptr::from_ref;
 
 /// All that a step in one register reads, with the numbers of the crane of each lane.
-#[derive(Clone)]
 pub struct Bank<R, const N: usize> {
     pub evaluator: Evaluator<Lanes<R>, Lanes<R>, N>,
     pub precision: Precision<Lanes<R>>,
@@ -26,7 +25,7 @@ struct Place {
     number: usize,
 }
 
-/// The places of the own numbers in every bank of a plant.
+/// The places of the own numbers in a bank.
 pub struct Places {
     all: Vec<Place>,
     /// So many of them are in the mechanics.
@@ -47,18 +46,17 @@ impl<R: Register, const N: usize> Bank<R, N> {
         Bank { evaluator: Evaluator::new(&plant, layout), precision: precision.lift() }
     }
 
-    /// Puts the own numbers of the lanes from `first` on in their places.
+    /// Puts the own numbers of the lanes in their places.
     #[inline(always)]
-    pub fn put(&mut self, places: &Places, needed: Needed, own: &[[f64; WIDEST]], first: usize) {
+    pub fn put(&mut self, places: &Places, needed: Needed, own: &[[f64; WIDEST]]) {
         let Bank { evaluator, precision } = self;
         let (groups, weights) = (evaluator.groups.as_mut_ptr(), precision.weights.as_mut_ptr());
         let blocks: [*mut u8; 3] = [(&raw mut *evaluator).cast(), groups.cast(), weights.cast()];
         let count = if needed == Needed::All { places.all.len() } else { places.in_mechanics };
         for Place { block, offset, number } in &places.all[..count] {
-            let value = Lanes::<R>::load(&own[*number][first..]);
-            // SAFETY: a number of this type stands so many bytes from the start of this block in the bank in which the place was
-            // found (`Places::new`). All banks of a kernel are clones of that one, none changes its parts or variants, and `self` is
-            // borrowed alone.
+            let value = Lanes::<R>::load(&own[*number]);
+            // SAFETY: `Places::new` found a number of this type so many bytes from the start of this block of this bank, whose parts
+            // and variants never change, and `self` is borrowed alone.
             unsafe { blocks[*block].add(*offset).cast::<Lanes<R>>().write(value) };
         }
     }
@@ -76,8 +74,8 @@ impl<R: Register, const N: usize> Bank<R, N> {
     }
 
     /// Every number, with the weights of the precision after those of the laws, in the order of those of [`indices`].
-    fn each<'a>(&'a self, f: &mut dyn FnMut(&'a Lanes<R>)) {
-        self.evaluator.each(f);
+    fn each<'a>(&'a self, layout: &Layout, f: &mut dyn FnMut(&'a Lanes<R>)) {
+        self.evaluator.each(layout, f);
         self.precision.weights.iter().for_each(f);
     }
 }
@@ -93,7 +91,7 @@ impl Places {
         let mut indices = indices(plant, layout).into_iter();
         let (mut all, mut mechanics) = (Vec::new(), 0);
         plant.mechanics.map(&mut |_| mechanics += 1);
-        bank.each(&mut |copy| {
+        bank.each(layout, &mut |copy| {
             let index = indices.next().expect("as many indices as numbers");
             if let Ok(number) = own.binary_search(&index) {
                 let (block, offset) = bank.place(copy);
@@ -116,7 +114,7 @@ fn indices<const N: usize>(plant: &Plant<f64, N>, layout: &Layout) -> Vec<usize>
         (count - 1) as f64
     });
     let mut indices = Vec::new();
-    Evaluator::<f64, f64, N>::new(&numbered, layout).each(&mut |index| indices.push(*index as usize));
+    Evaluator::<f64, f64, N>::new(&numbered, layout).each(layout, &mut |index| indices.push(*index as usize));
     indices.extend(count..count + layout.len());
     indices
 }

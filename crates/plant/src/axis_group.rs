@@ -100,11 +100,11 @@ impl<L: Real> AxisGroup<L> {
         }
     }
 
-    /// Every number of its laws.
-    pub fn each<'a>(&'a self, f: &mut dyn FnMut(&'a L)) {
+    /// Every number that its laws read; `fed`: by a supply of variable pressure.
+    pub fn each<'a>(&'a self, fed: bool, f: &mut dyn FnMut(&'a L)) {
         self.unit.map(f);
         self.fluid.map(f);
-        self.lifted.each(f);
+        self.lifted.each(fed, f);
     }
 
     /// The cylinder in a lane, if the lane is in use.

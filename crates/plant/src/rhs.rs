@@ -287,10 +287,10 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
 }
 
 impl<T: Real, const N: usize> Evaluator<T, T, N> {
-    /// Every number, a copy of one of the plant's, always in the same order.
-    pub fn each<'a>(&'a self, f: &mut dyn FnMut(&'a T)) {
+    /// Every number that is read, a copy of one of the plant's, always in the same order.
+    pub fn each<'a>(&'a self, layout: &Layout, f: &mut dyn FnMut(&'a T)) {
         self.plant.map(f);
-        self.groups.iter().for_each(|group| group.each(f));
+        self.groups.iter().for_each(|group| group.each(layout.mains().is_some(), f));
         for piston in &self.pistons {
             piston.map(&mut |number| f(&number.value));
         }

@@ -1,6 +1,6 @@
 //! The lane scheduler: cranes advance over one sample, each with its own step sizes.
 //!
-//! A group has eight lanes. A lane steps one crane to the end of the sample and then loads the next waiting crane:
+//! A register has up to eight lanes. A lane steps one crane to the end of the sample and then loads the next waiting crane:
 //! a crane that needs many steps delays no other crane, and no lane idles while cranes wait.
 
 use super::command_path::BatchCommandPath;
@@ -130,7 +130,7 @@ impl<'a> LaneScheduler<'a> {
         let mut waiting = block.in_order(self.steps.longest).into_iter();
         loop {
             let mut busy = false;
-            for i in 0..WIDTH {
+            for i in 0..self.step_kernel.lanes() {
                 if self.lanes[i].is_none() {
                     if let Some(crane) = waiting.next() {
                         self.load(block, i, crane);
@@ -142,7 +142,7 @@ impl<'a> LaneScheduler<'a> {
                 return;
             }
             let result = self.step_kernel.attempt(&self.trial, &mut self.x);
-            for i in 0..WIDTH {
+            for i in 0..self.step_kernel.lanes() {
                 if let Some(lane) = self.lanes[i] {
                     self.lanes[i] = self.after_step(block, i, lane, &result);
                 }

@@ -1,6 +1,6 @@
 //! Many cranes at once, of one machine or of machines that differ in numbers: lanes times threads.
 //!
-//! Eight cranes step side by side, each with its own step sizes. Contract: the result of a crane depends, bit for bit,
+//! Up to eight cranes step side by side, each with its own step sizes. Contract: the result of a crane depends, bit for bit,
 //! only on its own machine, start, commands and payload, and not on its place, the number of cranes, the number of
 //! threads or the instruction set.                                             theory: docs/theory/batch.md
 
@@ -198,9 +198,13 @@ impl Batch {
         let (n, states, width) = (layout.joints(), layout.len(), self.observed());
         let mut rows = vec![0.0; self.statuses.len() * WIDTH * width];
         let work = |(group, (rows, x)): (usize, (&mut [f64], &[Group]))| {
-            let tip = self.kernels.with(|kernel| {
-                (0..WIDTH).for_each(|lane| kernel.load(lane, self.own.of(group * WIDTH + lane)));
-                kernel.tips(x)
+            let mut tip = [[0.0; WIDTH]; 2];
+            self.kernels.with(|kernel| {
+                for first in (0..WIDTH).step_by(kernel.lanes()) {
+                    let crane = |lane| group * WIDTH + first + lane;
+                    (0..kernel.lanes()).for_each(|lane| kernel.load(lane, self.own.of(crane(lane))));
+                    kernel.tips(x, first, &mut tip);
+                }
             });
             for (lane, row) in rows.chunks_exact_mut(width).enumerate() {
                 for i in 0..2 * n {
