@@ -44,6 +44,14 @@ class CraneParameters:
             values[name] = column
         return CraneParameters(self.machine, self.n, keys, values)
 
+    def taken(self, other: CraneParameters, cranes: NDArray[np.int64]) -> CraneParameters:
+        """The same with the values that `other` has for some cranes."""
+        values = {}
+        for name, column in other.values.items():
+            values[name] = np.array(self.values.get(name, np.full(self.n, np.nan)))
+            values[name][cranes] = column[cranes]
+        return CraneParameters(self.machine, self.n, other.keys, values)
+
     def changes(self, crane: int) -> list[tuple[str, Override]]:
         """What the machine of a crane has in place of the batch's values."""
         overrides: dict[str, Override] = {}
