@@ -27,6 +27,7 @@ from stable_baselines3 import PPO
 import hydrocrane as hc
 from hydrocrane.gym import CraneTipVectorEnv, TipTask
 from hydrocrane.gym.stable_baselines import Cranes, features
+from hydrocrane.gym.task import starts_and_targets
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
@@ -65,7 +66,7 @@ def trained(seed: int, steps: int = STEPS) -> tuple[PPO, list[tuple[int, float, 
 
 def plan_of(task: TipTask, seed: int) -> tuple[hc.Scenario, np.ndarray]:
     """The episode of a seed with `tip` and its target as a goal, and the target."""
-    (start,), (target,) = task.drawn([np.random.default_rng(seed)])
+    (start,), (target,) = starts_and_targets([task.machine], [np.random.default_rng(seed)])
     joints = dict(zip(task.machine.joint_names, start, strict=True))
     goal = hc.Goal(0.0, *target)
     return hc.Scenario(machine=task.machine, joints=joints, goals=[goal], duration=task.duration), target

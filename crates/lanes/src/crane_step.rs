@@ -45,7 +45,7 @@ impl<T: Real + Cell<Factor = T>> CraneStep<T> {
     /// Tries a step of size `h` (s) from `x`; the new state is then in [`Self::reached`]. Returns the mean square of
     /// the estimated errors relative to their tolerances, which is not finite if a number of the new state is not.
     #[inline(always)]
-    pub fn attempt<const N: usize>(&mut self, scene: &Scene<T, N>, h: T, x: &[T], precision: &Precision) -> T {
+    pub fn attempt<const N: usize>(&mut self, scene: &Scene<T, N>, h: T, x: &[T], precision: &Precision<T>) -> T {
         let Scene { evaluator, layout, spools, payload } = *scene;
         let CraneStep { k, reached, jacobian, schur } = self;
         T::outlined(

@@ -4,6 +4,7 @@
 //! same bits.
 
 use crate::crane_step::{CraneStep, Scene};
+use crate::own_numbers::{Bank, Needed, Places};
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
@@ -12,14 +13,13 @@ use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
-use hydrocrane_plant::rhs::Evaluator;
 
 /// Bounds of the change of step size from one step to the next.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 4.0;
 const SAFETY: f64 = 0.85;
 
-/// Number of cranes of a group, that of the lanes of the widest register; narrower registers are used several times.
+/// Number of cranes of a group, that of the lanes of the widest register; of a group of lanes a narrower register has the first.
 pub const WIDTH: usize = 8;
 /// One number per crane.
 pub type Group = [f64; 8];
@@ -58,32 +58,32 @@ pub struct Demand {
     pub hopeless: f64,
 }
 
-/// The laws of a machine for whole groups.
-pub trait Kernel: Send + Sync {
+/// Steps groups of cranes of one machine, in one thread.
+pub trait StepKernel: Send {
     /// Name of the instruction set.
     fn instruction_set(&self) -> &'static str;
-    /// The step kernel of one thread.
-    fn step_kernel<'a>(&'a self, demand: &'a Demand) -> Box<dyn StepKernel + 'a>;
-}
-
-/// Steps groups of cranes.
-pub trait StepKernel {
+    /// Number of lanes, at most [`WIDTH`].
+    fn lanes(&self) -> usize;
+    /// Gives a lane to a crane with these values of its own numbers.
+    fn load(&mut self, lane: usize, own: &[f64]);
     /// Tries a step of each crane from the states `x`, which are replaced by the new ones if the step is accurate
     /// enough.
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult;
-    /// The tips of a group, x and z, m.
-    fn tips(&mut self, x: &[Group]) -> [Group; 2];
+    /// Writes the tips, x and z (m), of the cranes of the group `x` from `first` on, one per lane.
+    fn tips(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]);
 }
 
-/// A crane of `N` joints in the lanes of a register.
-struct LaneCrane<R, const N: usize> {
-    evaluator: Evaluator<Lanes<R>, Lanes<R>, N>,
+/// Cranes of `N` joints in the lanes of a register.
+struct LaneStepKernel<R, const N: usize> {
+    bank: Bank<R, N>,
+    /// Where the own numbers stand in it.
+    places: Places,
+    /// The own numbers of the cranes in the lanes.
+    own: Vec<Group>,
+    /// Whether they are other ones than in the bank.
+    stale: bool,
     layout: Layout,
-}
-
-struct LaneStepKernel<'a, R, const N: usize> {
-    crane: &'a LaneCrane<R, N>,
-    demand: &'a Demand,
+    demand: Demand,
     room: CraneStep<Lanes<R>>,
     x: Vec<Lanes<R>>,
     spools: [Lanes<R>; N],
@@ -92,15 +92,16 @@ struct LaneStepKernel<'a, R, const N: usize> {
 /// Plants of which there are kernels. Each length is named, so that its kernels are compiled here and not where they are
 /// asked for.
 pub trait InLanes {
-    /// The machine for groups, in the widest instruction set of this processor or in the narrower one `wanted`.
-    fn in_lanes(&self, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel>;
+    /// The machine for groups, in the widest instruction set of this processor or in the narrower one `wanted`. `own`: in which of
+    /// its numbers cranes may differ, counted by [`Plant::numbers`] and on by the weights of the demanded precision.
+    fn in_lanes(&self, layout: &Layout, demand: &Demand, own: &[usize], wanted: Option<&str>) -> Box<dyn StepKernel>;
 }
 
 macro_rules! sized {
     ($($joints:literal),*) => {
         $(impl InLanes for Plant<f64, $joints> {
-            fn in_lanes(&self, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
-                kernel(self, layout, wanted)
+            fn in_lanes(&self, layout: &Layout, demand: &Demand, own: &[usize], wanted: Option<&str>) -> Box<dyn StepKernel> {
+                kernel(self, layout, demand, own, wanted)
             }
         })*
     };
@@ -116,50 +117,81 @@ const fn has_wide(joints: usize) -> bool {
 }
 
 #[cfg(target_arch = "x86_64")]
-fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, wanted: Option<&str>) -> Box<dyn Kernel> {
+fn kernel<const N: usize>(
+    plant: &Plant<f64, N>,
+    layout: &Layout,
+    demand: &Demand,
+    own: &[usize],
+    wanted: Option<&str>,
+) -> Box<dyn StepKernel> {
     fn fits<R: Register>(wanted: Option<&str>) -> bool {
         R::is_available() && wanted.is_none_or(|name| name == R::NAME)
     }
     if const { has_wide(N) } {
         if fits::<Avx512>(wanted) {
-            return Box::new(LaneCrane::<Avx512, N>::new(plant, layout));
+            return Box::new(LaneStepKernel::<Avx512, N>::new(plant, layout, demand, own));
         }
         if fits::<Avx2>(wanted) {
-            return Box::new(LaneCrane::<Avx2, N>::new(plant, layout));
+            return Box::new(LaneStepKernel::<Avx2, N>::new(plant, layout, demand, own));
         }
     }
-    Box::new(LaneCrane::<Sse2, N>::new(plant, layout))
+    Box::new(LaneStepKernel::<Sse2, N>::new(plant, layout, demand, own))
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn kernel<const N: usize>(plant: &Plant<f64, N>, layout: &Layout, _wanted: Option<&str>) -> Box<dyn Kernel> {
-    Box::new(LaneCrane::<f64, N>::new(plant, layout))
+fn kernel<const N: usize>(
+    plant: &Plant<f64, N>,
+    layout: &Layout,
+    demand: &Demand,
+    own: &[usize],
+    _wanted: Option<&str>,
+) -> Box<dyn StepKernel> {
+    Box::new(LaneStepKernel::<f64, N>::new(plant, layout, demand, own))
 }
 
-impl<R: Register, const N: usize> LaneCrane<R, N> {
-    fn new(plant: &Plant<f64, N>, layout: &Layout) -> Self {
-        let plant = plant.map(&mut Lanes::c);
-        LaneCrane { evaluator: Evaluator::new(&plant, layout), layout: layout.clone() }
+impl<R: Register, const N: usize> LaneStepKernel<R, N> {
+    fn new(plant: &Plant<f64, N>, layout: &Layout, demand: &Demand, own: &[usize]) -> Self {
+        let bank = Bank::new(plant, layout, &demand.precision);
+        let numbers = [plant.numbers(), demand.precision.weights.clone()].concat();
+        LaneStepKernel {
+            places: Places::new(plant, layout, &bank, own),
+            bank,
+            own: own.iter().map(|i| [numbers[*i]; WIDTH]).collect(),
+            stale: false,
+            layout: layout.clone(),
+            demand: demand.clone(),
+            room: CraneStep::new(layout),
+            x: vec![Lanes::default(); layout.len()],
+            spools: [Lanes::default(); N],
+        }
+    }
+
+    /// Puts what is `needed` of the own numbers in its places, where these have others.
+    #[inline(always)]
+    fn put(&mut self, needed: Needed) {
+        if self.stale {
+            self.bank.put(&self.places, needed, &self.own);
+            self.stale = needed != Needed::All;
+        }
     }
 }
 
-impl<R: Register, const N: usize> Kernel for LaneCrane<R, N> {
+impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
     fn instruction_set(&self) -> &'static str {
         R::NAME
     }
 
-    fn step_kernel<'a>(&'a self, demand: &'a Demand) -> Box<dyn StepKernel + 'a> {
-        Box::new(LaneStepKernel {
-            crane: self,
-            demand,
-            room: CraneStep::new(&self.layout),
-            x: vec![Lanes::default(); self.layout.len()],
-            spools: [Lanes::default(); N],
-        })
+    fn lanes(&self) -> usize {
+        R::WIDTH
     }
-}
 
-impl<R: Register, const N: usize> StepKernel for LaneStepKernel<'_, R, N> {
+    fn load(&mut self, lane: usize, own: &[f64]) {
+        for (numbers, number) in self.own.iter_mut().zip(own) {
+            self.stale |= numbers[lane].to_bits() != number.to_bits();
+            numbers[lane] = *number;
+        }
+    }
+
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
         R::run(
             #[inline(always)]
@@ -167,57 +199,52 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<'_, R, N> {
         )
     }
 
-    fn tips(&mut self, x: &[Group]) -> [Group; 2] {
+    fn tips(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]) {
         R::run(
             #[inline(always)]
-            || self.tips_here(x),
-        )
+            || self.tips_here(x, first, tips),
+        );
     }
 }
 
-impl<R: Register, const N: usize> LaneStepKernel<'_, R, N> {
+impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     #[inline(always)]
     fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
-        let LaneStepKernel { crane, demand, room, x: states, spools } = self;
-        let LaneCrane { evaluator, layout } = crane;
-        let [mut taken, mut exact, mut inside, mut growth] = [[0.0; WIDTH]; 4];
-        for first in (0..WIDTH).step_by(R::WIDTH) {
-            for i in 0..states.len() {
-                states[i] = Lanes::load(&x[i][first..]);
-            }
-            for c in 0..N {
-                spools[c] = Lanes::load(&trial.spools[c][first..]);
-            }
-            let (h, payload) = (Lanes::<R>::load(&trial.h[first..]), Lanes::load(&trial.payload[first..]));
-            let scene = Scene { evaluator, layout, spools: &*spools, payload };
-            let error = room.attempt(&scene, h, states, &demand.precision);
-            let stays = stays(&evaluator.plant, room.reached());
-            let met = error.le(Lanes::c(1.0));
-            let good = met | (h.le(Lanes::c(demand.finest)) & error.le(Lanes::c(demand.hopeless)) & error.finite());
-            for i in 0..states.len() {
-                Lanes::select(good & stays, room.reached()[i], states[i]).store(&mut x[i][first..]);
-            }
-            let as_number = |mask| Lanes::<R>::select(mask, Lanes::c(1.0), Lanes::c(0.0));
-            as_number(good & stays).store(&mut taken[first..]);
-            as_number(met).store(&mut exact[first..]);
-            as_number(stays).store(&mut inside[first..]);
-            suggested(error).store(&mut growth[first..]);
+        self.put(Needed::All);
+        let LaneStepKernel { bank: Bank { evaluator, precision }, layout, demand, room, x: states, spools, .. } = self;
+        for i in 0..states.len() {
+            states[i] = Lanes::load(&x[i]);
         }
-        let [taken, exact, inside] = [taken, exact, inside].map(|flags| flags.map(|flag| flag == 1.0));
-        StepResult { taken, exact, inside, growth }
+        for c in 0..N {
+            spools[c] = Lanes::load(&trial.spools[c]);
+        }
+        let (h, payload) = (Lanes::<R>::load(&trial.h), Lanes::load(&trial.payload));
+        let scene = Scene { evaluator, layout, spools: &*spools, payload };
+        let error = room.attempt(&scene, h, states, precision);
+        let stays = stays(&evaluator.plant, room.reached());
+        let met = error.le(Lanes::c(1.0));
+        let good = met | (h.le(Lanes::c(demand.finest)) & error.le(Lanes::c(demand.hopeless)) & error.finite());
+        for i in 0..states.len() {
+            Lanes::select(good & stays, room.reached()[i], states[i]).store(&mut x[i]);
+        }
+        let numbers = |number: Lanes<R>| {
+            let mut numbers = [0.0; WIDTH];
+            number.store(&mut numbers);
+            numbers
+        };
+        let flags = |mask| numbers(Lanes::select(mask, Lanes::c(1.0), Lanes::c(0.0))).map(|flag| flag == 1.0);
+        let growth = numbers(suggested(error));
+        StepResult { taken: flags(good & stays), exact: flags(met), inside: flags(stays), growth }
     }
 
     #[inline(always)]
-    fn tips_here(&self, x: &[Group]) -> [Group; 2] {
-        let mut tips = [[0.0; WIDTH]; 2];
-        for first in (0..WIDTH).step_by(R::WIDTH) {
-            let mechanics = &self.crane.evaluator.plant.mechanics;
-            let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
-            let tip = mechanics.tip_position(&mechanics.pose(&q));
-            tip.x.store(&mut tips[0][first..]);
-            tip.z.store(&mut tips[1][first..]);
-        }
-        tips
+    fn tips_here(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]) {
+        self.put(Needed::Mechanics);
+        let mechanics = &self.bank.evaluator.plant.mechanics;
+        let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
+        let tip = mechanics.tip_position(&mechanics.pose(&q));
+        tip.x.store(&mut tips[0][first..]);
+        tip.z.store(&mut tips[1][first..]);
     }
 }
 

@@ -4,6 +4,7 @@
 
 mod crane_step;
 mod kernel;
+mod own_numbers;
 
 pub use crane_step::{CraneStep, Scene};
-pub use kernel::{Demand, Group, InLanes, Kernel, StepKernel, StepResult, Trial, WIDTH};
+pub use kernel::{Demand, Group, InLanes, StepKernel, StepResult, Trial, WIDTH};

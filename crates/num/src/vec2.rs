@@ -40,8 +40,8 @@ impl<T: Real> Vec2<T> {
 
 impl<T: Copy> Vec2<T> {
     /// The same vector with `f` of both components.
-    pub fn map<U>(self, f: &mut dyn FnMut(T) -> U) -> Vec2<U> {
-        Vec2 { x: f(self.x), z: f(self.z) }
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Vec2<U> {
+        Vec2 { x: f(&self.x), z: f(&self.z) }
     }
 }
 

@@ -17,15 +17,15 @@ macro_rules! parameters {
 
         impl<T: Copy> $name<T> {
             /// The same parameters with `f` of every number.
-            pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> $name<U> {
-                $name { $($field: f(self.$field),)* $($($config: self.$config,)*)? }
+            pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> $name<U> {
+                $name { $($field: f(&self.$field),)* $($($config: self.$config,)*)? }
             }
         }
 
         impl $name<f64> {
             /// The same parameters as constants of another number type.
             pub fn lift<U: hydrocrane_num::Real>(&self) -> $name<U> {
-                self.map(&mut U::c)
+                self.map(&mut |number| U::c(*number))
             }
         }
 

@@ -60,7 +60,6 @@ pub struct Lifted<L> {
     end_stop: EndStop<Dual<L, 2>>,
     spool: Spool<Dual<L, 2>>,
     ports: HydraulicAxis<Dual<L, 3>>,
-    coupled: HydraulicAxis<CoupledPort<L>>,
     single: HydraulicAxis<Dual<L, 1>>,
     whole: HydraulicAxis<WithDerivatives<L>>,
 }
@@ -177,14 +176,33 @@ impl<L: Real> Lifted<L> {
     pub fn new(unit: &HydraulicAxis<L>, fluid: &Fluid<L>) -> Self {
         Lifted {
             chambers: unit.chambers,
-            bulk: fluid.map(&mut Dual::constant),
-            friction: unit.friction.map(&mut Dual::constant),
-            end_stop: unit.end_stop.map(&mut Dual::constant),
-            spool: unit.spool.map(&mut Dual::constant),
-            ports: unit.map(&mut Dual::constant),
-            coupled: unit.map(&mut Dual::constant),
-            single: unit.map(&mut Dual::constant),
-            whole: unit.map(&mut Dual::constant),
+            bulk: fluid.map(&mut |number| Dual::constant(*number)),
+            friction: unit.friction.map(&mut |number| Dual::constant(*number)),
+            end_stop: unit.end_stop.map(&mut |number| Dual::constant(*number)),
+            spool: unit.spool.map(&mut |number| Dual::constant(*number)),
+            ports: unit.map(&mut |number| Dual::constant(*number)),
+            single: unit.map(&mut |number| Dual::constant(*number)),
+            whole: unit.map(&mut |number| Dual::constant(*number)),
+        }
+    }
+
+    /// Every number that is read; `fed`: by a supply of variable pressure.
+    pub fn each<'a>(&'a self, fed: bool, f: &mut dyn FnMut(&'a L)) {
+        self.chambers.map(f);
+        self.bulk.map(&mut |number| f(&number.value));
+        self.friction.map(&mut |number| f(&number.value));
+        self.end_stop.map(&mut |number| f(&number.value));
+        self.spool.map(&mut |number| f(&number.value));
+        self.ports.map(&mut |number| f(&number.value));
+        // Each value has as many copies as it has derivatives: those that nothing reads would cost a batch more than the others.
+        if fed || self.single.compensator_lag().is_some() {
+            self.single.map(&mut |number| f(&number.value));
+        }
+        if fed || self.whole.valve.couples_ports() {
+            self.whole.map(&mut |number| f(&number.value));
+        } else {
+            self.whole.chambers.map(&mut |number| f(&number.value));
+            self.whole.leakage.map(&mut |number| f(&number.value));
         }
     }
 
@@ -209,7 +227,7 @@ impl<L: Real> Lifted<L> {
         piston: &Piston<L>,
         outputs: &LawOutputs<WithDerivatives<L>>,
     ) -> RateDerivatives<L> {
-        let pressures = supply_pressures.map(&mut Dual::constant);
+        let pressures = supply_pressures.map(&mut |number| Dual::constant(*number));
         let linearised = self.whole.assemble::<P>(&pressures, &variables(s), outputs);
         RateDerivatives {
             rates: linearised.of_states().map(|number| number.value),
@@ -246,7 +264,7 @@ impl<L: Real> Lifted<L> {
         bulk: (L, L),
     ) -> SupplyDerivatives<L> {
         let by_pressures = |number: CoupledPort<L>| [number.derivative[AT_MAINS], number.derivative[AT_LOAD]];
-        let signal = self.coupled.valve.connection.signal(
+        let signal = self.whole.valve.connection.signal(
             Dual::variable(s.spool, AT_SPOOL),
             [a, b].map(|port| port.pressure + port.line_drop - port.hose_drop),
             Dual::constant(supply_pressures.tank),
@@ -273,13 +291,13 @@ impl<L: Real> Lifted<L> {
         piston: &Piston<L>,
     ) -> TankDerivatives<L> {
         let [a, b] = self.coupled_ports(supply_pressures, s);
-        let (_, leaked) = self.coupled.leakage.flows(
+        let (_, leaked) = self.whole.leakage.flows(
             Dual::variable(s.p1, AT_P1),
             Dual::variable(s.p2, AT_P2),
             Dual::constant(supply_pressures.tank),
         );
         let returned = a.drained + b.drained + a.relieved + b.relieved + leaked;
-        let SupplyPressures { supply, load, tank } = supply_pressures.map(&mut Dual::constant);
+        let SupplyPressures { supply, load, tank } = supply_pressures.map(&mut |number| Dual::constant(*number));
         let pressures = SupplyPressures { supply, load, tank: Dual::variable(tank.value, 0) };
         let by_line = self.along(&pressures, &s.map(Dual::constant));
         TankDerivatives {
@@ -365,14 +383,14 @@ impl<L: Real> Lifted<L> {
         };
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, AT_P1), Dual::variable(s.p2, AT_P2)];
         let spool = Dual::variable(s.spool, AT_SPOOL);
-        let ports = self.coupled.ports(&pressures, v, [p1, p2], still(s));
+        let ports = self.whole.ports(&pressures, v, [p1, p2], still(s));
         let a = L::outlined_if_dual(
             #[inline(always)]
-            || self.coupled.port_a::<AnyParts>(&ports, spool),
+            || self.whole.port_a::<AnyParts>(&ports, spool),
         );
         let b = L::outlined_if_dual(
             #[inline(always)]
-            || self.coupled.port_b::<AnyParts>(&ports, spool),
+            || self.whole.port_b::<AnyParts>(&ports, spool),
         );
         [a, b]
     }
@@ -411,7 +429,7 @@ impl<L: Real> Lifted<L> {
         supply_pressures: &SupplyPressures<L>,
         s: &LocalState<L>,
     ) -> [Port<WithDerivatives<L>>; 2] {
-        if P::EXPECTED && self.coupled.valve.couples_ports() {
+        if P::EXPECTED && self.whole.valve.couples_ports() {
             self.coupled_ports(supply_pressures, s).map(|port| port.map(by_states))
         } else {
             let a = L::outlined_if_dual(
@@ -453,7 +471,7 @@ impl<L: Real> Lifted<L> {
     fn port_a<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p1, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.spool, 2)];
         let ports = self.ports.ports(
-            &supply_pressures.map(&mut Dual::constant),
+            &supply_pressures.map(&mut |number| Dual::constant(*number)),
             v,
             [p1, Dual::constant(s.p2)],
             P::part(still(s)),
@@ -465,7 +483,7 @@ impl<L: Real> Lifted<L> {
     fn port_b<P: Parts>(&self, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> Port<WithDerivatives<L>> {
         let [v, p2, spool] = [Dual::variable(s.v, 0), Dual::variable(s.p2, 1), Dual::variable(s.spool, 2)];
         let ports = self.ports.ports(
-            &supply_pressures.map(&mut Dual::constant),
+            &supply_pressures.map(&mut |number| Dual::constant(*number)),
             v,
             [Dual::constant(s.p1), p2],
             P::part(still(s)),
@@ -480,7 +498,7 @@ impl<L: Real> Lifted<L> {
             return Dual::constant(L::c(0.0));
         }
         let [v, p1, p2] = [Dual::variable(s.v, 0), Dual::variable(s.p1, 1), Dual::variable(s.p2, 2)];
-        let ports = self.ports.ports(&supply_pressures.map(&mut Dual::constant), v, [p1, p2], None);
+        let ports = self.ports.ports(&supply_pressures.map(&mut |number| Dual::constant(*number)), v, [p1, p2], None);
         self.ports.crossed::<P>(&ports).among([V, P1, P2])
     }
 

@@ -76,7 +76,7 @@ impl<L: Real> AxisGroup<L> {
         let in_lane = |lane: usize| chosen[lane.min(count - 1)];
         let numbers = |c: usize| {
             let mut all = Vec::new();
-            cylinders[c].map(&mut |number| all.push(number));
+            cylinders[c].map(&mut |number| all.push(*number));
             all
         };
         let numbers: Vec<Vec<T>> = (0..L::WIDTH).map(|lane| numbers(in_lane(lane))).collect();
@@ -85,7 +85,7 @@ impl<L: Real> AxisGroup<L> {
             next += 1;
             L::gather(|lane| numbers[lane][next - 1])
         });
-        let everywhere = &mut |number| L::gather(|_| number);
+        let everywhere = &mut |number: &T| L::gather(|_| *number);
         let fluid = fluid.map(everywhere);
         AxisGroup {
             members: hydrocrane_num::array::from_fn(|lane| Member {
@@ -98,6 +98,13 @@ impl<L: Real> AxisGroup<L> {
             fluid,
             lifted: Lifted::new(&unit, &fluid),
         }
+    }
+
+    /// Every number that its laws read; `fed`: by a supply of variable pressure.
+    pub fn each<'a>(&'a self, fed: bool, f: &mut dyn FnMut(&'a L)) {
+        self.unit.map(f);
+        self.fluid.map(f);
+        self.lifted.each(fed, f);
     }
 
     /// The cylinder in a lane, if the lane is in use.

@@ -433,22 +433,22 @@ impl<T: Real> HydraulicAxis<T> {
 }
 
 impl<T: Copy> SupplyPressures<T> {
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> SupplyPressures<U> {
-        SupplyPressures { supply: f(self.supply), load: f(self.load), tank: f(self.tank) }
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> SupplyPressures<U> {
+        SupplyPressures { supply: f(&self.supply), load: f(&self.load), tank: f(&self.tank) }
     }
 }
 
 impl<T: Copy> HydraulicAxis<T> {
     /// The same cylinder with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> HydraulicAxis<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> HydraulicAxis<U> {
         HydraulicAxis {
             chambers: self.chambers.map(f),
             valve: self.valve.map(f),
-            compensator_lag: in_chains(self.compensator_lag).map(|lag| lag.map(f)),
-            priority: in_chains(self.priority).map(|priority| priority.map(f)),
-            port_valves: self.port_valves.map(|valves| valves.map(f)),
+            compensator_lag: in_chains(self.compensator_lag.as_ref()).map(|lag| lag.map(f)),
+            priority: in_chains(self.priority.as_ref()).map(|priority| priority.map(f)),
+            port_valves: self.port_valves.each_ref().map(|valves| valves.map(f)),
             crossover: self.crossover.map(f),
-            leaks: self.leaks.map(|leak| in_chains(leak).map(|leak| leak.map(f))),
+            leaks: self.leaks.each_ref().map(|leak| in_chains(leak.as_ref()).map(|leak| leak.map(f))),
             spool: self.spool.map(f),
             leakage: self.leakage.map(f),
             connector: self.connector.map(f),
@@ -459,10 +459,12 @@ impl<T: Copy> HydraulicAxis<T> {
 }
 
 impl<T: Copy> FrictionLaw<T> {
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> FrictionLaw<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> FrictionLaw<U> {
         match self {
-            FrictionLaw::Static { map, width } => FrictionLaw::Static { map: map.map(f), width: f(*width) },
-            FrictionLaw::Printed { map, width } => FrictionLaw::Printed { map: map.map(f), width: width.map(f) },
+            FrictionLaw::Static { map, width } => FrictionLaw::Static { map: map.map(f), width: f(width) },
+            FrictionLaw::Printed { map, width } => {
+                FrictionLaw::Printed { map: map.map(f), width: width.as_ref().map(f) }
+            }
             FrictionLaw::LuGre { map, bristle } => FrictionLaw::LuGre { map: map.map(f), bristle: bristle.map(f) },
         }
     }

@@ -31,16 +31,34 @@ pub struct Plant<T, const N: usize> {
 
 impl<T: Copy, const N: usize> Plant<T, N> {
     /// The same plant with `f` of every number, always in the same order.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Plant<U, N> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Plant<U, N> {
         Plant {
             mechanics: self.mechanics.map(f),
-            actuations: self.actuations.map(|a| a.map(f)),
-            cylinders: self.cylinders.map(|c| c.map(f)),
+            actuations: self.actuations.each_ref().map(|a| a.map(f)),
+            cylinders: self.cylinders.each_ref().map(|c| c.map(f)),
             fluid: self.fluid.map(f),
             supply_pressures: self.supply_pressures.map(f),
             supply: in_chains(self.supply.as_ref()).map(|s| s.map(f)),
-            ground: self.ground.map(|g| g.map(f)),
+            ground: self.ground.as_ref().map(|g| g.map(f)),
         }
+    }
+
+    /// All numbers, always in the same order.
+    pub fn numbers(&self) -> Vec<T> {
+        let mut all = Vec::new();
+        self.map(&mut |number| all.push(*number));
+        all
+    }
+
+    /// The same plant with other numbers, in that order.
+    pub fn with(&self, numbers: &[T]) -> Self {
+        let mut others = numbers.iter();
+        self.map(&mut |own| *others.next().unwrap_or(own))
+    }
+
+    /// What it has besides numbers, as text: parts, laws, switches and curves.
+    pub fn structure(&self) -> String {
+        format!("{:?}", self.map(&mut |_| ()))
     }
 }
 

@@ -6,9 +6,9 @@ use hydrocrane_physics::hydraulics::fluid::Fluid;
 
 /// Required accuracy of a step.
 #[derive(Debug, Clone)]
-pub struct Precision {
+pub struct Precision<T = f64> {
     /// Inverse tolerances of the states.
-    weights: Vec<f64>,
+    pub weights: Vec<T>,
     /// Inverse tolerance of the relative density of the oil in the chambers.
     density: f64,
 }
@@ -46,9 +46,16 @@ impl Precision {
         Precision { weights, density: 1.0 / (tolerance * DENSITY_SCALE) }
     }
 
+    /// The same in another number type.
+    pub fn lift<T: Real>(&self) -> Precision<T> {
+        Precision { weights: self.weights.iter().map(|weight| T::c(*weight)).collect(), density: self.density }
+    }
+}
+
+impl<T: Real> Precision<T> {
     /// Sum over the cylinders of the mean squares of the errors of a step `from` one state `to` another, relative to their tolerances.
     #[inline(always)]
-    pub fn mean_square<T: Real>(
+    pub fn mean_square(
         &self,
         fluid: &Fluid<T>,
         layout: &Layout,

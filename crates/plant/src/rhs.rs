@@ -111,8 +111,8 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         Evaluator {
             plant: *plant,
             groups: AxisGroup::all(&plant.cylinders, &plant.fluid, layout),
-            pistons: plant.actuations.map(|actuation| actuation.map(&mut Dual::constant)),
-            ground: plant.ground.map(|ground| ground.map(&mut Dual::constant)),
+            pistons: plant.actuations.map(|actuation| actuation.map(&mut |number| Dual::constant(*number))),
+            ground: plant.ground.map(|ground| ground.map(&mut |number| Dual::constant(*number))),
         }
     }
 
@@ -152,10 +152,10 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
     /// The pressures of the supply in every lane.
     #[inline(always)]
     pub fn pressures(&self, layout: &Layout, x: &[T]) -> SupplyPressures<L> {
-        let everywhere = &mut |number| {
+        let everywhere = &mut |number: &T| {
             L::gather(
                 #[inline(always)]
-                |_| number,
+                |_| *number,
             )
         };
         self.plant.pressures_at(layout, x).map(everywhere)
@@ -282,6 +282,20 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 inflows,
                 line,
             ));
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Evaluator<T, T, N> {
+    /// Every number that is read, a copy of one of the plant's, always in the same order.
+    pub fn each<'a>(&'a self, layout: &Layout, f: &mut dyn FnMut(&'a T)) {
+        self.plant.map(f);
+        self.groups.iter().for_each(|group| group.each(layout.mains().is_some(), f));
+        for piston in &self.pistons {
+            piston.map(&mut |number| f(&number.value));
+        }
+        if let Some(ground) = &self.ground {
+            ground.map(&mut |number| f(&number.value));
         }
     }
 }

@@ -110,11 +110,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
         for k in 1..layout.swivels().len() {
             self.write_further_pump(layout, x, demand, k, out);
         }
-        let lift = &mut Dual::<T, 5>::constant;
+        let lift = &mut |number: &T| Dual::<T, 5>::constant(*number);
         let pressures = SupplyPressures {
             supply: Dual::variable(pressures.supply, 0),
             load: Dual::variable(pressures.load, 1),
-            tank: lift(pressures.tank),
+            tank: lift(&pressures.tank),
         };
         let (supply, fluid) = (supply.map(lift), self.fluid.map(lift));
         let demand = Demand {
@@ -176,13 +176,14 @@ impl<T: Real, const N: usize> Plant<T, N> {
         out: &mut SharedDerivatives<T>,
     ) {
         let Some((supply, pressures, e)) = self.supply_at(layout, x) else { return };
-        let lift = &mut Dual::<T, 3>::constant;
+        let lift = &mut |number: &T| Dual::<T, 3>::constant(*number);
         let pressures = SupplyPressures {
             supply: Dual::variable(pressures.supply, 0),
             load: Dual::variable(pressures.load, 1),
-            tank: lift(pressures.tank),
+            tank: lift(&pressures.tank),
         };
-        let demand = Demand { drawn: lift(demand.drawn), signal: lift(demand.signal), returned: lift(demand.returned) };
+        let demand =
+            Demand { drawn: lift(&demand.drawn), signal: lift(&demand.signal), returned: lift(&demand.returned) };
         let mut shares = e.map(Dual::constant);
         shares[k] = Dual::variable(e[k], 2);
         let rates = supply.map(lift).rates(&self.fluid.map(lift), &pressures, &shares, demand);
@@ -208,11 +209,11 @@ impl<T: Real, const N: usize> Plant<T, N> {
         e: &Shares<T>,
         demand: Demand<T>,
     ) -> [[T; 2]; 4] {
-        let lift = &mut Dual::<T, 2>::constant;
+        let lift = &mut |number: &T| Dual::<T, 2>::constant(*number);
         let pressures = SupplyPressures { tank: Dual::variable(pressures.tank, 0), ..pressures.map(lift) };
         let demand = Demand {
-            drawn: lift(demand.drawn),
-            signal: lift(demand.signal),
+            drawn: lift(&demand.drawn),
+            signal: lift(&demand.signal),
             returned: Dual::variable(demand.returned, 1),
         };
         let rates = supply.map(lift).rates(&self.fluid.map(lift), &pressures, &e.map(Dual::constant), demand);

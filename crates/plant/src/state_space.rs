@@ -136,7 +136,7 @@ impl<const N: usize> StateSpace for Crane<N> {
 
     #[cfg(feature = "output-derivatives")]
     fn output_derivatives(&self, x: &[f64], along: &[f64], payload: f64, out: &mut [f64]) {
-        let plant = self.plant().map(&mut Along::constant);
+        let plant = self.plant().map(&mut |number| Along::constant(*number));
         let evaluator = Evaluator::<Along, Along, N>::new(&plant, &self.layout);
         let moving = |(&value, &along): (&f64, &f64)| Along { value, derivative: [along] };
         let x: Vec<Along> = x.iter().zip(along).map(moving).collect();

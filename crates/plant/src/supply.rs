@@ -59,21 +59,21 @@ pub struct SupplyRates<T> {
 
 impl<T: Copy> Supply<T> {
     /// The same with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Supply<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Supply<U> {
         Supply {
-            pumps: self.pumps.map(|of| {
-                of.map(|of| ControlledPump {
+            pumps: self.pumps.each_ref().map(|of| {
+                of.as_ref().map(|of| ControlledPump {
                     pump: of.pump.map(f),
-                    control: of.control.map(|control| control.map(f)),
-                    margin: of.margin.map(&mut *f),
+                    control: of.control.as_ref().map(|control| control.map(f)),
+                    margin: of.margin.as_ref().map(&mut *f),
                 })
             }),
-            highest: f(self.highest),
-            sensing: self.sensing.map(|sensing| sensing.map(f)),
+            highest: f(&self.highest),
+            sensing: self.sensing.as_ref().map(|sensing| sensing.map(f)),
             mains: self.mains.map(f),
             relief: self.relief.map(f),
-            accumulator: self.accumulator.map(|accumulator| accumulator.map(f)),
-            tank_line: self.tank_line.map(|line| line.map(f)),
+            accumulator: self.accumulator.as_ref().map(|accumulator| accumulator.map(f)),
+            tank_line: self.tank_line.as_ref().map(|line| line.map(f)),
         }
     }
 }

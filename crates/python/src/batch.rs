@@ -1,11 +1,18 @@
 //! Many cranes at once.
 
 use crate::arrays::{matrix, rows, vector, Numbers, Row, Rows};
+use crate::errors::error_of_crane;
 use crate::machine::Machine;
+use crate::overrides::overrides;
+use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::batch::{Batch, BatchOptions};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+/// A value for a key.
+type Change = (String, OverrideValue);
 
 #[pyclass(module = "hydrocrane._core")]
 pub struct BatchSimulator {
@@ -34,12 +41,45 @@ impl BatchSimulator {
         Ok(BatchSimulator { inner, states: layout.len(), cylinders: layout.joints() })
     }
 
-    /// Puts the cranes of these numbers into these states with these payloads. The error names the first that cannot start.
-    fn reset(&mut self, cranes: Numbers<'_>, states: Rows<'_>, payloads: Row<'_>) -> PyResult<()> {
+    /// The machines that `base` becomes for these cranes by the changes of each. The error names the first crane that cannot be one.
+    fn machines(
+        &mut self,
+        py: Python<'_>,
+        base: &Machine,
+        cranes: Numbers<'_>,
+        changes: Vec<Bound<'_, PyList>>,
+    ) -> PyResult<Vec<Machine>> {
+        let changes: Vec<_> = changes.iter().map(overrides).collect::<PyResult<_>>()?;
+        let made = py.detach(|| self.inner.each(&changes, |changes| base.with(changes)));
+        let together = cranes.as_slice()?.iter().zip(&changes).zip(made);
+        let checked = together.map(|((crane, changes), made)| {
+            let made = made.map_err(|error| error_of_crane(*crane, &error))?;
+            if self.inner.takes(made.model.as_ref()) {
+                return Ok(made);
+            }
+            let alone = |change: &&Change| base.with(&[(*change).clone()]).is_ok_and(|m| !self.inner.takes(m.model.as_ref()));
+            let key = changes.iter().find(alone).or(changes.first()).map_or("", |(key, _)| key);
+            Err(PyValueError::new_err(format!(
+                "crane {crane}: `{key}` adds a part, or changes a table or a law, and all cranes of a batch have the same; \
+                 set it in the machine of the whole batch, or make a batch for each"
+            )))
+        });
+        checked.collect()
+    }
+
+    /// Makes the cranes of these numbers these machines, in these states with these payloads. The error names the first that cannot
+    /// start.
+    fn reset(
+        &mut self,
+        cranes: Numbers<'_>,
+        machines: Vec<PyRef<'_, Machine>>,
+        states: Rows<'_>,
+        payloads: Row<'_>,
+    ) -> PyResult<()> {
         let table = rows(&states, self.states, "state")?;
         let starts = table.chunks_exact(self.states).zip(payloads.as_slice()?);
-        for (crane, (state, payload)) in cranes.as_slice()?.iter().zip(starts) {
-            let fault = self.inner.reset(*crane as usize, state, *payload);
+        for ((crane, machine), (state, payload)) in cranes.as_slice()?.iter().zip(machines).zip(starts) {
+            let fault = self.inner.reset(*crane as usize, machine.model.as_ref(), state, *payload);
             fault.map_err(|message| PyValueError::new_err(format!("crane {crane}: {message}")))?;
         }
         Ok(())

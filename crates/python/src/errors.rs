@@ -11,8 +11,12 @@ create_exception!(_core, PoseFault, PyValueError, "A start that the machine cann
 create_exception!(_core, MachineFileError, PyValueError, "args: message, slug, file, line, column, key");
 
 pub fn file_error(e: &MachineError) -> PyErr {
+    stated(e, e.to_string())
+}
+
+fn stated(e: &MachineError, message: String) -> PyErr {
     let owned = |text: Option<&str>| text.map(str::to_string);
-    MachineFileError::new_err((e.to_string(), e.slug(), owned(e.file()), e.line(), e.column(), owned(e.key())))
+    MachineFileError::new_err((message, e.slug(), owned(e.file()), e.line(), e.column(), owned(e.key())))
 }
 
 /// A valid description of a machine that cannot be simulated.
@@ -26,6 +30,15 @@ pub fn cannot_build(source: &str, e: &BuildError) -> PyErr {
         None::<usize>,
         None::<String>,
     ))
+}
+
+/// The error of a machine that is one of the cranes of a batch.
+pub fn error_of_crane(crane: i64, error: &AssemblyError) -> PyErr {
+    match error {
+        AssemblyError::Machine(error) => stated(error, format!("crane {crane}: {error}")),
+        AssemblyError::Build(source, error) => cannot_build(&format!("crane {crane}, {source}"), error),
+        other => assembly_error(other),
+    }
 }
 
 /// An error of an assembly as Python gets it.

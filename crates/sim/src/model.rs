@@ -11,7 +11,7 @@ use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_control::parameter_block;
 #[cfg(feature = "batch")]
-use hydrocrane_lanes::{InLanes, Kernel};
+use hydrocrane_lanes::{Demand, InLanes, StepKernel};
 use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, Plant, StateSpace, Statics};
 
 /// A crane with functions beyond its equations: controllers with it as their model, and copies of it in lanes.
@@ -25,9 +25,19 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace + Statics {
     }
     /// Per cylinder the spool position (m) that has a signed share of the steady speed at full stroke.
     fn spool_positions(&self, shares: &[f64], spools: &mut [f64]);
-    /// The same machine for groups of cranes, in the widest instruction set of this processor or the one `wanted`.
+    /// The same machine for groups of cranes; the arguments are those of [`InLanes`].
     #[cfg(feature = "batch")]
-    fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel>;
+    fn step_kernel(&self, demand: &Demand, own: &[usize], wanted: Option<&str>) -> Box<dyn StepKernel>;
+    /// All numbers of its laws, always in the same order.
+    #[cfg(feature = "batch")]
+    fn numbers(&self) -> Vec<f64>;
+    /// What decides its laws besides numbers, as text: two machines with the same can be in one batch.
+    #[cfg(feature = "batch")]
+    fn structure(&self) -> String;
+    /// The joint rates at `q` after a load is picked up at rest: the payload changes from the first to the second `mass` (kg). With these
+    /// `numbers` in place of its own.
+    #[cfg(feature = "batch")]
+    fn picked_up(&self, numbers: &[f64], q: &[f64], qd: &[f64], mass: [f64; 2]) -> Vec<f64>;
     /// The controller `name` with this machine as its controller model; the error lists the names.
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String>;
     /// Parameters of the controller `name` as a block for a machine without an operating system. `monitored`: with a monitor of the
@@ -67,8 +77,25 @@ where
     }
 
     #[cfg(feature = "batch")]
-    fn kernel(&self, wanted: Option<&str>) -> Box<dyn Kernel> {
-        self.plant().in_lanes(self.layout(), wanted)
+    fn step_kernel(&self, demand: &Demand, own: &[usize], wanted: Option<&str>) -> Box<dyn StepKernel> {
+        self.plant().in_lanes(self.layout(), demand, own, wanted)
+    }
+
+    #[cfg(feature = "batch")]
+    fn numbers(&self) -> Vec<f64> {
+        self.plant().numbers()
+    }
+
+    #[cfg(feature = "batch")]
+    fn structure(&self) -> String {
+        format!("{:?} {:?} {}", self.layout().names, self.machine().errata, self.plant().structure())
+    }
+
+    #[cfg(feature = "batch")]
+    fn picked_up(&self, numbers: &[f64], q: &[f64], qd: &[f64], mass: [f64; 2]) -> Vec<f64> {
+        let mechanics = self.plant().with(numbers).mechanics;
+        let [q, qd]: [[f64; N]; 2] = [q, qd].map(|row| hydrocrane_num::array::from_fn(|i| row[i]));
+        mechanics.attach(&mechanics.pose(&q), &qd, mass[0], mass[1] - mass[0]).rates.to_vec()
     }
 
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {

@@ -14,10 +14,11 @@ from __future__ import annotations
 import gymnasium
 
 from hydrocrane.gym.environment import CraneTipEnv
+from hydrocrane.gym.random_machine import RandomMachine, RandomMachines
 from hydrocrane.gym.task import TipTask
 from hydrocrane.gym.vector import CraneTipVectorEnv
 
-__all__ = ["CraneTipEnv", "CraneTipVectorEnv", "TipTask"]
+__all__ = ["CraneTipEnv", "CraneTipVectorEnv", "RandomMachine", "RandomMachines", "TipTask"]
 
 gymnasium.register(
     id="hydrocrane/CraneTip-v0",

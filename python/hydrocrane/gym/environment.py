@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane._moved import renamed_keyword
-from hydrocrane.gym.task import Numbers, TipTask
+from hydrocrane.gym.task import Draw, Numbers, TipTask
 from hydrocrane.machine.machine import MachineLike
 
 
@@ -39,16 +39,26 @@ class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
         self._cranes = self.task.simulator(1, threads=1)
         self._target = np.zeros((1, 2))
         self._samples = 0
+        # What draws a machine for each episode.
+        self.draw: Draw | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, object] | None = None
     ) -> tuple[Numbers, dict[str, object]]:
-        """Start an episode. ``options`` may hold ``q``, a pose to start from, and ``target``, (x, z) in m."""
+        """Start an episode.
+
+        ``options`` may hold ``q``, a pose to start from, ``target``, (x, z) in m, and ``parameters``, values of machine
+        keys as for :class:`hydrocrane.BatchSimulator`, in force until a reset states others.
+        """
         super().reset(seed=seed)
-        q, self._target = self.task.drawn([self.np_random], options)
+        self._target, own = self.task.begin(
+            self._cranes, np.zeros(1, dtype=np.int64), [self.np_random], options, self.draw
+        )
         self._samples = 0
-        seen = self._cranes.reset(q=q[0])
-        return self.task.observation(seen, self._target)[0], {"target": self._target[0].copy()}
+        information: dict[str, object] = {"target": self._target[0].copy()}
+        if own:
+            information["parameters"] = {name: float(value[0]) for name, value in own.items()}
+        return self.task.observation(self._cranes.observe(), self._target)[0], information
 
     def step(self, action: NDArray[np.floating]) -> tuple[Numbers, float, bool, bool, dict[str, object]]:
         """Hold the spool commands for one sample."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from gymnasium.spaces import Box
 from stable_baselines3.common.vec_env import VecEnv
 
+from hydrocrane.gym.random_machine import RandomMachines
 from hydrocrane.gym.task import Numbers, TipTask
 from hydrocrane.gym.vector import CraneTipVectorEnv
 
@@ -26,7 +28,7 @@ class Cranes(VecEnv):
 
     Parameters
     ----------
-    cranes : CraneTipVectorEnv
+    cranes : CraneTipVectorEnv or RandomMachines
 
     Attributes
     ----------
@@ -44,8 +46,8 @@ class Cranes(VecEnv):
         model = PPO("MlpPolicy", Cranes(CraneTipVectorEnv(256))).learn(100_000)
     """
 
-    def __init__(self, cranes: CraneTipVectorEnv) -> None:
-        self.cranes, self.task = cranes, cranes.task
+    def __init__(self, cranes: CraneTipVectorEnv | RandomMachines) -> None:
+        self.cranes, self.task = cranes, cast(CraneTipVectorEnv, cranes.unwrapped).task
         seen = self.task.observation_space.shape or (0,)
         width = seen[0] + 2 * len(self.task.machine.cylinder_names)
         super().__init__(cranes.num_envs, Box(-np.inf, np.inf, (width,), np.float32), self.task.action_space)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias, cast
 
 import gymnasium
 import numpy as np
@@ -13,6 +14,7 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.simulation.batch import BatchObservation, BatchSimulator
+from hydrocrane.simulation.crane_parameters import CraneValues
 
 Numbers = NDArray[np.float32]
 
@@ -21,7 +23,9 @@ MARGIN = 0.15
 # Bounds to which an observation is clipped: share of a range, rad/s or m/s, share of the supply pressure, m.
 SHARE, RATE, PRESSURE, WAY = 2.0, 20.0, 20.0, 100.0
 # What the options of a reset may state.
-OPTIONS = ("q", "target")
+OPTIONS = ("q", "target", "parameters")
+# Draws values of machine keys, (n,) each, with the random numbers of n cranes.
+Draw: TypeAlias = Callable[[Sequence[np.random.Generator]], CraneValues]
 # Reward if the crane is lost, m s: that of a minute at 1 m distance.
 LOSS = -60.0
 
@@ -35,6 +39,10 @@ class TipTask:
     as shares of the supply pressure, and the vector from the tip to the target (x, z in m). The reward of a sample is
     minus the distance of the tip from the target times the sample time, m s, and -60 m s if the crane is lost, which
     ends the episode; otherwise it ends after `duration`. Starts (at rest) and targets belong to random poses.
+
+    Cranes may differ from `machine` in values of its keys. Start, target and motion then are those of each crane's own
+    machine; the strokes, ranges and the pressure of which actions and observations are shares stay those of `machine`,
+    because who controls a crane does not know what it differs in.
 
     Parameters
     ----------
@@ -76,28 +84,41 @@ class TipTask:
         """A simulator of the cranes."""
         return BatchSimulator(self.machine, n, self.sample_time, payload=self.payload, threads=threads)
 
-    def drawn(
-        self, randoms: Sequence[np.random.Generator], options: Mapping[str, object] | None = None
-    ) -> tuple[Array, Array]:
-        """Poses (n, n_joints) to start from and targets (n, 2), m, of n cranes with random numbers of their own; those
-        that `options` state, for one crane or for each, replace them."""
-        given = options or {}
+    def begin(
+        self,
+        cranes: BatchSimulator,
+        numbers: NDArray[np.int64],
+        randoms: Sequence[np.random.Generator],
+        options: Mapping[str, object] | None = None,
+        draw: Draw | None = None,
+    ) -> tuple[Array, dict[str, Array]]:
+        """Starts episodes of these of the `cranes`, each with random numbers of its own: targets (m, 2), m, and the
+        values of machine keys, (m,) each, that differ. What `options` state replaces what is drawn."""
+        given = dict(options or {})
         for name in given:
             if name not in OPTIONS:
                 raise unknown("option", name, OPTIONS)
-        lower, upper = self.machine.joint_limits.T
-        share = np.array([random.uniform(MARGIN, 1.0 - MARGIN, (2, len(lower))) for random in randoms])
-        start, end = np.moveaxis(lower + (upper - lower) * share, 1, 0)
-        found = {"q": start, "target": self.machine.tip(end)}
-        for name, value in given.items():
-            wished = real_array(value, name)  # type: ignore[arg-type]
-            if wished.shape not in (found[name].shape, found[name].shape[1:]):
-                raise InputError(
-                    f"the option `{name}` must have shape {found[name].shape[1:]}, or {found[name].shape}; got "
-                    f"{wished.shape}"
-                )
-            found[name] = np.broadcast_to(wished, found[name].shape).copy()
-        return found["q"], found["target"]
+        parameters = {**(draw(randoms) if draw else {}), **cast("CraneValues", given.pop("parameters", {}))}
+        wished = {name: self._wished(name, value, len(numbers)) for name, value in given.items()}
+        generator = iter(randoms)
+        targets: list[Array] = []
+
+        def poses(numbers: NDArray[np.int64], machines: Sequence[Machine]) -> Array:
+            done = len(targets)
+            start, target = starts_and_targets(machines, [next(generator) for _ in numbers])
+            rows = slice(done, done + len(numbers))
+            targets.extend(wished["target"][rows] if "target" in wished else target)
+            return wished["q"][rows] if "q" in wished else start
+
+        cranes.reset(q=poses, cranes=numbers, parameters=parameters)
+        return np.array(targets), {name: own[numbers] for name, own in cranes.parameters.items()}
+
+    def _wished(self, name: str, value: object, count: int) -> Array:
+        width = {"q": len(self.machine.joint_names), "target": 2}[name]
+        wished = real_array(value, name)  # type: ignore[arg-type]
+        if wished.shape not in ((width,), (count, width)):
+            raise InputError(f"the option `{name}` must have shape {(width,)}, or {(count, width)}; got {wished.shape}")
+        return np.broadcast_to(wished, (count, width))
 
     def commands(self, action: NDArray[np.floating]) -> Array:
         """Spool commands, m, of actions (..., n_cyl)."""
@@ -116,3 +137,17 @@ class TipTask:
         """(n,) rewards, m s."""
         distance = np.linalg.norm(seen.tip - target, axis=1)
         return np.where(lost, LOSS, -distance * self.sample_time)
+
+
+def starts_and_targets(machines: Sequence[Machine], randoms: Sequence[np.random.Generator]) -> tuple[Array, Array]:
+    """Poses (n, n_joints) to start from and targets (n, 2), m, of n cranes with random numbers of their own."""
+    lower, upper = np.moveaxis(np.array([machine.joint_limits for machine in machines]), 2, 0)
+    share = np.array([random.uniform(MARGIN, 1.0 - MARGIN, (2, lower.shape[1])) for random in randoms])
+    start, end = (lower + (upper - lower) * of for of in np.moveaxis(share, 1, 0))
+    target = np.empty((len(machines), 2))
+    of_machine: dict[int, list[int]] = {}
+    for i, machine in enumerate(machines):
+        of_machine.setdefault(id(machine), []).append(i)
+    for own in of_machine.values():
+        target[own] = machines[own[0]].tip(end[own])
+    return start, target

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.gym.task import Numbers, TipTask
+from hydrocrane.gym.task import Draw, Numbers, TipTask
 from hydrocrane.machine.machine import MachineLike
 
 
@@ -55,6 +55,8 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         self._target: Array = np.zeros((num_envs, 2))
         self._samples = np.zeros(num_envs, dtype=np.int64)
         self._over = np.zeros(num_envs, dtype=bool)
+        # What draws a machine for each crane and episode.
+        self.draw: Draw | None = None
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, object] | None = None
@@ -74,8 +76,11 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         for i, own in enumerate(seeds):
             if own is not None or self._random[i] is None:
                 self._random[i] = np_random(own)[0]
-        self._begin(np.arange(self.num_envs), options)
-        return self.task.observation(self._cranes.observe(), self._target), {"target": self._target.copy()}
+        parameters = self._begin(np.arange(self.num_envs), options)
+        information: dict[str, object] = {"target": self._target.copy()}
+        if parameters:
+            information["parameters"] = parameters
+        return self.task.observation(self._cranes.observe(), self._target), information
 
     def step(  # type: ignore[override]
         self, actions: NDArray[np.floating]
@@ -93,9 +98,9 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         self._over = lost | late
         return self.task.observation(seen, self._target), reward, lost, late, {}
 
-    def _begin(self, cranes: NDArray[np.int64], options: dict[str, object] | None = None) -> None:
-        q, target = self.task.drawn([cast("np.random.Generator", self._random[i]) for i in cranes], options)
-        self._target[cranes] = target
+    def _begin(self, cranes: NDArray[np.int64], options: dict[str, object] | None = None) -> dict[str, Array]:
+        randoms = [cast("np.random.Generator", self._random[i]) for i in cranes]
+        self._target[cranes], own = self.task.begin(self._cranes, cranes, randoms, options, self.draw)
         self._samples[cranes] = 0
         self._over[cranes] = False
-        self._cranes.reset(q=q, cranes=cranes)
+        return own

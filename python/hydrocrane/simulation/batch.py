@@ -1,10 +1,10 @@
-"""Many cranes of one machine, stepped together."""
+"""Many cranes stepped together, of one machine or each with values of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,14 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 from hydrocrane import _core
 from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, brief, real_array, vectors
-from hydrocrane.errors import InputError, SimulationError, translated
+from hydrocrane.errors import HydrocraneError, InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
-from hydrocrane.machine.poses import poses
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.record_size import check_size, row_numbers
+from hydrocrane.simulation.crane_parameters import CraneParameters, CraneValues
 
 # Default tolerance of the errors of a step; see docs/theory/batch.md for the resulting accuracy.
 TOLERANCE = 0.01
+# Cranes whose machines exist at the same time while they are reset, so that memory is bounded: a machine has 0.2 MB.
+BLOCK = 256
+# Gives the poses (m, n_joints) that m cranes start from, by their numbers and their machines.
+Poses: TypeAlias = Callable[[NDArray[np.int64], Sequence[Machine]], Array]
 
 
 @dataclass(frozen=True)
@@ -55,12 +59,12 @@ class BatchObservation:
 
 
 class BatchSimulator:
-    """n cranes of one machine that advance together, sample by sample, each with its own spool commands.
+    """n cranes that advance together, sample by sample, each with its own spool commands.
 
     Each crane has its own step sizes (GRK4T, order four), chosen for `tolerance`. Its result depends only
-    on its own start, commands and payload, bit for bit: not on its place, on n, on the number of threads or on
-    the processor's vector instructions. A crane that leaves its admissible states stays at its last good one until it
-    is reset; the others are not affected.
+    on its own machine, start, commands and payload, bit for bit: not on its place, on n, on the number of threads or
+    on the processor's vector instructions. A crane that leaves its admissible states stays at its last good one until
+    it is reset; the others are not affected.
 
     Parameters
     ----------
@@ -76,7 +80,12 @@ class BatchSimulator:
         0.1 rad/s, 1 mm of bristle.
         How exact the default is: ``docs/validation/step-accuracy.md``.
     payload : float or (n,) array, optional
-        kg at the tips at every reset; default is the machine's own.
+        kg at the tips at every reset; default is each machine's own.
+    parameters : mapping of str to float, str or sequence, optional
+        Machine keys in which the cranes differ: by key one value for all or one for each crane, SI numbers or texts
+        with units. Any key that is a number; ``friction.lift.coulomb[0]`` is one value of a list. All cranes have the
+        same joints, parts, laws and tables, and steps cost the same with and without it. Start, limits, payload and
+        motion of a crane are those of its own machine (:meth:`machines`).
     threads : int, optional
         Default is the number of cores.
     instruction_set : {"sse2", "avx2", "avx512"}, optional
@@ -91,6 +100,9 @@ class BatchSimulator:
     ...     obs = cranes.step([2e-3, 0.0, 0.0])
     >>> print(obs.tip.shape, cranes.alive.sum())
     (100, 2) 100
+    >>> some = hc.BatchSimulator(crane, 3, parameters={"cylinder.lift.bore": ["98 mm", "100 mm", "102 mm"]})
+    >>> print(some.parameters)
+    {'cylinder.lift.bore': array([0.098, 0.1  , 0.102])}
     """
 
     @renamed_keyword("crane", "machine")
@@ -103,6 +115,7 @@ class BatchSimulator:
         step: float | None = None,
         tolerance: float = TOLERANCE,
         payload: ArrayLike | None = None,
+        parameters: CraneValues | None = None,
         threads: int | None = None,
         instruction_set: str | None = None,
     ) -> None:
@@ -116,7 +129,8 @@ class BatchSimulator:
         self.sample_time = _seconds(sample_time, "sample_time")
         self.step_size = self.sample_time if step is None else _seconds(step, "step")
         self.tolerance = _positive(tolerance, "tolerance", "in units of the states' scales")
-        self._start_payload = self._masses(machine.payload() if payload is None else payload, "payload")
+        self._start_payload = None if payload is None else self._masses(payload, "payload")
+        self._parameters = CraneParameters(machine, self.n).changed(parameters or {}, self._chosen(None))
         workers = 0 if threads is None else _count(threads, "threads")
         self._started = np.zeros(self.n, dtype=bool)
         self._doubts: list[tuple[ResultWarning, ...]] = [()] * self.n
@@ -139,6 +153,16 @@ class BatchSimulator:
     def payload(self) -> Array:
         """(n,) at the tips, kg."""
         return self._core.payload
+
+    @property
+    def parameters(self) -> dict[str, Array]:
+        """Per key in which cranes may differ the values (n,), SI; nan where the batch's machine states none."""
+        found = {}
+        for name, own in self._parameters.values.items():
+            key, _, place = name.removesuffix("]").partition("[")
+            stated = np.atleast_1d(self.machine.value(key).si)[int(place or 0)] if key in self.machine.keys else np.nan
+            found[name] = np.where(np.isnan(own), stated, own)
+        return found
 
     @property
     def time(self) -> Array:
@@ -185,42 +209,92 @@ class BatchSimulator:
         """Vector instructions that the cranes run in."""
         return self._core.instruction_set
 
+    def machines(self, cranes: ArrayLike | None = None) -> list[Machine]:
+        """The machines of `cranes`, as in :meth:`reset`, built anew from their values; each has 0.2 MB.
+
+        Examples
+        --------
+        >>> cranes = hc.BatchSimulator("rottne-f9-lab", 2, parameters={"payload.mass": [0.0, 50.0]})
+        >>> print([machine.payload() for machine in cranes.machines()])
+        [0.0, 50.0]
+        """
+        return self._machines(self._chosen(cranes), self._parameters)
+
     def reset(
-        self, q: ArrayLike | None = None, state: ArrayLike | None = None, *, cranes: ArrayLike | None = None
+        self,
+        q: ArrayLike | Poses | None = None,
+        state: ArrayLike | None = None,
+        *,
+        cranes: ArrayLike | None = None,
+        parameters: CraneValues | None = None,
     ) -> BatchObservation:
         """Return to time zero with the payload of the start, at rest in poses q or at full states.
 
         Parameters
         ----------
-        q : (n_joints,) or (m, n_joints) array
-            Poses to rest in with holding pressures; one pose serves all.
+        q : (n_joints,) or (m, n_joints) array, or function
+            Poses to rest in with holding pressures; one pose serves all. A function gives them, (k, n_joints), for
+            the numbers (k,) and the list of the machines of some of these cranes; it is called until all have one.
         state : (n_states,) or (m, n_states) array
             In place of q.
         cranes : (m,) array of int or (n,) array of bool, optional
             Which cranes; default is all n.
+        parameters : mapping of str to float, str or sequence, optional
+            Machine keys with one value for all these cranes or m values, as for the batch; in force until changed.
+
+        Raises
+        ------
+        InputError, MachineFileError, OutOfReachError
+            With the number of the crane. Cranes before it may be reset already, with their new parameters.
 
         Examples
         --------
         >>> cranes = hc.BatchSimulator("rottne-f9-lab", 3)
         >>> obs = cranes.reset(q=cranes.machine.home)
-        >>> obs = cranes.reset(q=np.deg2rad([100.0, 100.0, 0.0]), cranes=[1])
+        >>> obs = cranes.reset(q=np.deg2rad([100.0, 100.0, 0.0]), cranes=[1], parameters={"supply.pressure": "130 bar"})
         >>> print(np.rad2deg(obs.q[:, 0]).round(2))
         [ 82.11 100.    82.11]
         """
         if (q is None) == (state is None):
             raise InputError("reset takes either q, poses to rest in, or state, full states")
         chosen = self._chosen(cranes)
-        if q is not None:
-            starts = self._at_rest(poses(self.machine, q), chosen)
-        else:
-            starts = vectors(cast(ArrayLike, state), "state", self.machine.state_names)
-            self._doubt(chosen, [()] * len(chosen))
-        with translated():
-            self._core.reset(
-                chosen, _table(starts, len(chosen), "q" if state is None else "state"), self._start_payload[chosen]
-            )
-        self._started[chosen] = True
+        table = self._parameters.changed(parameters or {}, chosen)
+        names = self.machine.joint_names if state is None else self.machine.state_names
+        given: Array | None = None
+        if not callable(q):
+            starts, name = (q, "q") if state is None else (state, "state")
+            given = _table(vectors(cast(ArrayLike, starts), name, names), len(chosen), name)
+        for first in range(0, len(chosen), BLOCK):
+            part = chosen[first : first + BLOCK]
+            machines = self._machines(part, table)
+            own = cast(Poses, q)(part, machines) if given is None else given[first : first + BLOCK]
+            self._begin(part, machines, own, at_rest=state is None)
+            self._parameters = self._parameters.taken(table, part)
         return self.observe()
+
+    def _machines(self, cranes: NDArray[np.int64], parameters: CraneParameters) -> list[Machine]:
+        if not parameters.values:
+            return [self.machine] * len(cranes)
+        changes = [parameters.changes(int(crane)) for crane in cranes]
+        with translated():
+            return [self.machine.made(core) for core in self._core.machines(self.machine.core, cranes, changes)]
+
+    def _begin(self, cranes: NDArray[np.int64], machines: list[Machine], starts: Array, *, at_rest: bool) -> None:
+        """Resets cranes, which are these machines now, to poses of rest or to states."""
+        if self._start_payload is None:
+            payloads = np.array([machine.payload() for machine in machines])
+        else:
+            payloads = self._start_payload[cranes]
+        doubts: list[tuple[ResultWarning, ...]] = [()] * len(cranes)
+        if at_rest:
+            starts, doubts = _at_rest(cranes, machines, _table(starts, len(cranes), "q"), payloads)
+        # If one of them cannot start, none of them has a state that its parameters belong to.
+        self._started[cranes] = False
+        with translated():
+            self._core.reset(cranes, [machine.core for machine in machines], np.ascontiguousarray(starts), payloads)
+        for crane, own in zip(cranes, doubts, strict=True):
+            self._doubts[crane] = own
+        self._started[cranes] = True
 
     def step(self, spool_commands: ArrayLike) -> BatchObservation:
         """Advance every crane by one sample with its spool commands, (n, n_cyl) or one row for all, m, held.
@@ -302,19 +376,22 @@ class BatchSimulator:
             raise InputError(f"cranes must lie between 0 and {self.n - 1}, got {cranes!r}")
         return chosen
 
-    def _at_rest(self, q: Array, chosen: NDArray[np.int64]) -> Array:
-        """States at rest, each pose and payload solved once."""
-        payloads = self._start_payload[chosen]
-        tasks = np.column_stack([_table(q, len(chosen), "q"), payloads])
-        unique, where = np.unique(tasks, axis=0, return_inverse=True)
-        rests = [self.machine.rest(task[:-1], payload=float(task[-1])) for task in unique]
-        where = where.reshape(-1)
-        self._doubt(chosen, [rests[k][1] for k in where])
-        return np.array([state for state, _ in rests])[where]
 
-    def _doubt(self, chosen: NDArray[np.int64], doubts: list[tuple[ResultWarning, ...]]) -> None:
-        for i, own in zip(chosen, doubts, strict=True):
-            self._doubts[i] = own
+def _at_rest(
+    cranes: NDArray[np.int64], machines: Sequence[Machine], q: Array, payloads: Array
+) -> tuple[Array, list[tuple[ResultWarning, ...]]]:
+    """States at rest with their warnings, each machine, pose and payload solved once."""
+    kinds = {id(machine): k for k, machine in enumerate(machines)}
+    tasks = np.column_stack([[kinds[id(machine)] for machine in machines], q, payloads])
+    _, first, where = np.unique(tasks, axis=0, return_index=True, return_inverse=True)
+    rests = []
+    for k in first:
+        try:
+            rests.append(machines[k].rest(q[k], payload=float(payloads[k])))
+        except HydrocraneError as error:
+            raise type(error)(f"crane {cranes[k]}: {error}") from None
+    where = where.reshape(-1)
+    return np.array([state for state, _ in rests])[where], [rests[k][1] for k in where]
 
 
 def _table(array: Array, rows: int, name: str) -> Array:

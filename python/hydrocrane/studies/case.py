@@ -17,12 +17,12 @@ import numpy as np
 from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import HydrocraneError, InputError, translated
+from hydrocrane.machine.keys import Key
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import integrate
 from hydrocrane.studies.changes import changed_plan
-from hydrocrane.studies.key import Key
 from hydrocrane.studies.measures import OF_ANY_RUN, Measure, WrongMeasure, measured
 from hydrocrane.studies.record import CaseRecord
 

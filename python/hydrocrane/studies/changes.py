@@ -9,12 +9,13 @@ from typing import Any, cast
 import numpy as np
 
 from hydrocrane.errors import InputError
+from hydrocrane.machine.keys import Key, put_value
 from hydrocrane.machine.overrides import Override
 from hydrocrane.scenario.changes import ScenarioFields
 from hydrocrane.scenario.command import Command, read_commands
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.supply import read_supply
-from hydrocrane.studies.key import COMMAND_FIELDS, COMMAND_LOG, FIELDS, JOYSTICK, SOLVER, SUPPLY_LOG, Key
+from hydrocrane.studies.key import COMMAND_FIELDS, COMMAND_LOG, FIELDS, JOYSTICK, SOLVER, SUPPLY_LOG, of_scenario
 from hydrocrane.studies.values import si_numbers
 
 
@@ -23,24 +24,13 @@ def changed_plan(plan: Scenario, keys: Sequence[Key], values: Sequence[Override]
     fields: ScenarioFields = {}
     machine: dict[str, Override] = {}
     for key, value in zip(keys, values, strict=True):
-        if key.of_scenario:
+        if of_scenario(key):
             _change_scenario(fields, plan, key, value)
         else:
-            _change_machine(machine, key, value)
+            put_value(machine, key, value)
     if machine:
         fields["overrides"] = machine
     return plan.changed(**fields) if fields else plan
-
-
-def _change_machine(overrides: dict[str, Override], key: Key, value: Override) -> None:
-    if key.whole is None:
-        overrides[key.name] = value
-        return
-    name, _, index = key.name.removesuffix("]").partition("[")
-    stated = overrides.get(name, key.whole)
-    whole: list[Override] = list(cast("Sequence[Override]", stated))
-    whole[int(index)] = value
-    overrides[name] = whole if len(whole) > 1 else whole[0]
 
 
 def _change_scenario(fields: ScenarioFields, plan: Scenario, key: Key, value: Override) -> None:

@@ -11,10 +11,9 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
+from hydrocrane.machine.keys import Key, si_value
 from hydrocrane.machine.overrides import Override
-from hydrocrane.studies.key import Key
 from hydrocrane.studies.ranges import Convert, drawn_values, grid_size, grid_values
-from hydrocrane.studies.values import si_value
 
 METHODS = ("grid", "random", "latin", "list")
 DRAWN = ("random", "latin")

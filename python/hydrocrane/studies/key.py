@@ -1,8 +1,8 @@
-"""A dotted key of a study, and the keys that scenarios have."""
+"""The keys that scenarios have."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from hydrocrane.machine.keys import Key
 
 # Key of a scenario file -> field of a Scenario, SI unit; None if the value is a word or a switch.
 FIELDS: dict[str, tuple[str, str | None]] = {
@@ -40,24 +40,6 @@ NAMED = ("initial.joint", "initial.pressure", "command", "controller.model")
 COMMAND_FIELDS: dict[str, str | None] = {"time": "s", "spool": "m", "interpolation": None}
 
 
-@dataclass(frozen=True)
-class Key:
-    """A dotted key.
-
-    Attributes
-    ----------
-    name : str
-        As given.
-    unit : str or None
-        SI unit, empty for a plain number; None for words, switches and lists.
-    whole : tuple of float or None
-        If `name` means one value of a list, ``friction.lift.coulomb[0]``, the whole list, SI.
-    """
-
-    name: str
-    unit: str | None
-    whole: tuple[float, ...] | None = None
-
-    @property
-    def of_scenario(self) -> bool:
-        return self.name in PLAIN or self.name.startswith(tuple(f"{table}." for table in NAMED))
+def of_scenario(key: Key) -> bool:
+    """Whether a key is one of the scenario, and not of its machine."""
+    return key.name in PLAIN or key.name.startswith(tuple(f"{table}." for table in NAMED))

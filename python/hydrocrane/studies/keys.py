@@ -5,21 +5,13 @@ from __future__ import annotations
 import dataclasses
 import difflib
 from collections.abc import Mapping, Sequence
-from typing import cast
 
-import numpy as np
-
-from hydrocrane.errors import InputError, MachineFileError, nearest, translated
+from hydrocrane.errors import InputError, MachineFileError, nearest
+from hydrocrane.machine.keys import Key, distinct, machine_key
 from hydrocrane.machine.machine import Machine
-from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.studies.changes import changed_plan
-from hydrocrane.studies.key import BOTH, COMMAND_FIELDS, COMMAND_LOG, JOYSTICK, NAMED, PLAIN, Key
-
-# Errors of a value that do not concern its key and unit; a case of a study may have them.
-OF_THE_VALUE = ("out-of-range", "not-finite", "crossed-limits", "cannot-close", "cannot-build")
-# Number of values with which a key is tried.
-MOST_TRIED = 200
+from hydrocrane.studies.key import BOTH, COMMAND_FIELDS, COMMAND_LOG, JOYSTICK, NAMED, PLAIN
 
 
 def resolved_key(name: str, values: Sequence[object], plan: Scenario, machine: Machine) -> Key:
@@ -41,7 +33,7 @@ def resolved_key(name: str, values: Sequence[object], plan: Scenario, machine: M
         key = Key(name, PLAIN[name][1])
         if key.unit is None:
             # Tried here, because a misspelt word would fail in every case.
-            for value in _distinct(values):
+            for value in distinct(values):
                 changed_plan(plan, [key], [value])
         return key
     for table in NAMED:
@@ -79,53 +71,10 @@ def _named_key(table: str, name: str, values: Sequence[object], plan: Scenario, 
 
 
 def _machine_key(name: str, values: Sequence[object], plan: Scenario) -> Key:
-    """A key of the machine file, resolved by building the machine with its values.
-
-    For numbers one valid value is sufficient; each word is tried.
-    """
-    base = plan.load_machine()
-    if name.endswith("]") and "[" in name:
-        return _element_key(name, base)
-    found, failure = None, None
-    for value in _distinct(values):
-        if found is not None and (found.unit is not None or not isinstance(value, str)):
-            continue
-        try:
-            with translated():
-                made = base.core.rebuilt([*plan.machine_overrides.items(), (name, value)])
-        except MachineFileError as error:
-            if error.slug not in OF_THE_VALUE:
-                raise _with_scenario_keys(error, name) from None
-            failure = error
-            continue
-        found = _as_stated(name, Machine(made, base.source, {}))
-    if found is None and name in base.keys:
-        return _as_stated(name, base)
-    if found is None:
-        raise failure or InputError(f"key `{name}` has no values")
-    return found
-
-
-def _distinct(values: Sequence[object]) -> list[Override]:
-    """Each value once, in the form of overrides."""
-    plain = [plain_overrides({"value": cast(Override, value)})["value"] for value in values[:MOST_TRIED]]
-    return list({repr(value): value for value in plain}.values())
-
-
-def _as_stated(name: str, machine: Machine) -> Key:
-    if name not in machine.keys:
-        return Key(name, None)
-    value = machine.value(name)
-    return Key(name, value.unit if np.ndim(value.si) == 0 else None)
-
-
-def _element_key(name: str, base: Machine) -> Key:
-    key, _, rest = name.removesuffix("]").partition("[")
-    value = base.value(key)
-    whole = np.atleast_1d(value.si)
-    if not rest.isdigit() or int(rest) >= whole.size:
-        raise InputError(f"key `{name}`: {key} has the values [0] to [{whole.size - 1}]")
-    return Key(name, value.unit, tuple(map(float, whole)))
+    try:
+        return machine_key(name, values, plan.load_machine())
+    except MachineFileError as error:
+        raise _with_scenario_keys(error, name) from None
 
 
 def _with_scenario_keys(error: MachineFileError, name: str) -> Exception:

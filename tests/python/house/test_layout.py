@@ -62,7 +62,7 @@ ROOMS = {
     "fitting": BASE
     | {"files", "logs", "machine", "scenario", "results", "simulation", "analysis", "signals", "identification"},
     "studies": BASE | {"files", "machine", "scenario", "results", "simulation"},
-    "gym": BASE | {"machine", "simulation"},
+    "gym": BASE | {"machine", "simulation", "studies"},
     "export": BASE | {"files", "machine", "control", "scenario"},
     "plots": BASE
     | {"files", "machine", "results", "analysis", "linear", "benchmark", "signals", "identification", "fitting"},

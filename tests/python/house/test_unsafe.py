@@ -16,6 +16,7 @@ KNOWN = {
     "fmi/src/fmi2.rs": 4,
     "fmi/src/fmi3.rs": 9,
     "fmi/src/pointers.rs": 4,
+    "lanes/src/own_numbers.rs": 1,
     "num/src/array.rs": 1,
     "num/src/register_x86.rs": 21,
 }

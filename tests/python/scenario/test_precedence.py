@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
+from hydrocrane.machine.keys import Key
 from hydrocrane.studies.changes import changed_plan
-from hydrocrane.studies.key import Key
 
 POSE = {"boom": 1.7, "jib": 1.7, "extension": 0.0}
 

@@ -188,7 +188,7 @@ mod tests {
     fn derivatives_are_those_of_dual_numbers() {
         let (chain, payload) = (chain(), 70.0);
         let (q, qd, qdd) = ([0.4, 0.5, -1.1, 0.3], [0.7, -0.9, 1.3, 0.6], [-1.5, 2.0, 0.8, -0.4]);
-        let lifted = chain.map(&mut Moving::constant);
+        let lifted = chain.map(&mut |x| Moving::constant(*x));
         let moving = hydrocrane_num::array::from_fn(|i| Moving::variable(q[i], i));
         let rates = hydrocrane_num::array::from_fn(|i| Moving::variable(qd[i], 4 + i));
         let exact = lifted.inverse_dynamics(

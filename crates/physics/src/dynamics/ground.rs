@@ -79,8 +79,8 @@ pub struct Contact<T> {
 
 impl<T: Copy> Ground<T> {
     /// The same ground with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Ground<U> {
-        Ground { soil: self.soil.map(f), supports: self.supports.map(|s| s.map(f)), count: self.count }
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Ground<U> {
+        Ground { soil: self.soil.map(f), supports: self.supports.each_ref().map(|s| s.map(f)), count: self.count }
     }
 }
 
@@ -217,7 +217,7 @@ mod tests {
         assert_eq!([0.0, 1.9, 2.0, 2.3, 2.5, 3.0, 3.1].map(height), [-1.2, -1.2, -0.85, -0.85, -0.5, -0.5, -1.2]);
         assert!((height(1.95) + 1.025).abs() < 1e-12, "half way up in the middle of an edge");
         for x in [1.9, 1.93, 2.0, 2.43, 2.6, 2.65, 3.02] {
-            let (value, slope) = ground().map(&mut Dual::<f64, 1>::constant).surface(Dual::variable(x, 0));
+            let (value, slope) = ground().map(&mut |x| Dual::<f64, 1>::constant(*x)).surface(Dual::variable(x, 0));
             assert!((value.derivative[0] - slope.value).abs() < 1e-11, "{x}");
         }
     }
@@ -226,7 +226,7 @@ mod tests {
     fn a_load_hangs_below_the_tip_by_the_root_of_its_mass() {
         assert_eq!(ground().hang(0.0), 0.0);
         assert!((ground().hang(100.0) - 0.76).abs() < 1e-12);
-        let small = ground().map(&mut Dual::<f64, 1>::constant).hang(Dual::variable(0.0, 0));
+        let small = ground().map(&mut |x| Dual::<f64, 1>::constant(*x)).hang(Dual::variable(0.0, 0));
         assert!(small.derivative[0].is_finite());
         // The load touches where the tip does not.
         assert_eq!(at(0.0, -0.7, STILL, 0.0).force.z, 0.0);
@@ -257,7 +257,7 @@ mod tests {
     fn at_rest_the_force_is_that_of_the_spring_and_minus_the_slope_of_its_energy() {
         for (x, z) in [(0.0, -1.23), (0.0, -1.2005), (1.94, -1.2), (2.3, -0.86), (3.06, -0.9)] {
             let place = Vec2::new(Dual::<f64, 2>::variable(x, 0), Dual::variable(z, 1));
-            let energy = ground().map(&mut Dual::constant).energy(place, Dual::c(0.0));
+            let energy = ground().map(&mut |x| Dual::constant(*x)).energy(place, Dual::c(0.0));
             let force = at(x, z, STILL, 0.0).force;
             let scale = force.z.abs().max(1.0);
             assert!((force.x + energy.derivative[0]).abs() < 1e-10 * scale, "{x} {z}");
@@ -271,7 +271,7 @@ mod tests {
         for (x, z, v) in [(0.0, -1.22, [0.4, -0.3]), (1.95, -1.1, [0.3, 0.1]), (2.3, -0.87, [-0.2, 0.15])] {
             let along =
                 Vec2::new(Dual::<f64, 1> { value: x, derivative: [v[0]] }, Dual { value: z, derivative: [v[1]] });
-            let stored = ground().map(&mut Dual::constant).energy(along, Dual::c(0.0)).derivative[0];
+            let stored = ground().map(&mut |x| Dual::constant(*x)).energy(along, Dual::c(0.0)).derivative[0];
             let here = at(x, z, v, 0.0);
             let power = here.force.dot(Vec2::c(v));
             assert!((power + stored + here.heat).abs() < 1e-9 * power.abs().max(1.0), "{x} {z} {v:?}");
@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn values_and_slopes_are_finite_at_every_kink() {
-        let lifted = ground().map(&mut Dual::<f64, 4>::constant);
+        let lifted = ground().map(&mut |x| Dual::<f64, 4>::constant(*x));
         for x in [-1e6, 1.9, 2.0, 2.4, 2.5, 2.7, 3.1, 1e6] {
             for z in [-50.0, -1.202, -1.2, -0.85, -0.5, 1e6] {
                 for v in [-1e3, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 1e3] {
@@ -306,7 +306,7 @@ mod tests {
     #[test]
     fn lanes_give_the_same_bits() {
         type Wide = Lanes<f64>;
-        let wide = ground().map(&mut Wide::c);
+        let wide = ground().map(&mut |x| Wide::c(*x));
         for (x, z) in [(0.0, -1.22), (1.95, -1.1), (2.3, 0.0)] {
             let one = at(x, z, [0.3, -0.2], 40.0);
             let all = wide.contact(Vec2::c([x, z]), Vec2::c([0.3, -0.2]), Wide::c(40.0));
@@ -338,7 +338,7 @@ mod tests {
     #[test]
     fn derivatives_along_the_joints_are_those_of_dual_numbers() {
         type Moving = Dual<f64, 6>;
-        let (chain, lifted) = (chain(), chain().map(&mut Moving::constant));
+        let (chain, lifted) = (chain(), chain().map(&mut |x| Moving::constant(*x)));
         let (q, qd, payload) = ([-0.6, 0.5, 0.4], [-0.05, -0.1, 0.1], 30.0);
         let tip = chain.tip_position(&chain.pose(&q));
         // Just so deep that the contact bears, on the flat and on an edge.
@@ -350,9 +350,11 @@ mod tests {
             let moving = hydrocrane_num::array::from_fn(|i| Moving::variable(q[i], i));
             let rates = hydrocrane_num::array::from_fn(|i| Moving::variable(qd[i], 3 + i));
             let pose = lifted.pose(&moving);
-            let force = lifted.contact(&ground.map(&mut Moving::constant), &pose, &rates, Moving::c(payload)).force;
+            let force =
+                lifted.contact(&ground.map(&mut |x| Moving::constant(*x)), &pose, &rates, Moving::c(payload)).force;
             let exact = lifted.along_joints(&pose, force);
-            let found = chain.contact_derivatives(&ground.map(&mut Dual::constant), &chain.pose(&q), &qd, payload);
+            let found =
+                chain.contact_derivatives(&ground.map(&mut |x| Dual::constant(*x)), &chain.pose(&q), &qd, payload);
             assert_eq!(exact[0].value != 0.0, above < 0.0);
             for i in 0..3 {
                 for j in 0..3 {

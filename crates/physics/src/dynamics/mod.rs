@@ -50,12 +50,12 @@ hydrocrane_num::stored!([const N: usize] Mechanics<f64, N> {
 
 impl<T: Copy, const N: usize> Mechanics<T, N> {
     /// The same chain with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Mechanics<U, N> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Mechanics<U, N> {
         Mechanics {
-            joints: self.joints.map(|j| j.map(f)),
-            bodies: self.bodies.map(|b| b.map(f)),
+            joints: self.joints.each_ref().map(|j| j.map(f)),
+            bodies: self.bodies.each_ref().map(|b| b.map(f)),
             tip: self.tip.map(f),
-            gravity: f(self.gravity),
+            gravity: f(&self.gravity),
         }
     }
 }

@@ -106,7 +106,7 @@ mod tests {
     fn without_break_away_force_viscous_friction_remains() {
         let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 };
         let mut lift = |x: f64| Dual::<f64, 2>::c(x);
-        let (dual, map) = (lugre.map(&mut lift), frictionless().map(&mut lift));
+        let (dual, map) = (lugre.map(&mut |x| lift(*x)), frictionless().map(&mut |x| lift(*x)));
         for v in [-0.3, -1e-9, -0.0, 0.0, 1e-300, 0.02] {
             for z in [-1e-3, 0.0, 2e-4] {
                 let f = lugre.evaluate(&frictionless(), v, z);
@@ -124,9 +124,9 @@ mod tests {
     fn a_stribeck_curve_that_ends_at_zero_leaves_finite_slopes() {
         let map = StaticParameters { coulomb_extending: 0.0, coulomb_retracting: 0.0, ..rottne() };
         let mut lift = |x: f64| Dual::<f64, 2>::c(x);
-        let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 }.map(&mut lift);
+        let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 }.map(&mut |x| lift(*x));
         for v in [-3.0, -0.1, 0.0, 0.1, 3.0] {
-            let f = lugre.evaluate(&map.map(&mut lift), Dual::variable(v, 0), Dual::variable(1e-9, 1));
+            let f = lugre.evaluate(&map.map(&mut |x| lift(*x)), Dual::variable(v, 0), Dual::variable(1e-9, 1));
             for number in [f.force, f.deflection_rate] {
                 assert!(number.value.is_finite() && number.derivative.iter().all(|d| d.abs() < 1e12), "v = {v}: {f:?}");
             }

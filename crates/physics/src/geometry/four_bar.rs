@@ -34,13 +34,13 @@ hydrocrane_num::stored!([] FourBar<f64> {
 
 impl<T: Copy> FourBar<T> {
     /// The same linkage with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> FourBar<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> FourBar<U> {
         FourBar {
             rocker_pivot: self.rocker_pivot.map(f),
             coupler_pivot: self.coupler_pivot.map(f),
-            rocker_length: f(self.rocker_length),
-            coupler_length: f(self.coupler_length),
-            side: f(self.side),
+            rocker_length: f(&self.rocker_length),
+            coupler_length: f(&self.coupler_length),
+            side: f(&self.side),
         }
     }
 }
@@ -48,7 +48,7 @@ impl<T: Copy> FourBar<T> {
 impl FourBar<f64> {
     /// The same linkage in constants of another number type.
     pub fn lift<U: Real>(&self) -> FourBar<U> {
-        self.map(&mut U::c)
+        self.map(&mut |number| U::c(*number))
     }
 }
 

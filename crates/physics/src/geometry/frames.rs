@@ -48,13 +48,13 @@ hydrocrane_num::stored!([] Joint<f64> {
 
 impl<T: Copy> Joint<T> {
     /// The same joint with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Joint<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Joint<U> {
         Joint {
             at: self.at.map(f),
             direction: self.direction.map(f),
-            offset: f(self.offset),
-            zero: f(self.zero),
-            sense: f(self.sense),
+            offset: f(&self.offset),
+            zero: f(&self.zero),
+            sense: f(&self.sense),
             revolute: self.revolute,
         }
     }
@@ -63,7 +63,7 @@ impl<T: Copy> Joint<T> {
 impl Joint<f64> {
     /// The same joint in constants of another number type.
     pub fn lift<U: Real>(&self) -> Joint<U> {
-        self.map(&mut U::c)
+        self.map(&mut |number| U::c(*number))
     }
 }
 
@@ -97,7 +97,7 @@ impl<T: Real> JointPose<T> {
             sin: by_q(self.sin, self.cos * self.turn),
             origin: Vec2::new(by_q(self.origin.x, self.slide.x), by_q(self.origin.z, self.slide.z)),
             turn: Dual::constant(self.turn),
-            slide: self.slide.map(&mut Dual::constant),
+            slide: self.slide.map(&mut |number| Dual::constant(*number)),
         }
     }
 

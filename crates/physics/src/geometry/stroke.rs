@@ -44,22 +44,24 @@ impl Actuation<f64> {
 
     /// The same cylinder in constants of another number type.
     pub fn lift<U: Real>(&self) -> Actuation<U> {
-        self.map(&mut U::c)
+        self.map(&mut |number| U::c(*number))
     }
 }
 
 impl<T: Copy> Actuation<T> {
     /// The same cylinder with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Actuation<U> {
-        let mounting = match self.mounting {
-            Mounting::Pins { on_parent, on_child, barrel_on_child } => {
-                Mounting::Pins { on_parent: on_parent.map(f), on_child: on_child.map(f), barrel_on_child }
-            }
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Actuation<U> {
+        let mounting = match &self.mounting {
+            Mounting::Pins { on_parent, on_child, barrel_on_child } => Mounting::Pins {
+                on_parent: on_parent.map(f),
+                on_child: on_child.map(f),
+                barrel_on_child: *barrel_on_child,
+            },
             Mounting::FourBar { barrel, linkage } => {
                 Mounting::FourBar { barrel: barrel.map(f), linkage: linkage.map(f) }
             }
         };
-        Actuation { mounting, mid_length: f(self.mid_length) }
+        Actuation { mounting, mid_length: f(&self.mid_length) }
     }
 }
 

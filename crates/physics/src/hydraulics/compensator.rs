@@ -62,10 +62,10 @@ impl<T: Real> CompensatorLag<T> {
 
 impl<T: Copy> Compensator<T> {
     /// The same with `f` of its number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Compensator<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Compensator<U> {
         match self {
             Compensator::None => Compensator::None,
-            Compensator::Before(setting) => Compensator::Before(f(*setting)),
+            Compensator::Before(setting) => Compensator::Before(f(setting)),
             Compensator::Behind => Compensator::Behind,
         }
     }
@@ -130,7 +130,7 @@ mod tests {
         };
         for side in [-1.0, 1.0] {
             for (law, corner) in [(Compensator::Before(8e5), 132e5), (Compensator::Behind, 120e5)] {
-                let law = law.map(&mut Dual::constant);
+                let law = law.map(&mut |x| Dual::constant(*x));
                 let port = corner + side * ROUNDING;
                 let (a, b) = (at(&law, [140e5, 120e5, port - 1e-3]), at(&law, [140e5, 120e5, port + 1e-3]));
                 assert!((a.value - b.value).abs() < 1e-2);
@@ -159,7 +159,7 @@ mod tests {
                 assert_eq!(law.settled_opening(140e5, 0.0, port), opening);
             }
             for port in [60e5, 139.7e5, 140e5, 150e5] {
-                let law = law.map(&mut Dual::<f64, 3>::constant);
+                let law = law.map(&mut |x| Dual::<f64, 3>::constant(*x));
                 let [supply, load, port] = [140e5, 141e5, port].map(Dual::<f64, 3>::constant);
                 let opening = law.settled_opening(
                     Dual { derivative: [1.0, 0.0, 0.0], ..supply },

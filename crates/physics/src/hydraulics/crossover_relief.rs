@@ -23,8 +23,8 @@ hydrocrane_num::stored!([] CrossoverRelief<f64> { from: [Option<ReliefValve<f64>
 
 impl<T: Copy> CrossoverRelief<T> {
     /// The same valves with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> CrossoverRelief<U> {
-        CrossoverRelief { from: self.from.map(|valve| valve.map(|valve| valve.map(f))) }
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> CrossoverRelief<U> {
+        CrossoverRelief { from: self.from.each_ref().map(|valve| valve.as_ref().map(|valve| valve.map(f))) }
     }
 
     /// Which of the two there are.
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn value_and_slopes_join_where_they_open() {
-        let valves = VALVES.map(&mut Dual::<f64, 2>::constant);
+        let valves = VALVES.map(&mut |x| Dual::<f64, 2>::constant(*x));
         let at = |drop: f64| valves.flow(Dual::variable(40e5 + drop, 0), Dual::variable(40e5, 1));
         for kink in [100e5 - 0.5e5, 100e5 + 0.5e5, -150e5 - 0.5e5, -150e5 + 0.5e5] {
             let (before, after) = (at(kink - 1e-3), at(kink + 1e-3));

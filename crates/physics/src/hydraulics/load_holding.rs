@@ -57,7 +57,7 @@ pub struct HeldPressures<T> {
 
 impl<T: Copy> LoadHolding<T> {
     /// The same with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> LoadHolding<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> LoadHolding<U> {
         match self {
             LoadHolding::Counterbalance(valve) => LoadHolding::Counterbalance(valve.map(f)),
             LoadHolding::PilotCheck(valve) => LoadHolding::PilotCheck(valve.map(f)),

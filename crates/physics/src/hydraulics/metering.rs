@@ -38,8 +38,8 @@ hydrocrane_num::stored!([] Metering<f64> { stroke: f64, full: [f64; 4], curves: 
 
 impl<T: Copy> Metering<T> {
     /// The same with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> Metering<U> {
-        Metering { stroke: f(self.stroke), full: self.full.map(&mut *f), curves: self.curves }
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Metering<U> {
+        Metering { stroke: f(&self.stroke), full: self.full.each_ref().map(&mut *f), curves: self.curves }
     }
 }
 
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn slopes_are_finite_and_join_at_the_points_and_in_the_middle() {
-        let m = metering().map(&mut Dual::<f64, 1>::c);
+        let m = metering().map(&mut |x| Dual::<f64, 1>::c(*x));
         let slope = |x: f64| m.opening(Edge::SupplyToA, Dual::variable(x, 0), Dual::c(0.0)).derivative[0];
         for x in [0.0, 0.7e-3, 2.8e-3, 7e-3] {
             assert!((slope(x + 1e-12) - slope(x - 1e-12)).abs() < 1e-6 && slope(x).is_finite(), "{x}");

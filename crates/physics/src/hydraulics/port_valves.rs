@@ -50,10 +50,10 @@ hydrocrane_num::stored!([] PortValves<f64> { relief: Option<ReliefValve<f64>>, a
 
 impl<T: Copy> PortValves<T> {
     /// The same valves with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> PortValves<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> PortValves<U> {
         PortValves {
-            relief: self.relief.map(|valve| valve.map(f)),
-            anti_cavitation: self.anti_cavitation.map(|valve| valve.map(f)),
+            relief: self.relief.as_ref().map(|valve| valve.map(f)),
+            anti_cavitation: self.anti_cavitation.as_ref().map(|valve| valve.map(f)),
         }
     }
 
@@ -100,8 +100,9 @@ mod tests {
 
     #[test]
     fn value_and_slope_join_wherever_a_valve_opens() {
-        let at =
-            |port: f64| VALVES.map(&mut Dual::<f64, 1>::constant).flow(Dual::variable(port, 0), Dual::constant(TANK));
+        let at = |port: f64| {
+            VALVES.map(&mut |x| Dual::<f64, 1>::constant(*x)).flow(Dual::variable(port, 0), Dual::constant(TANK))
+        };
         let opens = TANK - 0.3e5;
         for kink in [opens - ROUNDING, opens + ROUNDING, opens - TRANSITION, 202e5 - 0.5e5, 202e5 + 0.5e5] {
             let (before, after) = (at(kink - 1e-3), at(kink + 1e-3));

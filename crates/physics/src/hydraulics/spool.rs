@@ -36,8 +36,11 @@ impl<T: Real> Spool<T> {
     #[inline(always)]
     pub fn acceleration_by_command(&self, position: T, velocity: T, command: T) -> T {
         let constant = Dual::<T, 1>::constant;
-        let rates =
-            self.map(&mut { constant }).rates(constant(position), constant(velocity), Dual::variable(command, 0));
+        let rates = self.map(&mut |number| constant(*number)).rates(
+            constant(position),
+            constant(velocity),
+            Dual::variable(command, 0),
+        );
         rates.1.derivative[0]
     }
 }

@@ -86,22 +86,22 @@ hydrocrane_num::stored!([] SpoolValve<f64> {
 
 impl<T: Copy> SpoolValve<T> {
     /// The same valve with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> SpoolValve<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> SpoolValve<U> {
         SpoolValve {
             edge_a: self.edge_a.map(f),
             edge_b: self.edge_b.map(f),
-            overlap: f(self.overlap),
-            nominal_opening: f(self.nominal_opening),
+            overlap: f(&self.overlap),
+            nominal_opening: f(&self.nominal_opening),
             metering: self.metering().map(|metering| metering.map(f)),
-            meter_out: self.meter_out.map(|of| AnyParts::part(of).map(|of| of.map(f))),
-            leakage: f(self.leakage),
-            return_ratio: self.return_ratio.map(&mut *f),
-            regenerative: f(self.regenerative),
+            meter_out: self.meter_out.each_ref().map(|of| AnyParts::part(of.as_ref()).map(|of| of.map(f))),
+            leakage: f(&self.leakage),
+            return_ratio: self.return_ratio.each_ref().map(&mut *f),
+            regenerative: f(&self.regenerative),
             load_check: self.load_check,
             compensator: self.compensator.map(f),
             connection: self.connection.map(f),
-            holding: self.holding.map(|valve| AnyParts::part(valve).map(|valve| valve.map(f))),
-            lines: self.lines.map(|line| AnyParts::part(line).map(|line| line.map(f))),
+            holding: self.holding.each_ref().map(|valve| AnyParts::part(valve.as_ref()).map(|valve| valve.map(f))),
+            lines: self.lines.each_ref().map(|line| AnyParts::part(line.as_ref()).map(|line| line.map(f))),
         }
     }
 

@@ -53,13 +53,13 @@ pub struct Return<T> {
 
 impl<T: Copy> TankLine<T> {
     /// The same with `f` of every number.
-    pub fn map<U>(&self, f: &mut dyn FnMut(T) -> U) -> TankLine<U> {
+    pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> TankLine<U> {
         TankLine {
             volume: self.volume.map(f),
-            tank: f(self.tank),
+            tank: f(&self.tank),
             resistance: self.resistance.map(f),
-            filter: f(self.filter),
-            bypass: self.bypass.map(|bypass| bypass.map(f)),
+            filter: f(&self.filter),
+            bypass: self.bypass.as_ref().map(|bypass| bypass.map(f)),
         }
     }
 }
@@ -139,7 +139,7 @@ mod tests {
         let opens = LINE.at_rest(1.5e-3);
         let (before, after) = (LINE.flow(opens - 1e-3), LINE.flow(opens + 1e-3));
         assert!((after.whole - before.whole).abs() < 1e-11 && after.bypassed < 1e-10);
-        let lifted = LINE.map(&mut Dual::<f64, 1>::constant);
+        let lifted = LINE.map(&mut |x| Dual::<f64, 1>::constant(*x));
         for p in [-0.3e5, 0.5e5, 0.6e5, 4e5, opens - 10.0, opens + 10.0, opens + 1e5, 30e5] {
             let of = lifted.flow(Dual::variable(p, 0)).whole;
             let by_difference = LINE.flow(p).whole - LINE.flow(p - 1.0).whole;

@@ -1,9 +1,10 @@
 //! The lane scheduler: cranes advance over one sample, each with its own step sizes.
 //!
-//! A group has eight lanes. A lane steps one crane to the end of the sample and then loads the next waiting crane:
+//! A register has up to eight lanes. A lane steps one crane to the end of the sample and then loads the next waiting crane:
 //! a crane that needs many steps delays no other crane, and no lane idles while cranes wait.
 
-use super::command_path::{BatchCommandPath, Plan};
+use super::command_path::BatchCommandPath;
+use super::own_numbers::OwnNumbers;
 use super::Status;
 use crate::outcome::OutcomeKind;
 use hydrocrane_lanes::{Demand, Group, StepKernel, StepResult, Trial, WIDTH};
@@ -103,9 +104,9 @@ struct Lane {
 
 /// The lanes of a group with their work space.
 pub(super) struct LaneScheduler<'a> {
-    step_kernel: Box<dyn StepKernel + 'a>,
+    step_kernel: &'a mut dyn StepKernel,
     path: &'a BatchCommandPath,
-    plan: &'a [Plan],
+    own: &'a OwnNumbers,
     steps: Steps,
     lanes: [Option<Lane>; WIDTH],
     trial: Trial,
@@ -114,14 +115,14 @@ pub(super) struct LaneScheduler<'a> {
 
 impl<'a> LaneScheduler<'a> {
     pub fn new(
-        step_kernel: Box<dyn StepKernel + 'a>,
+        step_kernel: &'a mut dyn StepKernel,
         path: &'a BatchCommandPath,
-        plan: &'a [Plan],
+        own: &'a OwnNumbers,
         steps: Steps,
         states: usize,
     ) -> Self {
         let trial = Trial { h: [steps.longest; WIDTH], spools: [[0.0; WIDTH]; MAX_JOINTS], payload: [0.0; WIDTH] };
-        LaneScheduler { step_kernel, path, plan, steps, lanes: [None; WIDTH], trial, x: vec![[0.0; WIDTH]; states] }
+        LaneScheduler { step_kernel, path, own, steps, lanes: [None; WIDTH], trial, x: vec![[0.0; WIDTH]; states] }
     }
 
     /// Advances all running cranes of a block over the sample.
@@ -129,7 +130,7 @@ impl<'a> LaneScheduler<'a> {
         let mut waiting = block.in_order(self.steps.longest).into_iter();
         loop {
             let mut busy = false;
-            for i in 0..WIDTH {
+            for i in 0..self.step_kernel.lanes() {
                 if self.lanes[i].is_none() {
                     if let Some(crane) = waiting.next() {
                         self.load(block, i, crane);
@@ -141,7 +142,7 @@ impl<'a> LaneScheduler<'a> {
                 return;
             }
             let result = self.step_kernel.attempt(&self.trial, &mut self.x);
-            for i in 0..WIDTH {
+            for i in 0..self.step_kernel.lanes() {
                 if let Some(lane) = self.lanes[i] {
                     self.lanes[i] = self.after_step(block, i, lane, &result);
                 }
@@ -156,8 +157,9 @@ impl<'a> LaneScheduler<'a> {
         for (x, from) in self.x.iter_mut().zip(&block.x[group * states..][..states]) {
             x[i] = from[place];
         }
+        self.step_kernel.load(i, self.own.of(block.first + crane));
         self.trial.payload[i] = block.payload[group][place];
-        let sample: f64 = self.plan.iter().map(|plan| plan.length).sum();
+        let sample: f64 = self.path.plan(block.first + crane).iter().map(|plan| plan.length).sum();
         let trials = self.steps.budget(sample);
         let lane = Lane { crane, stretch: 0, left: 0.0, wanted: block.wanted[group][place], trials };
         self.lanes[i] = Some(self.start_stretch(block, i, lane));
@@ -165,7 +167,7 @@ impl<'a> LaneScheduler<'a> {
 
     /// Sets the spool commands of a lane at the start of a part of a sample.
     fn start_stretch(&mut self, block: &Block, i: usize, lane: Lane) -> Lane {
-        let plan = &self.plan[lane.stretch];
+        let plan = &self.path.plan(block.first + lane.crane)[lane.stretch];
         for c in 0..self.path.cylinders() {
             self.trial.spools[c][i] = self.path.at_spool(plan, block.first + lane.crane, c);
         }
@@ -200,7 +202,7 @@ impl<'a> LaneScheduler<'a> {
             self.lose(block, i, lane, OutcomeKind::SolverFailed)
         } else if lane.left > 0.0 {
             Some(lane)
-        } else if lane.stretch + 1 < self.plan.len() {
+        } else if lane.stretch + 1 < self.path.plan(block.first + lane.crane).len() {
             Some(self.start_stretch(block, i, Lane { stretch: lane.stretch + 1, ..lane }))
         } else {
             self.store(block, i, lane);

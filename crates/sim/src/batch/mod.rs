@@ -1,21 +1,25 @@
-//! Many cranes of one machine at once: lanes times threads.
+//! Many cranes at once, of one machine or of machines that differ in numbers: lanes times threads.
 //!
-//! Eight cranes step side by side, each with its own step sizes. Contract: the result of a crane depends, bit for bit,
-//! only on its own start, commands and payload, and not on its place, the number of cranes, the number of threads or
-//! the instruction set.                                                        theory: docs/theory/batch.md
+//! Up to eight cranes step side by side, each with its own step sizes. Contract: the result of a crane depends, bit for bit,
+//! only on its own machine, start, commands and payload, and not on its place, the number of cranes, the number of
+//! threads or the instruction set.                                             theory: docs/theory/batch.md
 
 pub mod command_path;
+mod kernels;
 mod lane_scheduler;
+mod own_numbers;
 mod pool;
 
 use crate::method_choice::jumps;
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
-use crate::payload::change_payload;
+use crate::payload::picks_up;
 use command_path::BatchCommandPath;
-use hydrocrane_lanes::{Demand, Group, Kernel, StepKernel, WIDTH};
+use hydrocrane_lanes::{Group, WIDTH};
 use hydrocrane_plant::precision::Precision;
+use kernels::Kernels;
 use lane_scheduler::{Block, LaneScheduler, Steps};
+use own_numbers::OwnNumbers;
 use pool::Pool;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -54,8 +58,8 @@ pub struct BatchOptions {
 /// Cranes that advance together by one sample per step.
 pub struct Batch {
     model: Arc<dyn Model>,
-    kernel: Box<dyn Kernel>,
     pool: Pool,
+    kernels: Kernels,
     cranes: usize,
     /// States, group by group, one entry per state.
     x: Vec<Group>,
@@ -65,7 +69,10 @@ pub struct Batch {
     /// Wanted step sizes of the cranes, s, one entry per group.
     wanted: Vec<Group>,
     path: BatchCommandPath,
-    demand: Demand,
+    own: OwnNumbers,
+    /// What decides the laws besides these.
+    structure: String,
+    tolerance: f64,
     steps: Steps,
 }
 
@@ -76,16 +83,19 @@ impl Batch {
         let steps = Steps::up_to(options.step.min(options.sample_time), jumps(model.machine()));
         let precision = Precision::new(model.layout(), options.tolerance);
         let lost = Status { kind: OutcomeKind::BadState, time: 0.0, inexact: false };
+        let (pool, demand) = (Pool::new(options.threads)?, steps.demand(precision));
         Some(Batch {
-            kernel: model.kernel(options.instruction_set.as_deref()),
-            pool: Pool::new(options.threads)?,
+            kernels: Kernels::new(model.clone(), demand, options.instruction_set.clone(), pool.count()),
+            pool,
             cranes,
             x: vec![[0.0; WIDTH]; groups * model.layout().len()],
             payload: vec![[0.0; WIDTH]; groups],
             statuses: vec![[lost; WIDTH]; groups],
-            path: BatchCommandPath::new(model.machine(), groups, options.sample_time),
+            path: BatchCommandPath::new(model.machine(), cranes, options.sample_time),
             wanted: vec![[0.0; WIDTH]; groups],
-            demand: steps.demand(precision),
+            own: OwnNumbers::new(numbers(model.as_ref(), options.tolerance), groups * WIDTH),
+            structure: model.structure(),
+            tolerance: options.tolerance,
             steps,
             model,
         })
@@ -95,35 +105,56 @@ impl Batch {
         self.cranes
     }
     pub fn instruction_set(&self) -> &'static str {
-        self.kernel.instruction_set()
+        self.kernels.with(|kernel| kernel.instruction_set())
     }
     pub fn threads(&self) -> usize {
         self.pool.count()
     }
 
-    /// Puts a crane at time zero into `state` with `payload` (kg). The error says why it cannot start there.
-    pub fn reset(&mut self, crane: usize, state: &[f64], payload: f64) -> Result<(), String> {
-        if let Some(fault) = crate::faults::state_fault(self.model.as_ref(), state) {
+    /// Makes a crane the machine `model` and puts it at time zero into `state` with `payload` (kg). The error says why it cannot start
+    /// there, or that the machine differs from the others in more than numbers.
+    pub fn reset(&mut self, crane: usize, model: &dyn Model, state: &[f64], payload: f64) -> Result<(), String> {
+        if !self.takes(model) {
+            return Err("this machine differs from those of the batch in more than numbers".to_string());
+        }
+        if let Some(fault) = crate::faults::state_fault(model, state) {
             return Err(fault);
+        }
+        if self.own.set(crane, &numbers(model, self.tolerance)) {
+            self.kernels.differ_in(self.own.differing());
         }
         let (group, lane) = (crane / WIDTH, crane % WIDTH);
         self.write_state(crane, state);
         self.payload[group][lane] = payload;
         self.statuses[group][lane] = Status { kind: OutcomeKind::Completed, time: 0.0, inexact: false };
         self.wanted[group][lane] = self.steps.longest;
-        self.path.forget(group, lane);
+        self.path.begin(crane, model.machine());
         Ok(())
+    }
+
+    /// Whether a crane of the batch can be this machine: it has the same joints, parts, laws and curves.
+    pub fn takes(&self, model: &dyn Model) -> bool {
+        std::ptr::addr_eq(model, self.model.as_ref()) || model.structure() == self.structure
+    }
+
+    /// `f` of each item, by all threads.
+    pub fn each<I: Sync, O: Send>(&mut self, items: &[I], f: impl Fn(&I) -> O + Sync + Send) -> Vec<O> {
+        self.pool.renew();
+        match self.pool.here() {
+            Some(threads) => threads.install(|| items.par_iter().map(f).collect()),
+            None => items.iter().map(f).collect(),
+        }
     }
 
     /// Sets the mass at the tip of a crane to `mass` (kg): it picks up a load at rest, or releases one.
     pub fn set_payload(&mut self, crane: usize, mass: f64) {
-        let mut x = self.state(crane);
         let payload = &mut self.payload[crane / WIDTH][crane % WIDTH];
         let change = [*payload, mass];
         *payload = mass;
-        if change[0] != change[1] {
-            let time = self.statuses[crane / WIDTH][crane % WIDTH].time;
-            change_payload(self.model.as_ref(), time, &mut x, change);
+        if picks_up(change) {
+            let (mut x, n) = (self.state(crane), self.model.layout().joints());
+            let rates = self.model.picked_up(&self.own.all(crane), &x[..n], &x[n..2 * n], change);
+            x[n..2 * n].copy_from_slice(&rates);
             self.write_state(crane, &x);
         }
     }
@@ -132,12 +163,13 @@ impl Batch {
     pub fn step(&mut self, commands: &[f64]) {
         self.pool.renew();
         self.path.send(commands);
-        let plan = self.path.plan();
         let states = self.model.layout().len();
         let (alone, block) = (self.runs_alone(), BLOCK.min(self.statuses.len().div_ceil(self.threads())));
-        let Batch { kernel, pool, x, payload, wanted, statuses, path, demand, steps, .. } = self;
-        let (kernel, path) = (&*kernel, &*path);
-        let scheduler = || LaneScheduler::new(kernel.step_kernel(demand), path, &plan, *steps, states);
+        let Batch { kernels, pool, x, payload, wanted, statuses, path, own, steps, .. } = self;
+        let (kernels, path, own) = (&*kernels, &*path, &*own);
+        let advance = |block: &mut Block| {
+            kernels.with(|kernel| LaneScheduler::new(kernel, path, own, *steps, states).advance(block));
+        };
         let parts = x.chunks_mut(block * states).zip(payload.chunks(block));
         let parts = parts.zip(wanted.chunks_mut(block).zip(statuses.chunks_mut(block))).enumerate();
         let mut blocks: Vec<Block> = parts
@@ -150,11 +182,8 @@ impl Batch {
             })
             .collect();
         match pool.here().filter(|_| !alone) {
-            Some(threads) => threads.install(|| blocks.par_iter_mut().for_each_init(scheduler, LaneScheduler::advance)),
-            None => {
-                let mut scheduler = scheduler();
-                blocks.iter_mut().for_each(|block| scheduler.advance(block));
-            }
+            Some(threads) => threads.install(|| blocks.par_iter_mut().for_each(advance)),
+            None => blocks.iter_mut().for_each(advance),
         }
     }
 
@@ -168,8 +197,15 @@ impl Batch {
         let layout = self.model.layout();
         let (n, states, width) = (layout.joints(), layout.len(), self.observed());
         let mut rows = vec![0.0; self.statuses.len() * WIDTH * width];
-        let work = |step_kernel: &mut Box<dyn StepKernel + '_>, (rows, x): (&mut [f64], &[Group])| {
-            let tip = step_kernel.tips(x);
+        let work = |(group, (rows, x)): (usize, (&mut [f64], &[Group]))| {
+            let mut tip = [[0.0; WIDTH]; 2];
+            self.kernels.with(|kernel| {
+                for first in (0..WIDTH).step_by(kernel.lanes()) {
+                    let crane = |lane| group * WIDTH + first + lane;
+                    (0..kernel.lanes()).for_each(|lane| kernel.load(lane, self.own.of(crane(lane))));
+                    kernel.tips(x, first, &mut tip);
+                }
+            });
             for (lane, row) in rows.chunks_exact_mut(width).enumerate() {
                 for i in 0..2 * n {
                     row[i] = x[i][lane];
@@ -184,14 +220,9 @@ impl Batch {
         match self.pool.here().filter(|_| !self.runs_alone()) {
             Some(threads) => {
                 let groups = rows.par_chunks_exact_mut(width * WIDTH).zip(self.x.par_chunks_exact(states));
-                let begin = || self.kernel.step_kernel(&self.demand);
-                threads.install(|| groups.with_min_len(LEAST_GROUPS).for_each_init(begin, work));
+                threads.install(|| groups.enumerate().with_min_len(LEAST_GROUPS).for_each(work));
             }
-            None => {
-                let mut step_kernel = self.kernel.step_kernel(&self.demand);
-                let groups = rows.chunks_exact_mut(width * WIDTH).zip(self.x.chunks_exact(states));
-                groups.for_each(|item| work(&mut step_kernel, item));
-            }
+            None => rows.chunks_exact_mut(width * WIDTH).zip(self.x.chunks_exact(states)).enumerate().for_each(work),
         }
         rows.truncate(self.cranes * width);
         rows
@@ -222,4 +253,9 @@ impl Batch {
     pub fn payload(&self, crane: usize) -> f64 {
         self.payload[crane / WIDTH][crane % WIDTH]
     }
+}
+
+/// All numbers on which the steps of a crane depend: those of its laws and the weights of its errors.
+fn numbers(model: &dyn Model, tolerance: f64) -> Vec<f64> {
+    [model.numbers(), Precision::new(model.layout(), tolerance).weights].concat()
 }

@@ -32,8 +32,7 @@ impl<T: Number, const N: usize> Inputs<T, N> {
 
     /// All numbers, always in the same order.
     pub fn numbers(&self) -> Vec<T> {
-        let mut all = Vec::new();
-        self.plant.map(&mut |number| all.push(number));
+        let mut all = self.plant.numbers();
         all.extend([self.payload, self.back_pressure]);
         all
     }

@@ -46,7 +46,7 @@ fn side_by_side_the_laws_say_bit_for_bit_what_they_say_alone() {
         let (plant, groups) = groups(mixed);
         assert_eq!(groups.len(), 2);
         let s = moving();
-        let pressures = plant.supply_pressures.map(&mut Side::c);
+        let pressures = plant.supply_pressures.map(&mut |number| Side::c(*number));
         for group in &groups {
             let (rates, plain) =
                 (group.rates(&pressures, &s), group.unit.rates::<AnyParts>(&group.fluid, &pressures, &s));
@@ -67,7 +67,7 @@ fn side_by_side_the_laws_say_bit_for_bit_what_they_say_alone() {
 #[test]
 fn rates_with_slopes_are_the_rates_and_every_instruction_set_gives_the_same_slopes() {
     let (plant, groups) = groups(false);
-    let (s, pressures) = (moving(), plant.supply_pressures.map(&mut Side::c));
+    let (s, pressures) = (moving(), plant.supply_pressures.map(&mut |number| Side::c(*number)));
     let piston = Piston { lever_arm: Side::c(0.3), lever_arm_derivative: Side::c(0.1), rate: Side::c(0.2) };
     let (linearised, plain) = (
         groups[0].linearised(&pressures, &s, &piston),
@@ -85,7 +85,7 @@ fn rates_with_slopes_are_the_rates_and_every_instruction_set_gives_the_same_slop
 #[test]
 fn laws_without_parts_say_what_laws_with_them_say_of_a_section_that_has_none() {
     let (plant, groups) = groups(false);
-    let (s, pressures) = (moving(), plant.supply_pressures.map(&mut Side::c));
+    let (s, pressures) = (moving(), plant.supply_pressures.map(&mut |number| Side::c(*number)));
     for group in &groups {
         assert!(!group.unit.has_parts());
         let with = group.unit.rates::<AnyParts>(&group.fluid, &pressures, &s);

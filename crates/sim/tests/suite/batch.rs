@@ -10,23 +10,23 @@ use std::sync::Arc;
 const SAMPLES: usize = 30;
 const TOLERANCE: f64 = 0.02;
 
-fn machine(overrides: &[(String, OverrideValue)]) -> Arc<dyn Model> {
+pub fn machine(overrides: &[(String, OverrideValue)]) -> Arc<dyn Model> {
     build(&load("rottne-f9-lab", overrides).expect("a bundled machine")).expect("it can be built")
 }
 
-fn options(threads: usize) -> BatchOptions {
+pub fn options(threads: usize) -> BatchOptions {
     BatchOptions { sample_time: 0.01, step: 0.01, tolerance: TOLERANCE, threads, instruction_set: None }
 }
 
 /// One crane's task: where it starts, what it carries and its commands, sample by sample.
 #[derive(Clone)]
-struct Task {
-    start: Vec<f64>,
-    payload: f64,
-    commands: Vec<[f64; 3]>,
+pub struct Task {
+    pub start: Vec<f64>,
+    pub payload: f64,
+    pub commands: Vec<[f64; 3]>,
 }
 
-fn tasks(model: &dyn Model, count: usize, samples: usize) -> Vec<Task> {
+pub fn tasks(model: &dyn Model, count: usize, samples: usize) -> Vec<Task> {
     let mut random = RandomStream::new(5, "tasks");
     let task = |_| {
         let pose = |l: &hydrocrane_sim::JointLimits| {
@@ -42,10 +42,10 @@ fn tasks(model: &dyn Model, count: usize, samples: usize) -> Vec<Task> {
     (0..count).map(task).collect()
 }
 
-fn begun(model: &Arc<dyn Model>, tasks: &[Task], options: &BatchOptions) -> Batch {
+pub fn begun(model: &Arc<dyn Model>, tasks: &[Task], options: &BatchOptions) -> Batch {
     let mut batch = Batch::new(model.clone(), tasks.len(), options).expect("threads");
     for (crane, task) in tasks.iter().enumerate() {
-        batch.reset(crane, &task.start, task.payload).expect("a state to start from");
+        batch.reset(crane, model.as_ref(), &task.start, task.payload).expect("a state to start from");
     }
     batch
 }
@@ -58,7 +58,7 @@ fn run(batch: &mut Batch, tasks: &[Task]) -> Vec<Vec<u64>> {
     (0..tasks.len()).map(|crane| bits(&batch.state(crane))).collect()
 }
 
-fn bits(x: &[f64]) -> Vec<u64> {
+pub fn bits(x: &[f64]) -> Vec<u64> {
     x.iter().map(|x| x.to_bits()).collect()
 }
 

@@ -30,13 +30,13 @@ fn start(crane: &Crane<3>) -> Vec<f64> {
 
 /// The state after `duration` (s) in equal steps.
 fn after<T: Real + Cell<Factor = T>>(crane: &Crane<3>, duration: f64, steps: usize) -> Vec<T> {
-    let plant = crane.plant().map(&mut T::c);
+    let plant = crane.plant().map(&mut |number| T::c(*number));
     let layout = crane.layout();
     let evaluator = Evaluator::new(&plant, layout);
     let (spools, payload) = (SPOOLS.map(T::c), T::c(0.0));
     let scene = Scene { evaluator: &evaluator, layout, spools: &spools, payload };
     let mut x: Vec<T> = start(crane).into_iter().map(T::c).collect();
-    let (mut stepping, precision) = (CraneStep::new(layout), Precision::new(layout, 1.0));
+    let (mut stepping, precision) = (CraneStep::new(layout), Precision::new(layout, 1.0).lift());
     for _ in 0..steps {
         stepping.attempt(&scene, T::c(duration / steps as f64), &x, &precision);
         x.copy_from_slice(stepping.reached());

@@ -4,6 +4,7 @@
 mod axis_group;
 mod batch;
 mod batch_command_path;
+mod batch_parameters;
 mod block_arrow;
 mod chamber_estimate;
 mod command_path;
