@@ -84,7 +84,7 @@ class BatchSimulator:
     parameters : mapping of str to float, str or sequence, optional
         Machine keys in which the cranes differ: by key one value for all or one for each crane, SI numbers or texts
         with units. Any key that is a number; ``friction.lift.coulomb[0]`` is one value of a list. All cranes have the
-        same joints, parts, laws and tables, and steps cost the same with and without it. Start, limits, payload and
+        same joints, parts, laws and tables. Start, limits, payload and
         motion of a crane are those of its own machine (:meth:`machines`).
     threads : int, optional
         Default is the number of cores.
