@@ -41,11 +41,25 @@ class Outcome:
 
     @classmethod
     def stopped(cls, time: float) -> Outcome:
-        """Of a run that somebody stopped at `time`, s."""
+        """Of a run that somebody stopped at `time`, s.
+
+        Examples
+        --------
+        >>> from hydrocrane.results.outcome import Outcome
+        >>> print(Outcome.stopped(0.5).kind)
+        interrupted
+        """
         return cls("interrupted", time, "stopped from outside, by Ctrl-C or a KeyboardInterrupt of its controller")
 
     def doubts(self, duration: float) -> tuple[ResultWarning, ...]:
-        """Of a run that was to last `duration`, s: what stopped from outside is no shorter run of the scenario."""
+        """Of a run that was to last `duration`, s: what stopped from outside is no shorter run of the scenario.
+
+        Examples
+        --------
+        >>> from hydrocrane.results.outcome import Outcome
+        >>> print([warning.kind for warning in Outcome.stopped(0.5).doubts(2.0)])
+        ['interrupted']
+        """
         if self.kind != "interrupted":
             return ()
         text = f"the run was {self.message}, at {self.time:.4g} of {duration:.4g} s: nothing after that was computed"
