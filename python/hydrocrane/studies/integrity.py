@@ -11,7 +11,7 @@ import itertools
 import json
 import math
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path
 from typing import TypedDict
 
 import google_crc32c
@@ -20,6 +20,7 @@ from zarr.codecs import Crc32cCodec, ZstdCodec
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.received import MOST_VALUES, received
 from hydrocrane.files.whole_file import write_text
+from hydrocrane.studies.measures import is_path
 
 # Attribute with the digest of a description.
 CHECKSUM = "checksum"
@@ -93,11 +94,6 @@ def _is_own(content: Description) -> bool:
     at_once = math.prod(shape if content["data_type"] == "string" else chunk)
     codecs = {codec["name"] for codec in content["codecs"]}
     return codecs <= CODECS and parts <= MOST_CHUNKS and at_once <= MOST_VALUES
-
-
-def is_path(name: str) -> bool:
-    """Whether a folder of this name would not lie in the folder of the study, or be none, on some system."""
-    return name in ("", "..") or {name} != {PurePosixPath(name).name, PureWindowsPath(name).name}
 
 
 def names_in(text: str) -> list[str]:

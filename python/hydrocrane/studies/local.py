@@ -23,8 +23,8 @@ from hydrocrane.studies.processes import Apart, NoProcesses, pickled, sensible
 AHEAD = 2
 # Seconds between two looks at what runs.
 LOOK = 1.0
-# Processes are started if threads would need longer for what is left, s. They take a second to start, and threads have
-# at most 0.72 of their speed (docs/validation/sweeps.md): 1 s / (1 - 0.72).
+# Processes are started if threads would need longer for what is left, s. They take 0.4 s to start, and threads have at
+# most 0.9 of their speed (docs/validation/sweeps.md): 0.4 s / (1 - 0.9).
 WORTH = 4.0
 WAYS = THREADS, PROCESSES = "threads", "processes"
 Results = Generator[tuple[Place, BlockResult], None, None]

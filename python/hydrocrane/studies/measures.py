@@ -14,13 +14,13 @@ import reprlib
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from pathlib import PurePosixPath, PureWindowsPath
 from typing import TypeAlias
 
 import numpy as np
 
 from hydrocrane.errors import InputError, nearest, unknown
 from hydrocrane.results.run import Run
-from hydrocrane.studies.integrity import is_path
 from hydrocrane.studies.record import CaseRecord
 
 STATISTICS: dict[str, Callable[[np.ndarray], float]] = {
@@ -43,9 +43,8 @@ def _way(record: CaseRecord) -> float:
 
 
 def _pump_energy(record: CaseRecord) -> float:
-    from scipy.integrate import trapezoid
-
-    return float(trapezoid(record.signal("supply.power"), record.time))
+    power = record.signal("supply.power")
+    return float((np.diff(record.time) * (power[1:] + power[:-1]) / 2.0).sum())
 
 
 def _stroke_margin(record: CaseRecord) -> float:
@@ -68,6 +67,11 @@ BUILT_IN: dict[str, tuple[str, str, Callable[[CaseRecord], float]]] = {
 DEFAULT = ("tip_way", "largest_pressure", "pump_energy")
 # The measure that every run has and every study stores.
 OF_ANY_RUN = "end_time"
+
+
+def is_path(name: str) -> bool:
+    """Whether a folder of this name would not lie in the folder of the study, or be none, on some system."""
+    return name in ("", "..") or {name} != {PurePosixPath(name).name, PureWindowsPath(name).name}
 
 
 @dataclass(frozen=True)
