@@ -36,8 +36,11 @@ def main() -> None:
             answer: object = run_block(job, task, watch)
         except BaseException as error:  # Whatever ends a study where it is called ends it here too.
             answer = error
-        answers.write(_sendable(answer))
-        answers.flush()
+        try:
+            answers.write(_sendable(answer))
+            answers.flush()
+        except BrokenPipeError:  # Nobody waits for it any more.
+            os._exit(1)
 
 
 def _streams() -> tuple[BinaryIO, BinaryIO]:

@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn without_break_away_force_viscous_friction_remains() {
         let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 };
-        let mut lift = |x: f64| Dual::<f64, 2>::c(x);
+        let lift = |x: f64| Dual::<f64, 2>::c(x);
         let (dual, map) = (lugre.map(&mut |x| lift(*x)), frictionless().map(&mut |x| lift(*x)));
         for v in [-0.3, -1e-9, -0.0, 0.0, 1e-300, 0.02] {
             for z in [-1e-3, 0.0, 2e-4] {
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn a_stribeck_curve_that_ends_at_zero_leaves_finite_slopes() {
         let map = StaticParameters { coulomb_extending: 0.0, coulomb_retracting: 0.0, ..rottne() };
-        let mut lift = |x: f64| Dual::<f64, 2>::c(x);
+        let lift = |x: f64| Dual::<f64, 2>::c(x);
         let lugre = LuGre { stiffness: 1.1e5, damping: 1500.0, fading: 100.0 }.map(&mut |x| lift(*x));
         for v in [-3.0, -0.1, 0.0, 0.1, 3.0] {
             let f = lugre.evaluate(&map.map(&mut |x| lift(*x)), Dual::variable(v, 0), Dual::variable(1e-9, 1));

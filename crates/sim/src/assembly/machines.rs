@@ -37,8 +37,11 @@ impl Surroundings for Machines<'_> {
 /// Surroundings that make each machine once: most phases change the sticks or the controller, and no value of the machine.
 pub(super) struct Once<'a> {
     pub inner: &'a mut dyn Surroundings,
-    pub made: Vec<(Option<String>, Vec<(String, OverrideValue)>, Arc<dyn Model>)>,
+    pub made: Vec<Made>,
 }
+
+/// Source and overrides of a machine, and its model.
+type Made = (Option<String>, Vec<(String, OverrideValue)>, Arc<dyn Model>);
 
 impl Surroundings for Once<'_> {
     fn machine(

@@ -45,11 +45,11 @@ pub struct Plan {
 impl BatchCommandPath {
     /// Of cranes that all are `machine`.
     pub fn new(machine: &Machine, cranes: usize, sample_time: f64) -> Self {
-        let sections = Sections::new(machine, sample_time);
+        let sections = Arc::new(Sections::new(machine, sample_time));
         let (cylinders, groups) = (sections.valves.len(), cranes.div_ceil(WIDTH));
         let mut path = BatchCommandPath { sections: Vec::new(), cylinders, groups, sent: VecDeque::new(), sample_time };
         path.remember(sections.memory);
-        path.sections = vec![Arc::new(sections); cranes];
+        path.sections = vec![sections; cranes];
         path
     }
 
