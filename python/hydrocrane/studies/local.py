@@ -75,17 +75,19 @@ class Local:
         suspect = set(self._board.deaths)
         alone = [place for place in places if suspect.intersection(self._cases.numbers(place))] if suspect else []
         rest = [place for place in places if place not in alone]
+        free = way is None and sensible(self._job)
         # A case with which a process may have ended is computed alone: if it ends again, that was the reason.
         for some, count in ((alone, 1), (rest, workers)):
             if way == PROCESSES:
                 yield from self._in_processes(some, count)
-            elif way == THREADS or count == 1 or not sensible(self._job):
-                yield from self._in_threads(some, count)
-            else:
+            elif free and some is alone:
+                yield from self._in_processes_if_any(some, count)
+            elif free and count > 1:
                 yield from self._as_measured(some, count)
+            else:
+                yield from self._in_threads(some, count)
 
     def _as_measured(self, places: Sequence[Place], workers: int) -> Results:
-        left = {_corner(place): place for place in places}
         waiting, done, began = iter(places), 0, time.monotonic()
         cases = sum(map(size_of, places))
 
@@ -98,10 +100,14 @@ class Local:
         with closing(self._in_threads(short(), workers)) as first:
             for place, result in first:
                 done += len(result.outcomes)
-                del left[_corner(place)]
                 yield place, result
+        yield from self._in_processes_if_any(list(waiting), workers)
+
+    def _in_processes_if_any(self, places: Sequence[Place], workers: int) -> Results:
+        """In processes; what they leave, where none can be started, in threads."""
+        left = {_corner(place): place for place in places}
         try:
-            for place, result in self._in_processes(list(waiting), workers):
+            for place, result in self._in_processes(places, workers):
                 del left[_corner(place)]
                 yield place, result
         except NoProcesses:

@@ -83,6 +83,7 @@ class Apart:
                     continue
                 if isinstance(answer, BaseException):
                     raise answer
+                self._idle_deaths = 0
                 return answer
         raise Abandoned
 

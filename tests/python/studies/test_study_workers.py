@@ -200,6 +200,17 @@ def test_a_board_counts_the_ends_of_processes(tmp_path):
         assert own.at(0) is None
 
 
+def test_a_case_that_may_have_ended_a_process_is_tried_apart(tmp_path, monkeypatch):
+    seen, plain, store = [], processes.Apart.run, tmp_path / "s.zarr"
+    monkeypatch.setattr(processes.Apart, "run", lambda self, task: (seen.extend(task.numbers), plain(self, task))[1])
+    with board.board_of(store, 2) as own:
+        own.begin(0, 2)
+        left = own.path.read_bytes()
+    (tmp_path / ".s.zarr.running").write_bytes(left)
+    data = rig_study(store=store, block=1)
+    assert seen == [2] and (data.outcome == "completed").all()
+
+
 def test_numbers_of_cases_count_through_the_study():
     study = hc.Study(RIG, {"payload.mass": [50.0, 60.0, 70.0], "supply.pressure": [80e5, 120e5]})
     place = (slice(1, 3), slice(1, 2))
