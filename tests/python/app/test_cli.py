@@ -205,7 +205,7 @@ def test_cite_prints_bibtex():
         (["loadchart", "rottne-f9-lab", "--height", "highest"], "best, worst, or a length with its unit"),
         (["loadchart", "rottne-f9-lab", "--height", "2"], "a length with its unit"),
         (["loadchart", "rottne-f9-lab", "-o", "x.xlsx"], "choose a suffix"),
-        (["modes", "rottne-f9-lab", "--samples", "1"], "samples must be at least 2"),
+        (["modes", "rottne-f9-lab", "--samples", "1"], "samples must be a whole number, at least 2"),
         (["new", "x", "--machine", "rottne"], "rottne-f9-lab"),
         (["simulate", "vertical-lift-open-loop", "--duration", "-1"], "duration"),
     ],
