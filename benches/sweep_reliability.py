@@ -361,7 +361,7 @@ class Holding:
 
 
 def scaled(run: hc.Run, factor: float = 1.0) -> float:
-    """A measure that takes an argument, and a helper with a value of the module."""
+    """A measure that takes an argument and reads a value of the module."""
     return factor * OFFSET * run.outcome.time
 
 
