@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 # Time-out for scheduler and workers, s.
 CONNECT = 30
-
-
 # Seconds without a worker after which the study stops; it can be resumed.
 WORKERS_AWAITED = 600.0
 
@@ -54,9 +52,12 @@ def on_cluster(
             look()
             with client.as_current(), suppress(TimeoutError):
                 wait([block.future for block in under_way], timeout=LOOK, return_when="FIRST_COMPLETED")
-            patience.check()
             done = [block for block in under_way if block.future.done()]
             futures.difference_update(block.future for block in done)
+            if done:
+                patience.renew()
+            else:
+                patience.check()
             return done
 
         try:
@@ -78,9 +79,13 @@ class _Patience:
     def __init__(self, client: Client) -> None:
         self._client, self._seen = client, time.monotonic()
 
+    def renew(self) -> None:
+        """A block is done, so there was a worker; the scheduler need not be asked."""
+        self._seen = time.monotonic()
+
     def check(self) -> None:
         if self._client.nthreads():
-            self._seen = time.monotonic()
+            self.renew()
         elif time.monotonic() - self._seen > WORKERS_AWAITED:
             raise NotComputed(f"the cluster has had no worker for {WORKERS_AWAITED:g} s")
 
