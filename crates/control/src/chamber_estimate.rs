@@ -6,7 +6,7 @@
 //!   F = F_ref - k (x - x^)
 
 use crate::controller_model::CylinderModel;
-use crate::feed_forward::{Moment, SupplyPressures};
+use crate::feed_forward::{MOST, Moment, SupplyPressures};
 use crate::observer::{Gains, Observer};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -21,8 +21,6 @@ pub enum Pressures {
 
 hydrocrane_num::stored!([] enum Pressures { 0: Measured {}, 1: Estimated { 0: f64 } });
 
-/// Highest pressure, in supply pressures: a load beyond that is carried by no valve.
-const MOST: f64 = 2.0;
 /// Halvings of the interval in which the level is looked for.
 const HALVINGS: usize = 10;
 
@@ -118,7 +116,7 @@ impl ChamberEstimate {
         self.count = count;
         self.carried.update(stroke, speed, gains, 1.0, count);
         let behind = self.spool;
-        self.spool = spool + (behind - spool) * portable::exp(-around.period / cylinder.delay.max(1e-6));
+        self.spool = spool + (behind - spool) * portable::exp(-around.period / cylinder.dynamics.lag().max(1e-6));
         self.settle(cylinder, around, stroke, planned, 0.5 * (behind + self.spool));
         let given = stroke - self.carried.position;
         self.force = planned - stiffness * (given - given.clamp(-0.25 * count, 0.25 * count));

@@ -2,6 +2,7 @@
 
 use crate::bristles;
 use crate::signal_chain::SignalChain;
+use crate::valve_answer::ValveDynamics;
 use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::friction::StaticParameters;
@@ -26,8 +27,8 @@ pub struct CylinderModel {
     pub stroke: f64,
     /// From the command to the spool.
     pub chain: SignalChain,
-    /// From a command to the middle of the spool's answer, s.
-    pub delay: f64,
+    /// From a command to the spool's answer.
+    pub dynamics: ValveDynamics,
     /// Piston positions between which no end stop acts, m.
     pub free: [f64; 2],
 }
@@ -70,7 +71,7 @@ hydrocrane_num::stored!([] CylinderModel {
     bristle_stiffness: Option<f64>,
     stroke: f64,
     chain: SignalChain,
-    delay: f64,
+    dynamics: ValveDynamics,
     free: [f64; 2],
 });
 hydrocrane_num::stored!([] PumpModel { pump: Pump<f64>, torque_limit: f64, highest: f64, margin: Option<f64> });

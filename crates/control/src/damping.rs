@@ -1,13 +1,16 @@
 //! Active damping of the modes on the oil.                            theory: docs/theory/control/damping.md
 //!
 //! In the coordinate of a mode, s is the deflection of the oil and w the speed that the valves give:
-//!     s' = r - w,    r' = -omega^2 s,    y = s + b,    w = min(2 zeta omega, c(omega T)/T) s(t + delay)
+//!     s' = r - w,    r' = -omega^2 s,    y = s + b,    z = s - i r/omega,    z' = i omega z - w
+//!     u = min(2 zeta omega, c(omega T)/T) Re((z - Q) U*)/|U|
 //!
-//! y follows from the chamber pressures; b is what the load differs from the planned one. An observer with real poles finds s, r and
-//! b; s is taken forward over the delay of samples and spools. The energy of the mode falls by omega^2 s w.
+//! y follows from the chamber pressures; b is what the load differs from the planned one. An observer with real poles finds z and b.
+//! Q is what the commands that are still under way to the spools will do to the mode, U what the next one will do: z - Q is what no
+//! command has dealt with, and u pushes against it.
 
 use crate::controller_model::Posture;
 use crate::oil_modes::OilModes;
+use crate::valve_answer::{turned, UnderWay, ValveAnswer};
 use hydrocrane_num::{portable, Complex, Real};
 
 /// How the modes are damped.
@@ -17,15 +20,13 @@ pub struct DampingGains {
     pub ratio: f64,
     /// Speed of the tip in a mode that is left to friction, m/s.
     pub quiet: f64,
-    /// From a sample to the middle of its effect at the spools, s.
-    pub delay: f64,
     /// s
     pub period: f64,
     /// Of the largest gain.
     pub share: f64,
 }
 
-hydrocrane_num::stored!([] DampingGains { ratio: f64, quiet: f64, delay: f64, period: f64, share: f64 });
+hydrocrane_num::stored!([] DampingGains { ratio: f64, quiet: f64, period: f64, share: f64 });
 
 /// Poles of the observer, in frequencies of the mode. Fast ones bear a frequency that the model has not quite; where they are faster
 /// than EXACT per period, they let noise pass, and the least will do.
@@ -68,15 +69,16 @@ pub struct Damping<const N: usize> {
     rate: [f64; N],
     /// b as a torque, N m or N
     offset: [f64; N],
-    /// Joint rates that the valves give for damping, rad/s or m/s.
+    /// Joint rates that the valves give for damping over this period, rad/s or m/s, and those that they will give.
     given: [f64; N],
+    coming: [UnderWay; N],
     /// Per mode.
     noise: [NoiseLevel; N],
 }
 
 impl<const N: usize> Damping<N> {
     /// At rest; `excess` is what the torques of the cylinders exceed the planned ones by, N m or N.
-    pub fn at(gains: DampingGains, excess: &[f64; N]) -> Self {
+    pub fn at(gains: DampingGains, excess: &[f64; N], answers: &[ValveAnswer; N]) -> Self {
         let zero = [0.0; N];
         Damping {
             gains,
@@ -84,13 +86,19 @@ impl<const N: usize> Damping<N> {
             rate: zero,
             offset: *excess,
             given: zero,
+            coming: hydrocrane_num::array::from_fn(|c| UnderWay::at(0.0, &answers[c])),
             noise: [NoiseLevel(gains.quiet / NOISE); N],
         }
     }
 
-    /// Takes in a sample of the torques' `excess` over the planned ones, if they were measured; joint rates that the valves shall
-    /// give on top.
-    pub fn step(&mut self, modes: &OilModes<N>, posture: &Posture<N>, excess: Option<&[f64; N]>) -> [f64; N] {
+    /// Takes in a sample of the torques' `excess` over the planned ones, if they were measured; joint rates to ask the valves for on top.
+    pub fn step(
+        &mut self,
+        modes: &OilModes<N>,
+        posture: &Posture<N>,
+        answers: &[ValveAnswer; N],
+        excess: Option<&[f64; N]>,
+    ) -> [f64; N] {
         let g = self.gains;
         let (deflection, rate) = (modes.of_motion(&self.deflection), modes.of_motion(&self.rate));
         let (given, offset) = (modes.of_motion(&self.given), modes.of_torque(&self.offset));
@@ -107,7 +115,10 @@ impl<const N: usize> Damping<N> {
             let square = omega * omega;
             let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
             let (seen, innovation) = seen.next(angle, given[m] / omega, torque.map(|torque| -torque[m] / square));
-            let ahead = turn(omega * g.delay).re_of_product(seen.state);
+            let (of_motion, shares) = modes.of_each_joint(m);
+            let [sent, next] = turned(angle, answers, &self.coming, &of_motion, &shares);
+            let size = portable::sqrt(next.re.square() + next.im.square());
+            let ahead = (seen.state - sent * g.period).re_of_product(Complex::new(next.re, -next.im)) / size;
             let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
             let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
             let share = (speed / quiet - 1.0).clamp(0.0, 1.0);
@@ -115,8 +126,10 @@ impl<const N: usize> Damping<N> {
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
         }
         (self.deflection, self.rate) = (modes.motion(&s), modes.motion(&r));
-        (self.offset, self.given) = (modes.torque(&b), modes.motion(&w));
-        self.given
+        self.offset = modes.torque(&b);
+        let asked = modes.motion(&w);
+        self.given = hydrocrane_num::array::from_fn(|c| self.coming[c].send(asked[c], &answers[c]));
+        asked
     }
 }
 

@@ -1,9 +1,10 @@
 //! One cylinder's part of tip control: from the piston's reference to a spool command.
 //!                                                               theory: docs/theory/control/drive.md
 //!
-//! v_c = v_ref + k_p (x_ref - x^) - d^ + v_w + v_d
+//! v_c = v_ref + k_p (x_ref - x^ - x_u) - d^ + v_w + v_d
 //!
-//! and the command that brings the spool to where it gives the speed v_c at the measured pressures. v_w winds the oil for the force that comes
+//! and the command that brings the spool to where it gives the speed v_c at the measured pressures. The spool comes there late
+//! ([`crate::valve_answer`]): x^ is where the piston is, x_u the way that it still has to go by the commands that are under way. v_w winds the oil for the force that comes
 //! ([`crate::winding`]); v_d damps the modes of the crane on its oil ([`crate::damping`]).
 //!
 //! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) as far as that is beyond a band, and what holds it
@@ -17,11 +18,12 @@
 
 use crate::chamber_estimate::{ChamberEstimate, Evidence, Pressures, Sent, Surroundings};
 use crate::controller_model::CylinderModel;
-use crate::feed_forward::{Capacity, Moment, Steady, SupplyPressures};
+use crate::feed_forward::{Ahead, Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
 use crate::observer::{self, Observer};
 use crate::rest::{Rest, Resting};
 use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
+use crate::valve_answer::{UnderWay, ValveAnswer};
 use crate::winding::{Bounds, Winding};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
@@ -135,8 +137,16 @@ pub struct Drive {
     momentary_share: f64,
     /// Force that the reference leaves for corrections, N.
     spare: f64,
-    /// Speed that the last command should give.
+    /// Speed that the valve should give over this period, m/s, and later by the commands that it has.
     expected: f64,
+    coming: UnderWay,
+    answer: ValveAnswer,
+    /// Of the forces that the reference needed, N, those that have reached the oil: with all friction, and of load and inertia alone.
+    needed: [f64; 2],
+    /// Those of the last command, and its spool position, m.
+    asked_for: [f64; 2],
+    spool: f64,
+    needs: [UnderWay; 2],
     /// Share of its corrections that the joint bears.
     bearable: f64,
 }
@@ -195,6 +205,7 @@ impl Drive {
         let force = cylinder.chambers.force(moment.p[0], moment.p[1]);
         let share = |corner: f64| 1.0 - portable::exp(-corner * period);
         let steady = Steady::new(&cylinder, &supply_pressures);
+        let answer = ValveAnswer::new(&cylinder.dynamics, period);
         let mut drive = Drive {
             cylinder,
             fluid,
@@ -216,7 +227,7 @@ impl Drive {
             per_force: [0.0; 2],
             observer: Observer::at(moment.stroke),
             observing: observer::Gains::new(gains.observer, period),
-            learning: Learning::new(gains.learning, period),
+            learning: Learning::new(gains.learning, period, answer.lag),
             fit: NOMINAL,
             rest: None,
             motion: 0.0,
@@ -236,6 +247,12 @@ impl Drive {
             growth: 0.0,
             dry_friction: 0.0,
             expected: 0.0,
+            coming: UnderWay::at(0.0, &answer),
+            answer,
+            needed: [load; 2],
+            asked_for: [load; 2],
+            spool: 0.0,
+            needs: [UnderWay::at(load, &answer); 2],
             bearable: 1.0,
         };
         drive.momentary = [-1.0, 1.0].map(|sense| drive.full_speed(sense, drive.steady_speed(sense)));
@@ -258,7 +275,7 @@ impl Drive {
         }
         self.moment.stroke = now.stroke;
         (self.count, self.slowest) = (count, slowest);
-        self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.moment);
+        self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.when_it_acts());
         let before = self.observer.position;
         self.observer.update(now.stroke, self.expected, &self.observing, self.bearable, count);
         self.speed = (self.observer.position - before) / self.period;
@@ -295,6 +312,14 @@ impl Drive {
         estimate.advance(&self.cylinder, &around, &self.observing, (now.stroke, count), self.capacity.stiffness);
         self.force = estimate.force;
         estimate.p
+    }
+
+    /// The cylinder when a command that is sent now will act: until then the force becomes what the reference needs, and the level of the
+    /// pressures follows the spool.
+    fn when_it_acts(&self) -> Moment {
+        let time = self.answer.lag + 1.0 / self.gains.pressure;
+        let ahead = Ahead { time, force: self.asked_for[0] - self.needed[0], spool: self.spool };
+        self.cylinder.ahead(&self.fluid, &self.supply_pressures, &self.moment, &ahead)
     }
 
     /// What the last sample, whose position has the resolution `count` (m), tells of the load; asked for once a sample.
@@ -344,8 +369,18 @@ impl Drive {
         self.force - self.seal - self.cylinder.friction.viscous(self.speed)
     }
 
+    /// Of the forces that the reference needed, with all friction, the one that has reached the oil, N.
+    pub fn needed(&self) -> f64 {
+        self.needed[0]
+    }
+
+    /// How the valve answers.
+    pub fn answer(&self) -> ValveAnswer {
+        self.answer
+    }
+
     /// Cylinder force with the friction at the speed of `d`, N.
-    pub fn planned(&self, d: &Demand) -> f64 {
+    fn planned(&self, d: &Demand) -> f64 {
         d.load + d.inertia + self.dry_friction(d) + self.cylinder.friction.viscous(d.speed)
     }
 
@@ -362,6 +397,11 @@ impl Drive {
     /// Observed piston position, m.
     pub fn position(&self) -> f64 {
         self.observer.position
+    }
+
+    /// Way that the piston still has to go by the commands that are under way, m.
+    pub fn under_way(&self) -> f64 {
+        self.period * self.coming.sum(&self.answer)
     }
 
     /// Piston position that the next sample should find, m.
@@ -440,7 +480,7 @@ impl Drive {
         self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);
         if self.estimate.is_none() {
-            let error = self.carrying() - d.load - d.inertia - self.excess;
+            let error = self.carrying() - self.needed[1] - self.excess;
             // A force that the supply pressure limits says nothing of the load.
             self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
         }
@@ -458,7 +498,9 @@ impl Drive {
             self.observer.explain(explained);
         }
         self.fit = fit;
-        let behind = d.stroke - self.observer.position;
+        // What is missing goes on missing until the command arrives.
+        let ahead = self.under_way() + self.bearable * self.answer.lag * self.observer.disturbance;
+        let behind = d.stroke - self.observer.position - ahead;
         let motion = if d.rest {
             self.speed_at_rest(d)
         } else {
@@ -488,7 +530,9 @@ impl Drive {
             && opening * reach > 0.0;
         let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, usable };
         let expected = self.fit.speed(&sample);
-        self.expected = expected - spring;
+        self.expected = self.coming.send(expected - spring, &self.answer);
+        (self.asked_for, self.spool) = ([planned, d.load + d.inertia], spool);
+        self.needed = hydrocrane_num::array::from_fn(|i| self.needs[i].send(self.asked_for[i], &self.answer));
         if let Some(estimate) = &mut self.estimate {
             estimate.sent = Sent { spool, speed: expected - winding, planned: planned + self.excess };
         }
@@ -501,7 +545,7 @@ impl Drive {
         let DriveGains { position, rest_band, .. } = self.gains;
         let now = Resting {
             stroke: d.stroke,
-            observed: self.observer.position,
+            observed: self.observer.position + self.under_way(),
             measured: self.moment.stroke,
             count: self.count,
             tip_per_stroke: d.tip_per_stroke,

@@ -16,6 +16,8 @@ use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::edge_flows::{EdgeFlows, PortPressures};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
+/// Highest pressure, in supply pressures: a load beyond that is carried by no valve.
+pub const MOST: f64 = 2.0;
 /// Share of [`Steady::span`] that counts as the least force left.
 const LEAST_LEFT: f64 = 0.02;
 
@@ -119,6 +121,14 @@ pub struct Moment {
     pub p: [f64; 2],
 }
 
+/// What happens to a cylinder within a time (s): by how much its force changes (N), and where its spool is (m).
+#[derive(Debug, Clone, Copy)]
+pub struct Ahead {
+    pub time: f64,
+    pub force: f64,
+    pub spool: f64,
+}
+
 /// What a cylinder's oil and valve can do at one moment: all that the speed for any spool needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Capacity {
@@ -166,6 +176,28 @@ impl CylinderModel {
         let [r1, r2] = self.chamber_rates(fluid, m);
         let stiffness = r1 * self.chambers.area_1 + r2 * self.chambers.area_2;
         [r1 / stiffness, -r2 / stiffness]
+    }
+
+    /// The pressures after a time. The oil between closed edges takes the change of the force, and the level takes one implicit step,
+    /// z = t z'(z), along the secant of z': chambers that fill within the time come to their steady level.
+    pub fn ahead(
+        &self,
+        fluid: &Fluid<f64>,
+        supply_pressures: &SupplyPressures,
+        m: &Moment,
+        ahead: &Ahead,
+    ) -> Moment {
+        let [a1, a2] = [self.chambers.area_1, self.chambers.area_2];
+        let most = MOST * supply_pressures.supply;
+        let bounded = |p: [f64; 2]| Moment { stroke: m.stroke, p: p.map(|p| p.max(fluid.vacuum).min(most)) };
+        let share = self.pressures_per_force(fluid, m);
+        let loaded = bounded(hydrocrane_num::array::from_fn(|i| m.p[i] + ahead.force * share[i]));
+        let at = |z: f64| bounded([loaded.p[0] + a2 * z, loaded.p[1] + a1 * z]);
+        let rate = |z: f64| self.level_rate(fluid, supply_pressures, &at(z), ahead.spool);
+        let first = rate(0.0);
+        let far = ahead.time * first;
+        let falls = if far == 0.0 { 0.0 } else { ((first - rate(far)) / far).max(0.0) };
+        at(far / (1.0 + ahead.time * falls))
     }
 
     /// Rate of the level z of the pressures, p_1' = A_2 z' and p_2' = A_1 z', at constant force with the spool at `spool` (m), Pa/(m^2 s).

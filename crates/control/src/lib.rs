@@ -44,6 +44,7 @@ mod spool_history;
 pub mod standstill;
 mod suspect;
 pub mod tip;
+pub mod valve_answer;
 pub mod valve_learning;
 mod wanted;
 mod weighing;

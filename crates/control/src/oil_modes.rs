@@ -44,6 +44,12 @@ impl<const N: usize> OilModes<N> {
         hydrocrane_num::array::from_fn(|i| (0..N).map(|m| self.momenta[i][m] * s[m]).sum())
     }
 
+    /// Of mode `m` for each joint: its amount per motion of the joint, and what it gives to itself by that joint; these sum to one.
+    pub fn of_each_joint(&self, m: usize) -> ([f64; N], [f64; N]) {
+        let of_motion = hydrocrane_num::array::from_fn(|i| self.momenta[i][m]);
+        (of_motion, hydrocrane_num::array::from_fn(|i| self.momenta[i][m] * self.shapes[i][m]))
+    }
+
     /// Length of the way of the tip per modal amount, by the Jacobian of the tip.
     pub fn reach(&self, jacobian: &[[f64; N]; 2]) -> [f64; N] {
         hydrocrane_num::array::from_fn(|m| {

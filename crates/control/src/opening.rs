@@ -123,6 +123,7 @@ mod tests {
     use super::*;
     use crate::feed_forward::{Moment, Steady, SupplyPressures};
     use crate::signal_chain::SignalChain;
+    use crate::valve_answer::ValveDynamics;
     use hydrocrane_num::curve::MonotoneCurve;
     use hydrocrane_num::smooth;
     use hydrocrane_physics::friction::StaticParameters;
@@ -195,7 +196,7 @@ mod tests {
             bristle_stiffness: None,
             stroke: STROKE,
             chain: SignalChain::direct(STROKE),
-            delay: 0.0,
+            dynamics: ValveDynamics { delay: 0.0, natural_frequency: 400.0, damping_ratio: 0.7 },
             free: [-0.25, 0.25],
         }
     }

@@ -19,6 +19,7 @@ use crate::set_point::{Means, Reference, Shape, Wish, STANDING};
 use crate::signal::Signal;
 use crate::slow_down::checked;
 use crate::standstill::Standstill;
+use crate::valve_answer::ValveAnswer;
 use crate::wanted::Wanted;
 use crate::weighing::Weighing;
 #[cfg(feature = "std")]
@@ -68,6 +69,7 @@ struct State<const N: usize> {
     reference: Reference<N>,
     drives: [Drive; N],
     damping: Damping<N>,
+    answers: [ValveAnswer; N],
     readings: [Readings; N],
     /// Where the pistons have stopped, from their references, m.
     settled: [f64; N],
@@ -187,10 +189,12 @@ impl<const N: usize> State<N> {
         });
         let force: [f64; N] = hydrocrane_num::array::from_fn(|c| drives[c].force());
         let excess = hydrocrane_num::array::from_fn(|c| reference.posture.lever_arm[c] * (force[c] - load[c]));
+        let answers: [ValveAnswer; N] = hydrocrane_num::array::from_fn(|c| drives[c].answer());
         State {
             reference,
             drives,
-            damping: Damping::at(s.damping, &excess),
+            damping: Damping::at(s.damping, &excess, &answers),
+            answers,
             readings: q.map(Readings::at),
             settled: [0.0; N],
             payload: n.payload_of(&at, &force).unwrap_or(n.payload),
@@ -444,12 +448,18 @@ impl<const N: usize> State<N> {
         } else {
             let held = self.reference.posture.stroke;
             (self.sinking, self.told_sinking) = (0.0, false);
-            self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() - held[c]);
-            let observed = measured.joints_at(q, &self.of_each(Drive::position));
+            self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() + self.drives[c].under_way() - held[c]);
+            let mut observed = measured.joints_at(q, &self.of_each(Drive::position));
             // An observer that is slow for a slow swing loses a tip that moves, which the sensors see but for half a count.
             let unknown = counts.map(|count| HALF_A_COUNT * count);
-            let seen: [f64; N] =
+            let mut seen: [f64; N] =
                 hydrocrane_num::array::from_fn(|i| q[i] + (observed[i] - q[i]).clamp(-unknown[i], unknown[i]));
+            // Both where the commands under way will have brought the joints.
+            for i in 0..N {
+                let way = self.drives[i].under_way() / measured.lever_arm[i];
+                let way = if way.is_finite() { way } else { 0.0 };
+                (observed[i], seen[i]) = (observed[i] + way, seen[i] + way);
+            }
             let tip = measured.tip_at(q, &seen);
             let lag = Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
@@ -468,7 +478,7 @@ impl<const N: usize> State<N> {
                 payload: self.payload,
                 slowest_mode: self.slowest,
                 blur: self.blur,
-                full_speed: self.drives.map(|drive| drive.full_speed_unloaded()),
+                full_speed: self.of_each(Drive::full_speed_unloaded),
                 near_region: s.shape.keep_out.distance(tip) < s.shape.keep_out.margin + SINKING,
                 following: ((FARTHEST - lag.norm() / s.lag_limit) / (FARTHEST - 1.0)).clamp(0.0, 1.0),
             };
@@ -503,17 +513,17 @@ impl<const N: usize> State<N> {
     fn damp(&mut self, s: &Settings<N>, modes: &OilModes<N>, measured: &Posture<N>, demands: &mut [Demand; N]) {
         let force = self.of_each(Drive::force);
         let excess: [f64; N] = hydrocrane_num::array::from_fn(|c| {
-            measured.lever_arm[c] * (force[c] - self.drives[c].planned(&demands[c]))
+            measured.lever_arm[c] * (force[c] - self.drives[c].needed())
         });
         if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
             // In motion a wrong flow looks like a swing.
-            self.damping = Damping::at(s.damping, &excess);
+            self.damping = Damping::at(s.damping, &excess, &self.answers);
             return;
         }
-        let rates = self.damping.step(modes, measured, self.forces_known.then_some(&excess));
+        let rates = self.damping.step(modes, measured, &self.answers, self.forces_known.then_some(&excess));
         if rates.iter().any(|rate| !rate.is_finite()) {
             // Near a dead centre a pose can have no modes.
-            self.damping = Damping::at(s.damping, &excess);
+            self.damping = Damping::at(s.damping, &excess, &self.answers);
             return;
         }
         for (c, demand) in demands.iter_mut().enumerate() {

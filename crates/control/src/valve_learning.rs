@@ -118,8 +118,10 @@ pub struct Learning {
     /// Share of what is known that a sample of motion makes forget, and its weight.
     forgetting: f64,
     weight: f64,
-    /// Signals behind the lags of the observer: the regressors, v as expected, usable.
-    lags: [[f64; COUNT + 2]; 2],
+    /// Signals behind the two lags of the observer and that of the valve: the regressors, v as expected, usable.
+    lags: [[f64; COUNT + 2]; 3],
+    /// Share by which the last of them goes on in a period.
+    valve_share: f64,
     information: [[f64; COUNT]; COUNT],
     target: [f64; COUNT],
     /// L L' = A of the last solution.
@@ -129,13 +131,14 @@ pub struct Learning {
 }
 
 impl Learning {
-    /// Nothing learnt; `forget` s of motion are remembered, none where it is zero. `period` in s.
-    pub fn new(forget: f64, period: f64) -> Self {
+    /// Nothing learnt; `forget` s of motion are remembered, none where it is zero. `period` and the mean `lag` of the valve in s.
+    pub fn new(forget: f64, period: f64, lag: f64) -> Self {
         let forgetting = if forget > 0.0 { (period / forget).min(1.0) } else { 0.0 };
         let mut learning = Learning {
             forgetting,
             weight: (period / ERROR_TIME).min(1.0),
-            lags: [[0.0; COUNT + 2]; 2],
+            lags: [[0.0; COUNT + 2]; 3],
+            valve_share: 1.0 - portable::exp(-period / lag),
             information: [[0.0; COUNT]; COUNT],
             target: [0.0; COUNT],
             root: [[0.0; COUNT]; COUNT],
@@ -164,13 +167,14 @@ impl Learning {
         for (i, now) in now.into_iter().enumerate() {
             self.lags[0][i] += lag_share * (now - self.lags[0][i]);
             self.lags[1][i] += lag_share * (self.lags[0][i] - self.lags[1][i]);
+            self.lags[2][i] += self.valve_share * (self.lags[1][i] - self.lags[2][i]);
         }
-        let [.., expected, usable] = self.lags[1];
+        let [.., expected, usable] = self.lags[2];
         let found = (expected + missing) / sample.full;
         if !(usable > USABLE && sample.usable && found.abs() > LEAST) {
             return 0.0;
         }
-        self.regress(&hydrocrane_num::array::from_fn(|i| self.lags[1][i] / sample.full), found);
+        self.regress(&hydrocrane_num::array::from_fn(|i| self.lags[2][i] / sample.full), found);
         let before = self.fit.speed(sample);
         self.solve();
         let more = self.fit.speed(sample) - before;
@@ -271,7 +275,7 @@ mod tests {
 
     /// Drives a valve that does what `truth` says by random openings; what is learnt in `seconds`.
     fn learnt(truth: ValveFit, seconds: f64, noise: f64) -> Learning {
-        let mut learning = Learning::new(10.0, PERIOD);
+        let mut learning = Learning::new(10.0, PERIOD, 0.0);
         let mut random = RandomStream::new(1, "valve");
         let (mut asked, mut missing, mut lag) = (0.2, 0.0, 0.0);
         let full = [-0.05, 0.06];
@@ -330,7 +334,7 @@ mod tests {
 
     #[test]
     fn whatever_is_measured_stays_within_bounds_and_is_finite() {
-        let mut learning = Learning::new(0.5, PERIOD);
+        let mut learning = Learning::new(0.5, PERIOD, 0.0);
         let mut random = RandomStream::new(2, "nonsense");
         for _ in 0..5000 {
             let reach = 0.1 * random.symmetric();
@@ -358,11 +362,11 @@ mod tests {
 
     #[test]
     fn standstill_teaches_nothing_and_zero_time_switches_it_off() {
-        let mut learning = Learning::new(10.0, PERIOD);
+        let mut learning = Learning::new(10.0, PERIOD, 0.0);
         let still = Sample { asked: 0.01, closed: 0.0, reach: 0.05, full: 0.05, expected: 5e-4, usable: true };
         (0..1000).for_each(|_| assert_eq!(learning.learn(&still, -5e-4, SHARE), 0.0));
         assert_eq!(learning.fit, NOMINAL);
-        let mut off = Learning::new(0.0, PERIOD);
+        let mut off = Learning::new(0.0, PERIOD, 0.0);
         let moving = Sample { asked: 0.5, expected: 0.025, ..still };
         (0..1000).for_each(|_| assert_eq!(off.learn(&moving, -0.01, SHARE), 0.0));
         assert_eq!(off.fit, NOMINAL);

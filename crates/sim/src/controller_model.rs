@@ -2,6 +2,7 @@
 
 use hydrocrane_control::controller_model::{ControllerModel, CylinderModel, PumpModel};
 use hydrocrane_control::signal_chain::SignalChain;
+use hydrocrane_control::valve_answer::ValveDynamics;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::pump::{PressureControl, Pump};
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
@@ -85,7 +86,11 @@ pub(crate) fn cylinder_model<const N: usize>(crane: &Crane<N>, c: usize) -> Cyli
             dead_band: command.dead_band,
             limits: [command.low.max(-stroke), command.high.min(stroke)],
         },
-        delay: valve.delay + valve.command.delay + 2.0 * unit.spool.damping_ratio / unit.spool.natural_frequency,
+        dynamics: ValveDynamics {
+            delay: valve.delay + valve.command.delay,
+            natural_frequency: unit.spool.natural_frequency,
+            damping_ratio: unit.spool.damping_ratio,
+        },
         free: [stop.lower + stop.zone, stop.upper - stop.zone],
     }
 }

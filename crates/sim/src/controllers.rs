@@ -130,7 +130,6 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
         damping: DampingGains {
             ratio: gain("damping-ratio"),
             quiet: gain("quiet-speed"),
-            delay: 0.5 * period + controller_model.cylinders.iter().map(|c| c.delay).fold(0.0, f64::max),
             period,
             share: DampingGains::share(!estimates),
         },
