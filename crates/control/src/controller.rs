@@ -124,8 +124,18 @@ pub(crate) use copied_by_clone;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Told {
     pub text: String,
-    /// Whether the crane stops for it, so that it does not do what it was told.
-    pub stops: bool,
+    /// What the run is warned of.
+    pub alarm: Option<Alarm>,
+}
+
+/// A reason for which a run with a controller may not show what was asked for.
+#[cfg(feature = "std")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Alarm {
+    /// The crane stops because of a sensor.
+    SensorStop,
+    /// The controller's own loop oscillates.
+    Oscillates,
 }
 
 /// A sampled controller.

@@ -46,6 +46,65 @@ const NOISE_TIME: f64 = 3.0;
 /// Multiple of that level which counts as quiet.
 const NOISE: f64 = 3.0;
 
+/// Over how many of its periods, and how long (s), a swing is watched at least, and the share of it that must be gone then: closed valves alone
+/// have a damping ratio of 0.001, by which 3.7 % are gone.
+const WATCHED: f64 = 6.0;
+const WATCHED_FOR: f64 = 0.3;
+const FADED: f64 = 0.02;
+/// Multiple of what counts as quiet from which on a swing that goes on is told: 5.6 mm/s, and well above what noise makes of a quiet mode.
+/// One that has been told is followed until it is hardly damped any more.
+const TOLD: f64 = 8.0;
+const SWINGS: f64 = 2.0;
+
+/// Whether a mode dies out while the valves damp it, but for what the motion asked for excites: a stop at once makes it as fast as the tip was.
+/// Where it does not, the valves keep it going.
+#[derive(Debug, Clone, Copy)]
+struct Watch {
+    /// Share of the gain that is left.
+    trust: f64,
+    /// Largest speeds of the tip in the mode in the last window and in this one, m/s; the same of the set-point.
+    before: f64,
+    largest: f64,
+    moved: [f64; 2],
+    /// How long this window is to last, s.
+    left: f64,
+    /// Whether the swing has gone on from the window before the last one to the last one.
+    went_on: bool,
+}
+
+impl Watch {
+    const NEW: Watch =
+        Watch { trust: 1.0, before: f64::INFINITY, largest: 0.0, moved: [0.0; 2], left: f64::INFINITY, went_on: false };
+
+    /// Takes in the speed of the tip in a mode `omega` (rad/s), which counts as quiet below `quiet`, and the `pace` of the set-point, m/s;
+    /// whether the gain was halved.
+    fn look(&mut self, speed: f64, quiet: f64, pace: f64, omega: f64, period: f64) -> bool {
+        let window = (WATCHED * core::f64::consts::TAU / omega).max(WATCHED_FOR);
+        self.largest = self.largest.max(speed);
+        self.moved[1] = self.moved[1].max(pace);
+        self.left = self.left.min(window) - period;
+        if self.left > 0.0 {
+            return false;
+        }
+        let excited = self.moved[0].max(self.moved[1]);
+        let told = if self.trust < 1.0 { SWINGS } else { TOLD };
+        let goes_on = self.largest > (1.0 - FADED) * self.before && self.largest > told * quiet + excited;
+        // Once, it may have begun late.
+        let keeps_on = goes_on && self.went_on;
+        // Less where it grows fast.
+        let kept = 0.5 * (self.before / self.largest).min(1.0);
+        *self = Watch {
+            trust: if keeps_on { kept * self.trust } else { self.trust },
+            before: self.largest,
+            largest: 0.0,
+            moved: [self.moved[1], 0.0],
+            left: window,
+            went_on: goes_on,
+        };
+        keeps_on
+    }
+}
+
 /// Median of the innovations of a mode, as a speed of the tip, m/s. A stop, which no model foresees, hardly moves it.
 #[derive(Debug, Clone, Copy)]
 struct NoiseLevel(f64);
@@ -74,6 +133,9 @@ pub struct Damping<const N: usize> {
     coming: [UnderWay; N],
     /// Per mode.
     noise: [NoiseLevel; N],
+    watches: [Watch; N],
+    /// Whether a gain was halved at the last sample.
+    pub halved: bool,
 }
 
 impl<const N: usize> Damping<N> {
@@ -88,22 +150,32 @@ impl<const N: usize> Damping<N> {
             given: zero,
             coming: hydrocrane_num::array::from_fn(|c| UnderWay::at(0.0, &answers[c])),
             noise: [NoiseLevel(gains.quiet / NOISE); N],
+            watches: [Watch::NEW; N],
+            halved: false,
         }
     }
 
+    /// Begins the observer anew with this `excess`.
+    pub fn begin_anew(&mut self, excess: &[f64; N], answers: &[ValveAnswer; N]) {
+        *self = Damping { watches: self.watches, ..Damping::at(self.gains, excess, answers) };
+    }
+
     /// Takes in a sample of the torques' `excess` over the planned ones, if they were measured; joint rates to ask the valves for on top.
+    /// `pace`: speed of the set-point, m/s.
     pub fn step(
         &mut self,
         modes: &OilModes<N>,
         posture: &Posture<N>,
         answers: &[ValveAnswer; N],
         excess: Option<&[f64; N]>,
+        pace: f64,
     ) -> [f64; N] {
         let g = self.gains;
         let (deflection, rate) = (modes.of_motion(&self.deflection), modes.of_motion(&self.rate));
         let (given, offset) = (modes.of_motion(&self.given), modes.of_torque(&self.offset));
         let (torque, reach) = (excess.map(|excess| modes.of_torque(excess)), modes.reach(&posture.jacobian));
         let (mut s, mut r, mut b, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
+        self.halved = false;
         for m in 0..N {
             let omega = modes.frequency[m];
             let angle = omega * g.period;
@@ -122,7 +194,9 @@ impl<const N: usize> Damping<N> {
             let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
             let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
             let share = (speed / quiet - 1.0).clamp(0.0, 1.0);
-            w[m] = (2.0 * g.ratio * omega).min(g.share * most(angle) / g.period) * share * ahead;
+            self.halved |= self.watches[m].look(speed, quiet, pace, omega, g.period);
+            let gain = (2.0 * g.ratio * omega).min(g.share * most(angle) / g.period) * self.watches[m].trust;
+            w[m] = gain * share * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
         }
         (self.deflection, self.rate) = (modes.motion(&s), modes.motion(&r));

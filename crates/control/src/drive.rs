@@ -107,6 +107,8 @@ pub struct Drive {
     /// Shares by which the low-passes of the pressures and of the load go on in a period.
     pressure_share: f64,
     load_share: f64,
+    /// Opening that the spool swings beyond after it has passed half of its overlap: less would be drowned by that.
+    least_opening: f64,
     /// Openings that commands reach, retracting and extending, as shares of the whole.
     reach: [f64; 2],
     /// Friction at the start of a motion, retracting and extending, N.
@@ -236,6 +238,7 @@ impl Drive {
             sample: None,
             pressure_share: share(gains.pressure),
             load_share: share(LOAD_BANDWIDTH),
+            least_opening: cylinder.dynamics.overshoot() * cylinder.overlap(),
             reach: [-1.0, 1.0].map(|sense| cylinder.reach(sense)),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
             moment,
@@ -517,6 +520,7 @@ impl Drive {
         }
         let c = &self.cylinder;
         let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring) };
+        let opening = if opening.abs() < self.least_opening { 0.0 } else { opening };
         let asked = self.fit.asked(opening);
         let command = c.chain.command(c.spool(asked)).clamp(-c.stroke, c.stroke);
         let spool = c.chain.spool(command);

@@ -1,6 +1,6 @@
 //! A controller behind the monitor of its sensors, where there is a heap.  theory: docs/theory/control/plausibility.md
 
-use crate::controller::{Controller, Fault, Measurement, Stick, Told};
+use crate::controller::{Alarm, Controller, Fault, Measurement, Stick, Told};
 use crate::controller_model::ControllerModel;
 use crate::notice::Names;
 use crate::plausibility::Monitor;
@@ -80,7 +80,7 @@ impl<const N: usize> Controller for Monitored<N> {
         let (news, recovery) = (self.safe_state.take_news(), self.safe_state.monitor().recovery_time());
         let told = news.iter().map(|notice| Told {
             text: notice.text(&self.names, recovery),
-            stops: matches!(notice, SensorNotice::Stops(..)),
+            alarm: matches!(notice, SensorNotice::Stops(..)).then_some(Alarm::SensorStop),
         });
         told.chain(self.known.controller.notices()).collect()
     }

@@ -1,5 +1,7 @@
 //! What whoever runs a machine should know, as plain values; the words are made where there is a heap.
 
+#[cfg(feature = "std")]
+use crate::controller::Alarm;
 use crate::controller::PlaceName;
 use arrayvec::ArrayVec;
 
@@ -119,6 +121,8 @@ pub enum Notice {
     RunsAway(usize),
     /// This cylinder does not hold its place, though nothing measures its load.
     Yields(usize),
+    /// The crane swings on by itself: gains of the damping are halved.
+    Oscillates,
 }
 
 /// Notices that are kept until somebody asks for them; whatever happens in one sample has room.
@@ -158,7 +162,16 @@ impl Notice {
             Notice::Sinks(cylinders) => sinks(names, *cylinders),
             Notice::RunsAway(joint) => runaway(names, *joint),
             Notice::Yields(cylinder) => yielding(names, *cylinder),
+            Notice::Oscillates => "the crane swings on although the valves damp it, so they may act later than the \
+                                   machine file says: the gain of the damping is halved"
+                .to_string(),
         }
+    }
+
+    /// What the run is warned of.
+    #[cfg(feature = "std")]
+    pub fn alarm(&self) -> Option<Alarm> {
+        matches!(self, Notice::Oscillates).then_some(Alarm::Oscillates)
     }
 }
 

@@ -51,6 +51,12 @@ impl CylinderModel {
         }
         0.5 * (self.travel(0, CLOSED) + self.travel(1, CLOSED))
     }
+
+    /// The same over the rest of the stroke.
+    pub fn overlap(&self) -> f64 {
+        let closed = self.closed_zone();
+        closed / (self.stroke - closed)
+    }
 }
 
 impl CylinderModel {

@@ -517,13 +517,22 @@ impl<const N: usize> State<N> {
         });
         if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
             // In motion a wrong flow looks like a swing.
-            self.damping = Damping::at(s.damping, &excess, &self.answers);
+            self.damping.begin_anew(&excess, &self.answers);
             return;
         }
-        let rates = self.damping.step(modes, measured, &self.answers, self.forces_known.then_some(&excess));
+        let rates = self.damping.step(
+            modes,
+            measured,
+            &self.answers,
+            self.forces_known.then_some(&excess),
+            self.reference.pace,
+        );
+        if self.damping.halved {
+            self.news.tell(Notice::Oscillates);
+        }
         if rates.iter().any(|rate| !rate.is_finite()) {
             // Near a dead centre a pose can have no modes.
-            self.damping = Damping::at(s.damping, &excess, &self.answers);
+            self.damping.begin_anew(&excess, &self.answers);
             return;
         }
         for (c, demand) in demands.iter_mut().enumerate() {
@@ -604,7 +613,7 @@ impl<const N: usize> Controller for Tip<N> {
     #[cfg(feature = "std")]
     fn notices(&mut self) -> Vec<Told> {
         let news = self.take_notices();
-        let told = |notice: &Notice| Told { text: notice.text(&self.names), stops: false };
+        let told = |notice: &Notice| Told { text: notice.text(&self.names), alarm: notice.alarm() };
         news.iter().map(told).collect()
     }
 }

@@ -30,6 +30,16 @@ impl ValveDynamics {
         self.delay + 2.0 * self.damping_ratio / self.natural_frequency
     }
 
+    /// How far the spool swings beyond a step, as a share of it.
+    pub fn overshoot(&self) -> f64 {
+        let ratio = self.damping_ratio;
+        if ratio < 1.0 {
+            portable::exp(-core::f64::consts::PI * ratio / portable::sqrt(1.0 - ratio * ratio))
+        } else {
+            0.0
+        }
+    }
+
     /// Integral over time of the answer to a unit step, s: of x'' + 2 zeta w x' + w^2 x = w^2, x' + 2 zeta w x + w^2 I = w^2 t.
     fn integral(&self, since: f64) -> f64 {
         let t = since - self.delay;

@@ -163,6 +163,7 @@ fn flag(notice: &Notice) -> u32 {
         Notice::Sinks(_) => 1 << 5,
         Notice::RunsAway(_) => 1 << 6,
         Notice::Yields(_) => 1 << 7,
+        Notice::Oscillates => 1 << 11,
         // No function of this library gives a goal.
         Notice::GivenUp { .. } | Notice::Arrived(_) => 0,
     }

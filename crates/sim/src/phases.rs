@@ -14,7 +14,7 @@ use crate::recorder::Recorder;
 use crate::sampled::{plan_fault, Event, Sampled, SampledPlan, Samples, Sampling};
 use crate::schedule::Schedule;
 use crate::warning::Warning;
-use hydrocrane_control::controller::Controller;
+use hydrocrane_control::controller::{Alarm, Controller};
 
 /// The source of the spool commands.
 pub enum Driver<'a> {
@@ -107,22 +107,30 @@ pub fn simulate_phases<'a>(
         }
     };
     let mut run = recorder.finish(outcome, Some((&going.stepper, &driven, &mut going.watch)));
-    let (stops, events) = events.into_iter().partition::<Vec<Event>, _>(|event| event.stops);
-    run.warnings.extend(stops.into_iter().map(sensor_stop));
+    run.warnings.extend(alarms(&events));
+    events.retain(|event| event.alarm.is_none());
     run.warnings.sort_by(|a, b| a.time.total_cmp(&b.time));
     PhasedRun { run, samples, events }
 }
 
-/// Warning that a controller has stopped the crane because of a sensor.
-fn sensor_stop(Event { time, text, .. }: Event) -> Warning {
-    Warning {
-        time,
-        kind: "sensor-stop",
-        text,
-        cure: "if the sensor is in order, state its errors in its `[sensor]` table, and those of valves and supply in \
-               `[control.plausibility]`"
-            .to_string(),
-    }
+/// Warnings that a controller gives: each time that it stops the crane because of a sensor, and once that its loop oscillates.
+fn alarms(events: &[Event]) -> impl Iterator<Item = Warning> + '_ {
+    let first = events.iter().position(|event| event.alarm == Some(Alarm::Oscillates));
+    events.iter().enumerate().filter_map(move |(i, Event { time, text, alarm })| {
+        let (kind, cure) = match alarm.as_ref()? {
+            Alarm::SensorStop => (
+                "sensor-stop",
+                "if the sensor is in order, state its errors in its `[sensor]` table, and those of valves and supply in \
+                 `[control.plausibility]`",
+            ),
+            Alarm::Oscillates if first == Some(i) => (
+                "controller-oscillates",
+                "state the true `delay` and `natural-frequency` of each valve, or a lower `control.tip.damping-ratio`",
+            ),
+            Alarm::Oscillates => return None,
+        };
+        Some(Warning { time: *time, kind, text: text.clone(), cure: cure.to_string() })
+    })
 }
 
 /// Begins a phase with a controller; sticks and sent commands continue from the last such phase.

@@ -10,7 +10,7 @@ use crate::event_loop::Events;
 use crate::outcome::{Outcome, OutcomeKind};
 use crate::sensing::Sensors;
 use crate::stick::{Hand, Sticks, ROUNDING};
-use hydrocrane_control::controller::{Controller, Fault, Told};
+use hydrocrane_control::controller::{Alarm, Controller, Fault, Told};
 use hydrocrane_control::valve_learning::LearntValve;
 use hydrocrane_ode::Stepper;
 
@@ -32,13 +32,13 @@ pub struct Event {
     /// s
     pub time: f64,
     pub text: String,
-    /// Whether the controller stops the crane for it: a warning of the run.
-    pub stops: bool,
+    /// What the run is warned of.
+    pub alarm: Option<Alarm>,
 }
 
 impl Event {
     fn new(time: f64, text: String) -> Self {
-        Event { time, text, stops: false }
+        Event { time, text, alarm: None }
     }
 }
 
@@ -174,7 +174,7 @@ impl Sampled {
             self.hand.arrive();
         }
         let notices = controller.notices().into_iter();
-        self.events.extend(notices.map(|Told { text, stops }| Event { time: now, text, stops }));
+        self.events.extend(notices.map(|Told { text, alarm }| Event { time: now, text, alarm }));
         self.given_up = matches!(answer, Err(Fault::Fatal(_)));
         let fault = match answer {
             Err(fault) => Some(fault.to_string()),

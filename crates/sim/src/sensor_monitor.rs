@@ -155,7 +155,7 @@ impl<const N: usize> Basis<'_, N> {
         let floor = self.value("pressure-tolerance") * machine.supply.rated;
         let scatter = sensors.map(|sensor| sensor.map_or(0.0, scatter));
         let accuracy = |side: usize| sensors[side].map_or(0.0, |s| accuracy(s) + scatter[side]).max(floor);
-        let overshoot = overshoot(valve.damping_ratio);
+        let overshoot = self.model.cylinders[c].dynamics.overshoot();
         Trust {
             flow: self.value("flow-tolerance"),
             pressure: [0, 1].map(accuracy),
@@ -172,14 +172,6 @@ impl<const N: usize> Basis<'_, N> {
             swing: 2.0 * overshoot / (1.0 - overshoot),
             play: valve.command.play,
         }
-    }
-}
-
-/// Overshoot of a second-order lag after a step, as a share of the step.
-fn overshoot(damping_ratio: f64) -> f64 {
-    match damping_ratio {
-        ratio if ratio < 1.0 => portable::exp(-std::f64::consts::PI * ratio / (1.0 - ratio * ratio).sqrt()),
-        _ => 0.0,
     }
 }
 

@@ -80,8 +80,8 @@ hydrocrane_status hydrocrane_step(void *memory, const hydrocrane_sample *now, in
 /* Where the controller wants the tip, x and z, m. */
 hydrocrane_status hydrocrane_set_point(const void *memory, double place[2]);
 
-/* What has happened since the last call: a sum of the bits below. Of the controllers only `tip` tells anything; the last three bits are
- * those of the monitor of the sensors. */
+/* What has happened since the last call: a sum of the bits below. Of the controllers only `tip` tells anything; the three bits
+ * before the last are those of the monitor of the sensors. */
 uint32_t hydrocrane_notices(void *memory);
 enum {
     /* The tip stands though the stick is deflected: the load is too heavy for the supply pressure; the tip does not follow its
@@ -102,7 +102,10 @@ enum {
     /* A sensor failed for a moment, and control continued without it. */
     HYDROCRANE_SENSOR_BRIDGED = 1 << 9,
     /* All sensors read plausibly and the stick is released: the controller restarts. */
-    HYDROCRANE_SENSORS_RESTART = 1 << 10
+    HYDROCRANE_SENSORS_RESTART = 1 << 10,
+    /* The crane swings on although the valves damp it, so they may act later than the machine file says: the gain of the
+     * damping is halved. */
+    HYDROCRANE_OSCILLATES = 1 << 11
 };
 
 /* The sensors that are suspect, a bit each, until they are trusted again; always zero without a monitor. Bit 3 j is the sensor of joint
