@@ -6,7 +6,7 @@
 //!   F = F_ref - k (x - x^)
 
 use crate::controller_model::CylinderModel;
-use crate::feed_forward::{MOST, Moment, SupplyPressures};
+use crate::feed_forward::{Moment, SupplyPressures, MOST};
 use crate::observer::{Gains, Observer};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;

@@ -180,13 +180,7 @@ impl CylinderModel {
 
     /// The pressures after a time. The oil between closed edges takes the change of the force, and the level takes one implicit step,
     /// z = t z'(z), along the secant of z': chambers that fill within the time come to their steady level.
-    pub fn ahead(
-        &self,
-        fluid: &Fluid<f64>,
-        supply_pressures: &SupplyPressures,
-        m: &Moment,
-        ahead: &Ahead,
-    ) -> Moment {
+    pub fn ahead(&self, fluid: &Fluid<f64>, supply_pressures: &SupplyPressures, m: &Moment, ahead: &Ahead) -> Moment {
         let [a1, a2] = [self.chambers.area_1, self.chambers.area_2];
         let most = MOST * supply_pressures.supply;
         let bounded = |p: [f64; 2]| Moment { stroke: m.stroke, p: p.map(|p| p.max(fluid.vacuum).min(most)) };

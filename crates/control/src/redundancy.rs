@@ -1,15 +1,17 @@
 //! Joint rates for a velocity of the tip.                      theory: docs/theory/control/redundancy.md
 //!
-//! least sum_i w_i (q'_i - q'_pref,i)^2   with   J q' = s v + c   and   lower_i <= q'_i <= upper_i
+//! least sum_i w_i (q'_i - q'_pref,i)^2   with   J q' = s v + r c   and   lower_i <= q'_i <= upper_i
 //!
-//! for the largest s in 0 to 1: v is what the stick asks for and may be slowed down, but not turned; c corrects the
-//! path and is not slowed down. Without limits the answer is a weighted pseudo-inverse. A joint at its limit is held there
-//! and the others take over its share, as long as two are left (saturation in the null space); where even that does not
-//! reach, s shrinks.
+//! v is what the stick asks for and may be slowed down, but not turned; c corrects the path. First the largest r in 0 to 1 that a part
+//! of the bounds allows, then the largest s in 0 to 1. What the tip can do, {J q'}, is a polygon whose edges are as the columns of J:
+//!
+//! s = min over n with n v > 0 of (h(n) - n r c)/(n v),   h(n) = sum_i max(n J_i lower_i, n J_i upper_i),   n normal to a column
+//!
+//! The least effort is found by its multipliers y: q'_i = clamp(q'_pref,i + J_i y/w_i).
 //!
 //! With levers, every joint moves as it is asked to but one, which holds the height: [`level`].
 
-use hydrocrane_num::Real;
+use hydrocrane_num::{portable, Real};
 
 /// What the tip shall do, m/s.
 #[derive(Debug, Clone, Copy)]
@@ -34,17 +36,146 @@ pub struct Motion<const N: usize> {
     pub scale: f64,
 }
 
-/// Damping of the 2 x 2 system relative to its trace: finite rates where the chain is singular.
-const DAMPING: f64 = 1e-9;
+/// What is left of a `share` that the bounds allow: where they hardly allow any, joints would go back and forth at full speed for it.
+fn faded(share: f64) -> f64 {
+    share * (share / BARRED).min(1.0)
+}
+
+/// Share that counts as hardly any.
+pub const BARRED: f64 = 0.1;
+/// Share of the bounds that the correction may take: the motion keeps the rest, and a correction that a pose hardly allows is made slowly.
+const CORRECTING: f64 = 0.25;
 
 pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>) -> Motion<N> {
-    let slower = || {
-        // No room for the whole correction: motion and correction shrink together, which s = 0 always allows.
-        let together = hydrocrane_num::array::from_fn(|r| task.velocity[r] + task.correction[r]);
-        let task = Task { velocity: together, correction: [0.0; 2] };
-        fastest(jacobian, &task, &Preference { rates: [0.0; N], ..*prefer })
+    let task = &task.possible(jacobian);
+    let few = prefer.bounds.map(|bounds| bounds.map(|bound| CORRECTING * bound));
+    let corrected = faded(room(jacobian, &few, [0.0; 2], task.correction).share);
+    let correction = task.correction.map(|c| corrected * c);
+    let Room { share: scale, edge } = room(jacobian, &prefer.bounds, correction, task.velocity);
+    let target = hydrocrane_num::array::from_fn(|r| correction[r] + scale * task.velocity[r]);
+    // On an edge every joint but those along it is at a bound.
+    let bounds = hydrocrane_num::array::from_fn(|i| {
+        let [x, z] = [jacobian[0][i], jacobian[1][i]];
+        let gain = edge.map_or(0.0, |n| dot(n, [x, z]));
+        let [low, high] = prefer.bounds[i];
+        match gain {
+            gain if gain.abs() <= ALONG * edge.map_or(0.0, |n| portable::sqrt(dot(n, n) * (x * x + z * z))) => {
+                [low, high]
+            }
+            gain if gain > 0.0 => [high; 2],
+            _ => [low; 2],
+        }
+    });
+    Motion { rates: least_effort(jacobian, target, &Preference { bounds, ..*prefer }), scale }
+}
+
+/// How much of a way joints can do, and the normal of the edge of what they can do at all that bounds it.
+struct Room {
+    share: f64,
+    edge: Option<[f64; 2]>,
+}
+
+impl Task {
+    /// What one joint alone can do of it.
+    fn possible<const N: usize>(&self, jacobian: &[[f64; N]; 2]) -> Task {
+        if N > 1 {
+            return *self;
+        }
+        let along = [jacobian[0][0], jacobian[1][0]];
+        let square = dot(along, along).max(f64::MIN_POSITIVE);
+        let part = |v: [f64; 2]| along.map(|a| a * (dot(along, v) / square));
+        Task { velocity: part(self.velocity), correction: part(self.correction) }
+    }
+}
+
+/// Largest share of `way` that joints within `bounds` can add to `from`, which they can do.
+fn room<const N: usize>(jacobian: &[[f64; N]; 2], bounds: &[[f64; 2]; N], from: [f64; 2], way: [f64; 2]) -> Room {
+    let column = |i: usize| [jacobian[0][i], jacobian[1][i]];
+    let limit = |n: [f64; 2]| {
+        let towards = dot(n, way);
+        // A column along the way bounds nothing.
+        if towards <= ALONG * portable::sqrt(dot(n, n) * dot(way, way)) {
+            return 1.0;
+        }
+        let farthest: f64 = (0..N)
+            .map(|i| {
+                let gain = dot(n, column(i));
+                (gain * bounds[i][0]).max(gain * bounds[i][1])
+            })
+            .sum();
+        ((farthest - dot(n, from)) / towards).max(0.0)
     };
-    fastest(jacobian, task, prefer).or_else(slower).unwrap_or(Motion { rates: [0.0; N], scale: 0.0 })
+    let mut room = Room { share: 1.0, edge: None };
+    for i in 0..N {
+        let [x, z] = column(i);
+        // The edges beside the column, and where all are parallel the ends of it.
+        for n in [[-z, x], [z, -x], [x, z], [-x, -z]] {
+            let share = limit(n);
+            if share < room.share {
+                room = Room { share, edge: Some(n) };
+            }
+        }
+    }
+    room
+}
+
+/// Rates of least effort that give the tip the velocity `target`, which it can have.
+fn least_effort<const N: usize>(jacobian: &[[f64; N]; 2], target: [f64; 2], prefer: &Preference<N>) -> [f64; N] {
+    let give: [f64; N] = prefer.weights.map(|weight| 1.0 / weight);
+    let pulled = |y: [f64; 2], i: usize| prefer.rates[i] + give[i] * (jacobian[0][i] * y[0] + jacobian[1][i] * y[1]);
+    let rates = |y: [f64; 2]| -> [f64; N] {
+        hydrocrane_num::array::from_fn(|i| pulled(y, i).max(prefer.bounds[i][0]).min(prefer.bounds[i][1]))
+    };
+    let missing = |q: &[f64; N]| -> [f64; 2] {
+        hydrocrane_num::array::from_fn(|r| target[r] - (0..N).map(|i| jacobian[r][i] * q[i]).sum::<f64>())
+    };
+    let mut y = [0.0; 2];
+    let mut now = rates(y);
+    let mut off = missing(&now);
+    let all = (0..N).map(|i| give[i] * (jacobian[0][i].square() + jacobian[1][i].square())).sum::<f64>();
+    let damping = (DAMPING * all).max(f64::MIN_POSITIVE);
+    for _ in 0..STEPS {
+        let size = dot(off, off);
+        if size <= STILL.square() {
+            break;
+        }
+        // Joints beyond a bound give nothing, nor do those at one that are led on.
+        let free = |i: usize| {
+            let ([low, high], at) = (prefer.bounds[i], pulled(y, i));
+            let led = jacobian[0][i] * off[0] + jacobian[1][i] * off[1];
+            low < high && (at > low && at < high || at == low && led > 0.0 || at == high && led < 0.0)
+        };
+        let normal = |r: usize, c: usize| {
+            (0..N).filter(|&i| free(i)).map(|i| jacobian[r][i] * give[i] * jacobian[c][i]).sum::<f64>()
+        };
+        let (a, b, d) = (normal(0, 0) + damping, normal(0, 1), normal(1, 1) + damping);
+        let determinant = a * d - b * b;
+        let step = [(d * off[0] - b * off[1]) / determinant, (a * off[1] - b * off[0]) / determinant];
+        // The residual is the slope of a concave function, piecewise linear along the step: to its highest point, between the two bends
+        // that a joint at a bound makes there.
+        let slope = |length: f64| dot(missing(&rates([y[0] + length * step[0], y[1] + length * step[1]])), step);
+        let mut ends = [(0.0, dot(off, step)), (f64::INFINITY, 0.0)];
+        for i in 0..N {
+            let speed = give[i] * (jacobian[0][i] * step[0] + jacobian[1][i] * step[1]);
+            for bound in prefer.bounds[i] {
+                let length = (bound - pulled(y, i)) / speed;
+                if length.is_finite() && length > ends[0].0 && length < ends[1].0 {
+                    let there = slope(length);
+                    ends[usize::from(there <= 0.0)] = (length, there);
+                }
+            }
+        }
+        let [(from, up), (to, down)] = ends;
+        let length = if to.is_finite() { from + (to - from) * up / (up - down) } else { from.max(1.0) };
+        y = [y[0] + length * step[0], y[1] + length * step[1]];
+        now = rates(y);
+        off = missing(&now);
+    }
+    now
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
 /// Rates of joints that move as `asked`, while joint `follower` takes back what the others change of the tip's height.
@@ -69,45 +200,7 @@ pub fn level_within<const N: usize>(
     let corrected = (correction * gain / (gain * gain + LIFT_IN_FULL * LIFT_IN_FULL)).clamp(low, high);
     let base = hydrocrane_num::array::from_fn(|i| if i == follower { corrected } else { 0.0 });
     let line = Line { base, slope: level(jacobian, asked, follower) };
-    line.fastest(bounds, &[None; N]).unwrap_or(Motion { rates: [0.0; N], scale: 0.0 })
-}
-
-/// The motion of largest s, if any keeps the bounds: free, or with joints held at a bound one after the other.
-fn fastest<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>) -> Option<Motion<N>> {
-    let mut held = [None; N];
-    let mut best = Line::new(jacobian, task, prefer, &held).fastest(&prefer.bounds, &held);
-    for _ in 2..N {
-        if best.is_some_and(|b| b.scale >= 1.0) {
-            break;
-        }
-        let mut found: Option<(Motion<N>, usize, f64)> = None;
-        for joint in (0..N).filter(|&i| held[i].is_none()) {
-            for bound in prefer.bounds[joint] {
-                let mut trial = held;
-                trial[joint] = Some(bound);
-                let motion = Line::new(jacobian, task, prefer, &trial).fastest(&prefer.bounds, &trial);
-                let better = |m: &Motion<N>| found.is_none_or(|(f, ..)| prefer.prefers(m, &f));
-                if let Some(motion) = motion.filter(better) {
-                    found = Some((motion, joint, bound));
-                }
-            }
-        }
-        let Some((motion, joint, bound)) = found else { break };
-        held[joint] = Some(bound);
-        if best.is_none_or(|b| prefer.prefers(&motion, &b)) {
-            best = Some(motion);
-        }
-    }
-    best
-}
-
-impl<const N: usize> Preference<N> {
-    /// Whether `a` is faster than `b`, or as fast with less effort.
-    fn prefers(&self, a: &Motion<N>, b: &Motion<N>) -> bool {
-        let effort =
-            |m: &Motion<N>| (0..N).map(|i| self.weights[i] * (m.rates[i] - self.rates[i]).square()).sum::<f64>();
-        a.scale > b.scale || a.scale == b.scale && effort(a) < effort(b)
-    }
+    line.fastest(bounds).unwrap_or(Motion { rates: [0.0; N], scale: 0.0 })
 }
 
 /// Rates as a function of s: `base + s slope`.
@@ -117,33 +210,14 @@ struct Line<const N: usize> {
 }
 
 impl<const N: usize> Line<N> {
-    fn new(j: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>, held: &[Option<f64>; N]) -> Self {
-        let start: [f64; N] = hydrocrane_num::array::from_fn(|i| held[i].unwrap_or(prefer.rates[i]));
-        let rest: [f64; 2] =
-            hydrocrane_num::array::from_fn(|r| task.correction[r] - (0..N).map(|i| j[r][i] * start[i]).sum::<f64>());
-        let give: [f64; N] =
-            hydrocrane_num::array::from_fn(|i| if held[i].is_some() { 0.0 } else { 1.0 / prefer.weights[i] });
-        let normal = |r: usize, c: usize| (0..N).map(|i| j[r][i] * give[i] * j[c][i]).sum::<f64>();
-        let (a, b, d) = (normal(0, 0), normal(0, 1), normal(1, 1));
-        let damping = (DAMPING * (a + d)).max(f64::MIN_POSITIVE);
-        let (a, d) = (a + damping, d + damping);
-        let determinant = a * d - b * b;
-        let pull = |v: [f64; 2]| {
-            let y = [(d * v[0] - b * v[1]) / determinant, (a * v[1] - b * v[0]) / determinant];
-            hydrocrane_num::array::from_fn(|i| give[i] * (j[0][i] * y[0] + j[1][i] * y[1]))
-        };
-        let correction: [f64; N] = pull(rest);
-        Line { base: hydrocrane_num::array::from_fn(|i| start[i] + correction[i]), slope: pull(task.velocity) }
-    }
-
     fn at(&self, scale: f64) -> [f64; N] {
         hydrocrane_num::array::from_fn(|i| self.base[i] + scale * self.slope[i])
     }
 
     /// At the largest s in 0 to 1 that keeps all bounds, if any.
-    fn fastest(&self, bounds: &[[f64; 2]; N], held: &[Option<f64>; N]) -> Option<Motion<N>> {
+    fn fastest(&self, bounds: &[[f64; 2]; N]) -> Option<Motion<N>> {
         let (mut least, mut most) = (0.0f64, 1.0f64);
-        for i in (0..N).filter(|&i| held[i].is_none()) {
+        for i in 0..N {
             let ([low, high], base, slope) = (bounds[i], self.base[i], self.slope[i]);
             if slope.abs() < STILL {
                 if base < low - STILL || base > high + STILL {
@@ -161,7 +235,13 @@ impl<const N: usize> Line<N> {
 /// What a joint lifts the tip per its own motion (m/rad, m/m): guard at zero, and from where on it corrects in full.
 const LEAST_LIFT: f64 = 1e-6;
 const LIFT_IN_FULL: f64 = 0.05;
-/// Rates that count as zero, rad/s or m/s.
+/// Cosine of an angle that counts as none.
+const ALONG: f64 = 1e-12;
+/// Steps that find the multipliers at most.
+const STEPS: usize = 24;
+/// Damping of the 2 x 2 system relative to its trace: steps that are finite where joints at bounds leave one direction.
+const DAMPING: f64 = 1e-9;
+/// Rates that count as zero, rad/s or m/s, and velocities, m/s.
 const STILL: f64 = 1e-12;
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::controller_model::{ControllerModel, Posture};
 use crate::drive::MOST_WINDING;
 use crate::holding::Leave;
 use crate::keep_out::{Caution, KeepOut};
-use crate::redundancy::{level, level_within, resolve, Motion, Preference, Task};
+use crate::redundancy::{level, level_within, resolve, Motion, Preference, Task, BARRED};
 use crate::slow_down::joint_rates;
 use hydrocrane_num::{portable, Real, Vec2};
 
@@ -393,7 +393,11 @@ impl<const N: usize> Reference<N> {
     fn motion(&self, shape: &Shape<N>, wish: &Wish<N>, correction: [f64; 2], prefer: &Preference<N>) -> Motion<N> {
         let jacobian = &self.posture.jacobian;
         match *wish {
-            Wish::Tip(velocity) => resolve(jacobian, &Task { velocity, correction }, prefer),
+            Wish::Tip(velocity) => {
+                let Motion { rates, scale } = resolve(jacobian, &Task { velocity, correction }, prefer);
+                let left = (scale / BARRED).min(1.0);
+                Motion { rates: rates.map(|rate| left * rate), scale: left * scale }
+            }
             Wish::Joints(rates) => level_within(jacobian, &rates, shape.height_joint, correction[1], &prefer.bounds),
         }
     }

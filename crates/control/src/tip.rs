@@ -448,7 +448,8 @@ impl<const N: usize> State<N> {
         } else {
             let held = self.reference.posture.stroke;
             (self.sinking, self.told_sinking) = (0.0, false);
-            self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() + self.drives[c].under_way() - held[c]);
+            self.settled =
+                hydrocrane_num::array::from_fn(|c| self.drives[c].position() + self.drives[c].under_way() - held[c]);
             let mut observed = measured.joints_at(q, &self.of_each(Drive::position));
             // An observer that is slow for a slow swing loses a tip that moves, which the sensors see but for half a count.
             let unknown = counts.map(|count| HALF_A_COUNT * count);
@@ -512,9 +513,8 @@ impl<const N: usize> State<N> {
     /// Adds the speeds that damp the modes on the oil.
     fn damp(&mut self, s: &Settings<N>, modes: &OilModes<N>, measured: &Posture<N>, demands: &mut [Demand; N]) {
         let force = self.of_each(Drive::force);
-        let excess: [f64; N] = hydrocrane_num::array::from_fn(|c| {
-            measured.lever_arm[c] * (force[c] - self.drives[c].needed())
-        });
+        let excess: [f64; N] =
+            hydrocrane_num::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].needed()));
         if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
             // In motion a wrong flow looks like a swing.
             self.damping.begin_anew(&excess, &self.answers);

@@ -38,20 +38,22 @@ def largest_share(jacobian, velocity, bounds) -> float:
     return found.x[-1]
 
 
+@pytest.mark.parametrize("joints", [2, 3, 4, 6])
 @pytest.mark.parametrize("fast", [0.2, 1.0, 5.0])
-def test_no_faster_motion_keeps_the_direction(fast):
-    for seed in range(150):
-        jacobian, velocity, weights, preferred, bounds = problem(seed, fast=fast)
+def test_no_faster_motion_keeps_the_direction(fast, joints):
+    for seed in range(60):
+        jacobian, velocity, weights, preferred, bounds = problem(seed, joints, fast)
         rates, share = _core.resolve_rates(jacobian, tuple(velocity), REST, weights, preferred, bounds)
-        assert share == pytest.approx(largest_share(jacobian, velocity, bounds), abs=1e-5), seed
-        np.testing.assert_allclose(jacobian @ rates, share * velocity, atol=1e-5)
+        assert share == pytest.approx(largest_share(jacobian, velocity, bounds), abs=1e-6), seed
+        np.testing.assert_allclose(jacobian @ rates, share * velocity, atol=1e-6)
         assert (rates > bounds[:, 0] - 1e-9).all() and (rates < bounds[:, 1] + 1e-9).all()
 
 
-def test_of_all_motions_as_fast_it_takes_the_one_of_least_effort():
+@pytest.mark.parametrize("joints", [3, 6])
+def test_of_all_motions_as_fast_it_takes_the_one_of_least_effort(joints):
     """Against bounded least squares with the tip's velocity as a stiff condition."""
     for seed in range(150):
-        jacobian, velocity, weights, preferred, bounds = problem(seed)
+        jacobian, velocity, weights, preferred, bounds = problem(seed, joints)
         rates, share = _core.resolve_rates(jacobian, tuple(velocity), REST, weights, preferred, bounds)
         stiff = 1e6
         matrix = np.vstack([np.diag(np.sqrt(weights)), stiff * jacobian])
@@ -62,14 +64,6 @@ def test_of_all_motions_as_fast_it_takes_the_one_of_least_effort():
             return float((weights * (q - preferred) ** 2).sum())
 
         assert effort(rates) < effort(best) + 1e-6, seed
-
-
-def test_a_chain_of_many_joints_still_keeps_its_direction():
-    for seed in range(50):
-        jacobian, velocity, weights, preferred, bounds = problem(seed, joints=6, fast=3.0)
-        rates, share = _core.resolve_rates(jacobian, tuple(velocity), REST, weights, preferred, bounds)
-        np.testing.assert_allclose(jacobian @ rates, share * velocity, atol=1e-5)
-        assert 0.0 <= share <= largest_share(jacobian, velocity, bounds) + 1e-6
 
 
 def test_arrays_that_do_not_fit_are_told():

@@ -92,7 +92,11 @@ impl Case {
         };
         let mut done = simulate_sampled(model, &x0, end, controller.as_mut(), &plan, &record, &options, &mut |_| true);
         let stops = done.run.warnings.iter().filter(|w| w.kind == "sensor-stop");
-        done.events.extend(stops.map(|w| Event { time: w.time, text: w.text.clone(), alarm: Some(Alarm::SensorStop) }));
+        done.events.extend(stops.map(|w| Event {
+            time: w.time,
+            text: w.text.clone(),
+            alarm: Some(hydrocrane_control::controller::Alarm::SensorStop),
+        }));
         done.events.sort_by(|a, b| a.time.total_cmp(&b.time));
         done
     }
