@@ -14,6 +14,9 @@ use hydrocrane_physics::hydraulics::leakage::Leakage;
 use hydrocrane_physics::hydraulics::pump::Pump;
 use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 
+/// Steps that find a joint coordinate.
+const NEWTON: usize = 2;
+
 /// One cylinder with its valve.
 #[derive(Debug, Clone, Copy)]
 pub struct CylinderModel {
@@ -176,6 +179,17 @@ impl<const N: usize> ControllerModel<N> {
     /// Piston position (m) per cylinder, and dx/dq.
     pub fn strokes(&self, q: &[f64; N]) -> [(f64, f64); N] {
         hydrocrane_num::array::from_fn(|c| self.actuations[c].stroke(&self.mechanics.joints[c].pose(q[c])))
+    }
+
+    /// Coordinate of joint `c` with its piston at `stroke` (m), not far from the coordinate `near`.
+    pub fn joint_near(&self, c: usize, near: f64, stroke: f64) -> f64 {
+        let [low, high] = self.joint_limits[c];
+        // Few steps of Newton's method find it.
+        (0..NEWTON).fold(near, |q, _| {
+            let (there, lever_arm) = self.actuations[c].stroke(&self.mechanics.joints[c].pose(q));
+            let turned = ((stroke - there) / lever_arm).clamp(-0.1 * (high - low), 0.1 * (high - low));
+            q + if turned.is_finite() { turned } else { 0.0 }
+        })
     }
 
     /// Cylinder forces, friction left out, that carry the crane with `payload` (kg) at the joint rates `qd` held constant, N.

@@ -52,9 +52,10 @@ const WATCHED: f64 = 6.0;
 const WATCHED_FOR: f64 = 0.3;
 const FADED: f64 = 0.02;
 /// Multiple of what counts as quiet from which on a swing that goes on is told: 5.6 mm/s, and well above what noise makes of a quiet mode.
-/// One that has been told is followed until it is hardly damped any more.
 const TOLD: f64 = 8.0;
+/// The same, and the share that must be gone, once it has been told: it is followed until it dies out or is no longer damped.
 const SWINGS: f64 = 2.0;
+const DYING: f64 = 0.3;
 
 /// Whether a mode dies out while the valves damp it, but for what the motion asked for excites: a stop at once makes it as fast as the tip was.
 /// Where it does not, the valves keep it going.
@@ -87,8 +88,8 @@ impl Watch {
             return false;
         }
         let excited = self.moved[0].max(self.moved[1]);
-        let told = if self.trust < 1.0 { SWINGS } else { TOLD };
-        let goes_on = self.largest > (1.0 - FADED) * self.before && self.largest > told * quiet + excited;
+        let (told, faded) = if self.trust < 1.0 { (SWINGS, DYING) } else { (TOLD, FADED) };
+        let goes_on = self.largest > (1.0 - faded) * self.before && self.largest > told * quiet + excited;
         // Once, it may have begun late.
         let keeps_on = goes_on && self.went_on;
         // Less where it grows fast.
@@ -160,7 +161,8 @@ impl<const N: usize> Damping<N> {
         *self = Damping { watches: self.watches, ..Damping::at(self.gains, excess, answers) };
     }
 
-    /// Takes in a sample of the torques' `excess` over the planned ones, if they were measured; joint rates to ask the valves for on top.
+    /// Takes in a sample of the torques' `excess` over the planned ones, if they were measured; joint rates to ask the valves for on top, if
+    /// the pose has modes.
     /// `pace`: speed of the set-point, m/s.
     pub fn step(
         &mut self,
@@ -169,7 +171,7 @@ impl<const N: usize> Damping<N> {
         answers: &[ValveAnswer; N],
         excess: Option<&[f64; N]>,
         pace: f64,
-    ) -> [f64; N] {
+    ) -> Option<[f64; N]> {
         let g = self.gains;
         let (deflection, rate) = (modes.of_motion(&self.deflection), modes.of_motion(&self.rate));
         let (given, offset) = (modes.of_motion(&self.given), modes.of_torque(&self.offset));
@@ -202,8 +204,11 @@ impl<const N: usize> Damping<N> {
         (self.deflection, self.rate) = (modes.motion(&s), modes.motion(&r));
         self.offset = modes.torque(&b);
         let asked = modes.motion(&w);
+        if asked.iter().any(|rate| !rate.is_finite()) {
+            return None;
+        }
         self.given = hydrocrane_num::array::from_fn(|c| self.coming[c].send(asked[c], &answers[c]));
-        asked
+        Some(asked)
     }
 }
 

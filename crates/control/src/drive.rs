@@ -17,12 +17,12 @@
 //! piston back. What winds or damps the oil passes as long as oil flows that way.
 
 use crate::chamber_estimate::{ChamberEstimate, Evidence, Pressures, Sent, Surroundings};
+use crate::commanded::Commanded;
 use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Ahead, Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
 use crate::observer::{self, Observer};
 use crate::rest::{Rest, Resting};
-use crate::valve_answer::{UnderWay, ValveAnswer};
 use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
 use crate::winding::{Bounds, Winding};
 use hydrocrane_num::portable;
@@ -139,16 +139,7 @@ pub struct Drive {
     momentary_share: f64,
     /// Force that the reference leaves for corrections, N.
     spare: f64,
-    /// Speed that the valve should give over this period, m/s, and later by the commands that it has.
-    expected: f64,
-    coming: UnderWay,
-    answer: ValveAnswer,
-    /// Of the forces that the reference needed, N, those that have reached the oil: with all friction, and of load and inertia alone.
-    needed: [f64; 2],
-    /// Those of the last command, and its spool position, m.
-    asked_for: [f64; 2],
-    spool: f64,
-    needs: [UnderWay; 2],
+    commanded: Commanded,
     /// Share of its corrections that the joint bears.
     bearable: f64,
 }
@@ -207,7 +198,7 @@ impl Drive {
         let force = cylinder.chambers.force(moment.p[0], moment.p[1]);
         let share = |corner: f64| 1.0 - portable::exp(-corner * period);
         let steady = Steady::new(&cylinder, &supply_pressures);
-        let answer = ValveAnswer::new(&cylinder.dynamics, period);
+        let commanded = Commanded::at(&cylinder, period, load);
         let mut drive = Drive {
             cylinder,
             fluid,
@@ -229,7 +220,7 @@ impl Drive {
             per_force: [0.0; 2],
             observer: Observer::at(moment.stroke),
             observing: observer::Gains::new(gains.observer, period),
-            learning: Learning::new(gains.learning, period, answer.lag),
+            learning: Learning::new(gains.learning, period, commanded.answer.lag),
             fit: NOMINAL,
             rest: None,
             motion: 0.0,
@@ -249,13 +240,7 @@ impl Drive {
             load,
             growth: 0.0,
             dry_friction: 0.0,
-            expected: 0.0,
-            coming: UnderWay::at(0.0, &answer),
-            answer,
-            needed: [load; 2],
-            asked_for: [load; 2],
-            spool: 0.0,
-            needs: [UnderWay::at(load, &answer); 2],
+            commanded,
             bearable: 1.0,
         };
         drive.momentary = [-1.0, 1.0].map(|sense| drive.full_speed(sense, drive.steady_speed(sense)));
@@ -280,7 +265,7 @@ impl Drive {
         (self.count, self.slowest) = (count, slowest);
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.when_it_acts());
         let before = self.observer.position;
-        self.observer.update(now.stroke, self.expected, &self.observing, self.bearable, count);
+        self.observer.update(now.stroke, self.commanded.expected, &self.observing, self.bearable, count);
         self.speed = (self.observer.position - before) / self.period;
         self.seal = self.cylinder.dry_friction(self.speed, self.seal, self.period);
         if let Some(sample) = &mut self.sample {
@@ -320,8 +305,8 @@ impl Drive {
     /// The cylinder when a command that is sent now will act: until then the force becomes what the reference needs, and the level of the
     /// pressures follows the spool.
     fn when_it_acts(&self) -> Moment {
-        let time = self.answer.lag + 1.0 / self.gains.pressure;
-        let ahead = Ahead { time, force: self.asked_for[0] - self.needed[0], spool: self.spool };
+        let time = self.commanded.answer.lag + 1.0 / self.gains.pressure;
+        let ahead = Ahead { time, force: self.commanded.force_to_come(), spool: self.commanded.spool };
         self.cylinder.ahead(&self.fluid, &self.supply_pressures, &self.moment, &ahead)
     }
 
@@ -372,14 +357,9 @@ impl Drive {
         self.force - self.seal - self.cylinder.friction.viscous(self.speed)
     }
 
-    /// Of the forces that the reference needed, with all friction, the one that has reached the oil, N.
-    pub fn needed(&self) -> f64 {
-        self.needed[0]
-    }
-
-    /// How the valve answers.
-    pub fn answer(&self) -> ValveAnswer {
-        self.answer
+    /// What the valve was asked for and has given.
+    pub fn commanded(&self) -> &Commanded {
+        &self.commanded
     }
 
     /// Cylinder force with the friction at the speed of `d`, N.
@@ -402,14 +382,9 @@ impl Drive {
         self.observer.position
     }
 
-    /// Way that the piston still has to go by the commands that are under way, m.
-    pub fn under_way(&self) -> f64 {
-        self.period * self.coming.sum(&self.answer)
-    }
-
     /// Piston position that the next sample should find, m.
     pub fn foreseen(&self) -> f64 {
-        self.observer.foreseen(self.expected, &self.observing)
+        self.observer.foreseen(self.commanded.expected, &self.observing)
     }
 
     /// Mean of the steady speeds at full stroke without a load, m/s.
@@ -483,7 +458,7 @@ impl Drive {
         self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);
         if self.estimate.is_none() {
-            let error = self.carrying() - self.needed[1] - self.excess;
+            let error = self.carrying() - self.commanded.needed()[1] - self.excess;
             // A force that the supply pressure limits says nothing of the load.
             self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
         }
@@ -502,7 +477,7 @@ impl Drive {
         }
         self.fit = fit;
         // What is missing goes on missing until the command arrives.
-        let ahead = self.under_way() + self.bearable * self.answer.lag * self.observer.disturbance;
+        let ahead = self.commanded.under_way() + self.bearable * self.commanded.answer.lag * self.observer.disturbance;
         let behind = d.stroke - self.observer.position - ahead;
         let motion = if d.rest {
             self.speed_at_rest(d)
@@ -534,9 +509,7 @@ impl Drive {
             && opening * reach > 0.0;
         let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, usable };
         let expected = self.fit.speed(&sample);
-        self.expected = self.coming.send(expected - spring, &self.answer);
-        (self.asked_for, self.spool) = ([planned, d.load + d.inertia], spool);
-        self.needed = hydrocrane_num::array::from_fn(|i| self.needs[i].send(self.asked_for[i], &self.answer));
+        self.commanded.send(spool, expected - spring, [planned, d.load + d.inertia]);
         if let Some(estimate) = &mut self.estimate {
             estimate.sent = Sent { spool, speed: expected - winding, planned: planned + self.excess };
         }
@@ -549,7 +522,7 @@ impl Drive {
         let DriveGains { position, rest_band, .. } = self.gains;
         let now = Resting {
             stroke: d.stroke,
-            observed: self.observer.position + self.under_way(),
+            observed: self.observer.position + self.commanded.under_way(),
             measured: self.moment.stroke,
             count: self.count,
             tip_per_stroke: d.tip_per_stroke,

@@ -15,6 +15,9 @@ use crate::controller_model::ControllerModel;
 use crate::feed_forward::{steady_speed, Moment};
 use core::f64::consts::E;
 
+/// 31 mm of the laboratory crane's 4.1 m.
+const LAG_PER_REACH: f64 = 0.0075;
+
 impl<const N: usize> ControllerModel<N> {
     /// Speed of the tip at full stick (m/s) with lags of this `bandwidth` (rad/s), where the set-point waits at the distance `lag_limit`, m.
     pub fn full_speed(&self, bandwidth: f64, lag_limit: f64) -> f64 {
@@ -32,6 +35,25 @@ impl<const N: usize> ControllerModel<N> {
         let followed = E * lag_limit * slowest * slowest / bandwidth.min(slowest);
         // At a dead centre the crane can have no modes.
         fastest.fold(0.0, f64::max).min(if followed > 0.0 { followed } else { f64::INFINITY })
+    }
+
+    /// Distance of the tip at which the set-point waits, where nobody states one, m: a share of the longest way from a joint that turns to the
+    /// tip, with all joints at their limits; of one that slides, of its range.
+    pub fn lag_limit(&self) -> f64 {
+        let corner = |k: usize| hydrocrane_num::array::from_fn(|i| self.joint_limits[i][k >> i & 1]);
+        let reach = |k: usize| {
+            let posture = self.posture(&corner(k));
+            let arm = |i: usize| {
+                let [low, high] = self.joint_limits[i];
+                if self.mechanics.joints[i].revolute {
+                    posture.tip_per_joint(i)
+                } else {
+                    high - low
+                }
+            };
+            (0..N).map(arm).fold(0.0, f64::max)
+        };
+        LAG_PER_REACH * (0..1 << N).map(reach).fold(0.0, f64::max)
     }
 
     /// Steady speed of a piston at full stroke of its spool without load, in either direction, m/s.

@@ -6,6 +6,7 @@
 mod braking;
 mod bristles;
 pub mod chamber_estimate;
+pub mod commanded;
 pub mod controller;
 pub mod controller_model;
 pub mod damping;

@@ -250,11 +250,10 @@ impl<const N: usize> Reference<N> {
         let bandwidth = shape.bandwidth(now.slowest_mode, self.used(model, shape, &wish, now));
         self.bandwidth = bandwidth;
         let shaped = self.shape_stick(shape, wish, bandwidth);
-        let follow = 1.0 - portable::exp(-bandwidth * self.period);
+        // Slower than the lags: this is a feedback, of which the others take up what they can.
+        let follow = 1.0 - portable::exp(-bandwidth / core::f64::consts::E * self.period);
         for i in (0..N).filter(|&i| self.joint_lags.is_none() && !self.leaders[i]) {
-            // What a count leaves unknown is no jump of the joint: followed without a lag, it would kick the oil through the others.
-            let (behind, unknown) = (now.observed[i] - self.q[i], now.unknown[i]);
-            self.q[i] += behind - (1.0 - follow) * behind.clamp(-unknown, unknown);
+            self.q[i] += follow * (now.observed[i] - self.q[i]);
         }
         let (posture, at) = model.posture_at(&self.q);
         self.posture = posture;
@@ -394,9 +393,10 @@ impl<const N: usize> Reference<N> {
         let jacobian = &self.posture.jacobian;
         match *wish {
             Wish::Tip(velocity) => {
-                let Motion { rates, scale } = resolve(jacobian, &Task { velocity, correction }, prefer);
-                let left = (scale / BARRED).min(1.0);
-                Motion { rates: rates.map(|rate| left * rate), scale: left * scale }
+                let Motion { scale, .. } = resolve(jacobian, &Task { velocity, correction }, prefer);
+                let scale = scale * (1.0 - GIVEN_UP * (1.0 - scale)) * (scale / BARRED).min(1.0);
+                let velocity = velocity.map(|v| scale * v);
+                Motion { rates: resolve(jacobian, &Task { velocity, correction }, prefer).rates, scale }
             }
             Wish::Joints(rates) => level_within(jacobian, &rates, shape.height_joint, correction[1], &prefer.bounds),
         }
@@ -486,6 +486,9 @@ const PLANNED_WINDING: f64 = 0.7;
 const FAST_MODE: f64 = 1.5;
 /// Corner of the low-pass on the acceleration, in bandwidths of the stick.
 const ACCELERATION_PER_STICK: f64 = 5.0;
+/// Of a speed that limits leave little of, the share that is given up at most: for the last of it, joints that hardly move the tip would go
+/// back and forth at full speed.
+const GIVEN_UP: f64 = 0.25;
 /// Share of a lost path that is found again in a period, at most: more than all of it would overshoot.
 const MOST_CORRECTED: f64 = 0.5;
 /// Guards of levers near a dead centre, m/rad, and where the joint that holds the height lifts nothing, m/rad or m/m: there the

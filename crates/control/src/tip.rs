@@ -19,7 +19,6 @@ use crate::set_point::{Means, Reference, Shape, Wish, STANDING};
 use crate::signal::Signal;
 use crate::slow_down::checked;
 use crate::standstill::Standstill;
-use crate::valve_answer::ValveAnswer;
 use crate::wanted::Wanted;
 use crate::weighing::Weighing;
 #[cfg(feature = "std")]
@@ -69,7 +68,6 @@ struct State<const N: usize> {
     reference: Reference<N>,
     drives: [Drive; N],
     damping: Damping<N>,
-    answers: [ValveAnswer; N],
     readings: [Readings; N],
     /// Where the pistons have stopped, from their references, m.
     settled: [f64; N],
@@ -123,9 +121,6 @@ const BEHIND: f64 = 0.25;
 
 /// What a reading is off the truth by, in counts of its sensor, at most.
 const HALF_A_COUNT: f64 = 0.5;
-
-/// Steps that find a missing joint coordinate.
-const NEWTON: usize = 2;
 
 /// Time over which the payload is weighed, s: longer than a swing.
 const WEIGHING: f64 = 1.0;
@@ -189,12 +184,11 @@ impl<const N: usize> State<N> {
         });
         let force: [f64; N] = hydrocrane_num::array::from_fn(|c| drives[c].force());
         let excess = hydrocrane_num::array::from_fn(|c| reference.posture.lever_arm[c] * (force[c] - load[c]));
-        let answers: [ValveAnswer; N] = hydrocrane_num::array::from_fn(|c| drives[c].answer());
+        let answers = hydrocrane_num::array::from_fn(|c| drives[c].commanded().answer);
         State {
             reference,
             drives,
             damping: Damping::at(s.damping, &excess, &answers),
-            answers,
             readings: q.map(Readings::at),
             settled: [0.0; N],
             payload: n.payload_of(&at, &force).unwrap_or(n.payload),
@@ -380,15 +374,7 @@ impl<const N: usize> State<N> {
     fn filled(&self, model: &ControllerModel<N>, q: &[f64; N], gaps: &[Signal]) -> [f64; N] {
         let mut filled = *q;
         for c in (0..N).filter(|c| gaps.contains(&Signal::Joint(*c))) {
-            let joint = &model.mechanics.joints[c];
-            // The last coordinate is near: few steps of Newton's method find the one that belongs to the piston.
-            for _ in 0..NEWTON {
-                let (stroke, lever_arm) = model.actuations[c].stroke(&joint.pose(filled[c]));
-                let turned = (self.drives[c].foreseen() - stroke) / lever_arm;
-                let [low, high] = model.joint_limits[c];
-                let bounded = turned.clamp(-0.1 * (high - low), 0.1 * (high - low));
-                filled[c] += if bounded.is_finite() { bounded } else { 0.0 };
-            }
+            filled[c] = model.joint_near(c, filled[c], self.drives[c].foreseen());
         }
         filled
     }
@@ -448,19 +434,16 @@ impl<const N: usize> State<N> {
         } else {
             let held = self.reference.posture.stroke;
             (self.sinking, self.told_sinking) = (0.0, false);
-            self.settled =
-                hydrocrane_num::array::from_fn(|c| self.drives[c].position() + self.drives[c].under_way() - held[c]);
-            let mut observed = measured.joints_at(q, &self.of_each(Drive::position));
+            let ways = self.of_each(|drive| drive.commanded().under_way());
+            self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() + ways[c] - held[c]);
+            let observed = measured.joints_at(q, &self.of_each(Drive::position));
             // An observer that is slow for a slow swing loses a tip that moves, which the sensors see but for half a count.
             let unknown = counts.map(|count| HALF_A_COUNT * count);
-            let mut seen: [f64; N] =
+            let seen: [f64; N] =
                 hydrocrane_num::array::from_fn(|i| q[i] + (observed[i] - q[i]).clamp(-unknown[i], unknown[i]));
             // Both where the commands under way will have brought the joints.
-            for i in 0..N {
-                let way = self.drives[i].under_way() / measured.lever_arm[i];
-                let way = if way.is_finite() { way } else { 0.0 };
-                (observed[i], seen[i]) = (observed[i] + way, seen[i] + way);
-            }
+            let strokes = hydrocrane_num::array::from_fn(|c| measured.stroke[c] + ways[c]);
+            let [observed, seen] = [observed, seen].map(|joints| measured.joints_at(&joints, &strokes));
             let tip = measured.tip_at(q, &seen);
             let lag = Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
@@ -512,28 +495,23 @@ impl<const N: usize> State<N> {
 
     /// Adds the speeds that damp the modes on the oil.
     fn damp(&mut self, s: &Settings<N>, modes: &OilModes<N>, measured: &Posture<N>, demands: &mut [Demand; N]) {
-        let force = self.of_each(Drive::force);
-        let excess: [f64; N] =
-            hydrocrane_num::array::from_fn(|c| measured.lever_arm[c] * (force[c] - self.drives[c].needed()));
+        let excess: [f64; N] = hydrocrane_num::array::from_fn(|c| {
+            measured.lever_arm[c] * (self.drives[c].force() - self.drives[c].commanded().needed()[0])
+        });
+        let answers = self.of_each(|drive| drive.commanded().answer);
         if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
             // In motion a wrong flow looks like a swing.
-            self.damping.begin_anew(&excess, &self.answers);
+            self.damping.begin_anew(&excess, &answers);
             return;
         }
-        let rates = self.damping.step(
-            modes,
-            measured,
-            &self.answers,
-            self.forces_known.then_some(&excess),
-            self.reference.pace,
-        );
+        let known = self.forces_known.then_some(&excess);
+        let Some(rates) = self.damping.step(modes, measured, &answers, known, self.reference.pace) else {
+            // Near a dead centre a pose can have no modes.
+            self.damping.begin_anew(&excess, &answers);
+            return;
+        };
         if self.damping.halved {
             self.news.tell(Notice::Oscillates);
-        }
-        if rates.iter().any(|rate| !rate.is_finite()) {
-            // Near a dead centre a pose can have no modes.
-            self.damping.begin_anew(&excess, &self.answers);
-            return;
         }
         for (c, demand) in demands.iter_mut().enumerate() {
             demand.damping = measured.lever_arm[c] * rates[c];

@@ -16,6 +16,7 @@ use hydrocrane_control::parameter_block::{Kind, Parameters};
 use hydrocrane_control::penalty::Weights;
 use hydrocrane_control::set_point::Shape;
 use hydrocrane_control::tip::{self, Tip};
+use hydrocrane_control::valve_answer::MOST;
 use hydrocrane_control::working_area::WorkingArea;
 use hydrocrane_machine::Machine;
 use hydrocrane_plant::{Crane, StateSpace};
@@ -31,7 +32,11 @@ const LEVER_PERIOD: f64 = 0.01;
 fn kind<const N: usize>(crane: &Crane<N>, model: &ControllerModel<N>, name: &str) -> Result<Kind<N>, String> {
     let machine = crane.machine();
     Ok(match name {
-        "tip" => Kind::Tip(tip_settings(machine, model)),
+        "tip" => {
+            let settings = tip_settings(machine, model);
+            followed(machine, model, settings.period)?;
+            Kind::Tip(settings)
+        }
         "heinze-pid" => Kind::HeinzePid(heinze_settings(machine, model)),
         LEVER => {
             let period = machine.control.period.unwrap_or(LEVER_PERIOD);
@@ -71,6 +76,21 @@ pub(crate) fn build<const N: usize>(crane: &Crane<N>, name: &str) -> Result<Box<
     })
 }
 
+/// Refuses a period in which a slow valve's answer has no room.
+fn followed<const N: usize>(machine: &Machine, model: &ControllerModel<N>, period: f64) -> Result<(), String> {
+    let refusal = |c: usize| {
+        let least = model.cylinders[c].dynamics.too_short(period)?;
+        let name = &machine.cylinders[c].name;
+        Some(format!(
+            "`control.period`: {:.3} ms is too short for the valve of cylinder `{name}`, which answers for more than {MOST} \
+             periods; state {:.2} ms or more",
+            1e3 * period,
+            1e3 * least
+        ))
+    };
+    (0..N).find_map(refusal).map_or(Ok(()), Err)
+}
+
 /// The gains of `tip` that have a default: key, SI unit (empty for a plain number) and value for a machine.
 pub fn tip_gains(machine: &Machine) -> impl Iterator<Item = (&'static str, &'static str, f64)> + '_ {
     let with_default = tip_gain_units();
@@ -91,6 +111,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
     let centring = gain("telescope-centring");
     let estimates = machine.control.estimates_pressures;
     let period = machine.control.period.unwrap_or(0.01);
+    let lag_limit = machine.control.gain("tip", "lag-limit").unwrap_or_else(|| controller_model.lag_limit());
     // At a higher speed a single sample could cross the border.
     let border_rate = gain("limit-rate").min(1.0 / period);
     tip::Settings {
@@ -98,7 +119,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
         full_speed: machine
             .control
             .gain("tip", "full-speed")
-            .unwrap_or_else(|| controller_model.full_speed(gain("stick-bandwidth"), gain("lag-limit"))),
+            .unwrap_or_else(|| controller_model.full_speed(gain("stick-bandwidth"), lag_limit)),
         lever_speeds: hydrocrane_num::array::from_fn(|i| {
             [-1.0, 1.0].map(|sense| controller_model.unloaded_speed(i, sense))
         }),
@@ -133,7 +154,7 @@ pub fn tip_settings<const N: usize>(machine: &Machine, controller_model: &Contro
             period,
             share: DampingGains::share(!estimates),
         },
-        lag_limit: gain("lag-limit"),
+        lag_limit,
         settling: gain("settling-time"),
     }
 }

@@ -19,11 +19,12 @@ def off_the_path(run):
     return np.nanmax(np.abs(run.data["tip.deviation"].values))
 
 
-@pytest.mark.parametrize("payload", [0.0, 250.0])
-def test_the_tip_keeps_its_path(payload):
+@pytest.mark.parametrize(("payload", "most"), [(0.0, 1e-3), (250.0, 4e-3)])
+def test_the_tip_keeps_its_path(payload, most):
+    """With a load a pump that stands by while all spools are closed comes late to the first motion."""
     run = moved_up(payload, overrides=SMALL)
     assert run.outcome.completed
-    assert off_the_path(run) < 2e-3
+    assert off_the_path(run) < most
     # With the large pump in its model the same controller leaves the path.
     assert off_the_path(moved_up(payload, overrides=SMALL, controller_model={"pump.main.displacement": "18 ml"})) > 8e-3
 

@@ -44,6 +44,6 @@ def test_no_second_table_of_defaults():
 def test_what_runs_is_what_is_declared(name):
     gains = hc.load_machine(name).tip_gains
     declared = {key: text for key, text in controls().items() if key in gains}
-    assert len(declared) == len(gains) == 15
+    assert len(declared) == len(gains) == 14
     stated = hc.load_machine(name, {f"control.tip.{key}": text for key, text in declared.items()})
     assert stated.tip_gains == gains

@@ -86,7 +86,10 @@ const TIP: &[Key] = &[
             "Time constant, in time of motion, of what tip control learns about each valve; zero switches learning off.",
         )
         .source("theory/control/valve_learning.md"),
-    gain("lag-limit", &[LENGTH]).defaults(&["30 mm"]).means("Lag of the tip at which the set-point waits."),
+    gain("lag-limit", &[LENGTH])
+        .otherwise("0.75 % of the reach")
+        .usual(&[("1 mm", "1 m", 100.0)])
+        .means("Lag of the tip at which the set-point waits."),
     gain("settling-time", &[TIME])
         .defaults(&["0.5 s"])
         .means("Time after a stop during which every error is corrected."),
