@@ -141,7 +141,7 @@ pub struct Damping<const N: usize> {
 
 impl<const N: usize> Damping<N> {
     /// At rest; `excess` is what the torques of the cylinders exceed the planned ones by, N m or N.
-    pub fn at(gains: DampingGains, excess: &[f64; N], answers: &[ValveAnswer; N]) -> Self {
+    pub fn at(gains: DampingGains, excess: &[f64; N], answers: &[&ValveAnswer; N]) -> Self {
         let zero = [0.0; N];
         Damping {
             gains,
@@ -149,7 +149,7 @@ impl<const N: usize> Damping<N> {
             rate: zero,
             offset: *excess,
             given: zero,
-            coming: hydrocrane_num::array::from_fn(|c| UnderWay::at(0.0, &answers[c])),
+            coming: hydrocrane_num::array::from_fn(|c| UnderWay::at(0.0, answers[c])),
             noise: [NoiseLevel(gains.quiet / NOISE); N],
             watches: [Watch::NEW; N],
             halved: false,
@@ -157,7 +157,7 @@ impl<const N: usize> Damping<N> {
     }
 
     /// Begins the observer anew with this `excess`.
-    pub fn begin_anew(&mut self, excess: &[f64; N], answers: &[ValveAnswer; N]) {
+    pub fn begin_anew(&mut self, excess: &[f64; N], answers: &[&ValveAnswer; N]) {
         *self = Damping { watches: self.watches, ..Damping::at(self.gains, excess, answers) };
     }
 
@@ -168,7 +168,7 @@ impl<const N: usize> Damping<N> {
         &mut self,
         modes: &OilModes<N>,
         posture: &Posture<N>,
-        answers: &[ValveAnswer; N],
+        answers: &[&ValveAnswer; N],
         excess: Option<&[f64; N]>,
         pace: f64,
     ) -> Option<[f64; N]> {
@@ -207,7 +207,7 @@ impl<const N: usize> Damping<N> {
         if asked.iter().any(|rate| !rate.is_finite()) {
             return None;
         }
-        self.given = hydrocrane_num::array::from_fn(|c| self.coming[c].send(asked[c], &answers[c]));
+        self.given = hydrocrane_num::array::from_fn(|c| self.coming[c].send(asked[c], answers[c]));
         Some(asked)
     }
 }

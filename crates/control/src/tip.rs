@@ -184,11 +184,12 @@ impl<const N: usize> State<N> {
         });
         let force: [f64; N] = hydrocrane_num::array::from_fn(|c| drives[c].force());
         let excess = hydrocrane_num::array::from_fn(|c| reference.posture.lever_arm[c] * (force[c] - load[c]));
-        let answers = hydrocrane_num::array::from_fn(|c| drives[c].commanded().answer);
+        let damping =
+            Damping::at(s.damping, &excess, &hydrocrane_num::array::from_fn(|c| &drives[c].commanded().answer));
         State {
             reference,
             drives,
-            damping: Damping::at(s.damping, &excess, &answers),
+            damping,
             readings: q.map(Readings::at),
             settled: [0.0; N],
             payload: n.payload_of(&at, &force).unwrap_or(n.payload),
@@ -498,7 +499,8 @@ impl<const N: usize> State<N> {
         let excess: [f64; N] = hydrocrane_num::array::from_fn(|c| {
             measured.lever_arm[c] * (self.drives[c].force() - self.drives[c].commanded().needed()[0])
         });
-        let answers = self.of_each(|drive| drive.commanded().answer);
+        let drives = &self.drives;
+        let answers = hydrocrane_num::array::from_fn(|c| &drives[c].commanded().answer);
         if s.drive.pressures != Pressures::Measured && self.still == 0.0 {
             // In motion a wrong flow looks like a swing.
             self.damping.begin_anew(&excess, &answers);

@@ -8,7 +8,7 @@
 use hydrocrane_num::{portable, Complex};
 
 /// Periods over which a command acts at most.
-pub const MOST: usize = 128;
+pub const MOST: usize = 96;
 /// Share of a step from which on it counts as done: less than the tolerance of a valve.
 const DONE: f64 = 0.01;
 
@@ -146,7 +146,7 @@ impl UnderWay {
 /// gives; and what a command of one to all of them would give, with `each`. In periods of the commands' unit, turned back to now.
 pub fn turned<const N: usize>(
     angle: f64,
-    answers: &[ValveAnswer; N],
+    answers: &[&ValveAnswer; N],
     coming: &[UnderWay; N],
     weights: &[f64; N],
     each: &[f64; N],
@@ -251,10 +251,10 @@ mod tests {
                 turn * (z - middle) + middle
             };
             for k in 0..25 {
-                let given = coming[0].send((0.7 * f64::from(k)).sin(), &[answer][0]);
+                let given = coming[0].send((0.7 * f64::from(k)).sin(), &answer);
                 z = push(z, given);
             }
-            let [sent, _] = turned(omega * PERIOD, &[answer], &coming, &[1.0], &[1.0]);
+            let [sent, _] = turned(omega * PERIOD, &[&answer], &coming, &[1.0], &[1.0]);
             let foreseen = z - sent * PERIOD;
             let mut turned_on = foreseen;
             for _ in 0..MOST {
