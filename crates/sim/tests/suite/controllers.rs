@@ -44,5 +44,5 @@ fn every_gain_of_the_file_format_changes_its_controller() {
         assert_ne!(settings(name, key, 1.2), settings(name, key, 2.4), "{name}.{key}");
     }
     let units: Vec<_> = tip_gain_units().collect();
-    assert!(units.contains(&("position-gain", "1/s")) && units.contains(&("reserve", "")) && units.len() == 15);
+    assert!(units.contains(&("position-gain", "1/s")) && units.contains(&("reserve", "")) && units.len() == 14);
 }
