@@ -48,10 +48,11 @@ const CORRECTING: f64 = 0.25;
 
 pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>) -> Motion<N> {
     let task = &task.possible(jacobian);
+    let rows = [&jacobian[0][..], &jacobian[1][..]];
     let few = prefer.bounds.map(|bounds| bounds.map(|bound| CORRECTING * bound));
-    let corrected = faded(room(jacobian, &few, [0.0; 2], task.correction).share);
+    let corrected = faded(room(rows, &few, [0.0; 2], task.correction).share);
     let correction = task.correction.map(|c| corrected * c);
-    let Room { share: scale, edge } = room(jacobian, &prefer.bounds, correction, task.velocity);
+    let Room { share: scale, edge } = room(rows, &prefer.bounds, correction, task.velocity);
     let target = hydrocrane_num::array::from_fn(|r| correction[r] + scale * task.velocity[r]);
     // On an edge every joint but those along it is at a bound.
     let bounds = hydrocrane_num::array::from_fn(|i| {
@@ -89,28 +90,24 @@ impl Task {
 }
 
 /// Largest share of `way` that joints within `bounds` can add to `from`, which they can do.
-fn room<const N: usize>(jacobian: &[[f64; N]; 2], bounds: &[[f64; 2]; N], from: [f64; 2], way: [f64; 2]) -> Room {
+fn room(jacobian: [&[f64]; 2], bounds: &[[f64; 2]], from: [f64; 2], way: [f64; 2]) -> Room {
     let column = |i: usize| [jacobian[0][i], jacobian[1][i]];
-    let limit = |n: [f64; 2]| {
-        let towards = dot(n, way);
-        // A column along the way bounds nothing.
-        if towards <= ALONG * portable::sqrt(dot(n, n) * dot(way, way)) {
-            return 1.0;
-        }
-        let farthest: f64 = (0..N)
-            .map(|i| {
-                let gain = dot(n, column(i));
-                (gain * bounds[i][0]).max(gain * bounds[i][1])
-            })
-            .sum();
-        ((farthest - dot(n, from)) / towards).max(0.0)
-    };
     let mut room = Room { share: 1.0, edge: None };
-    for i in 0..N {
+    for i in 0..bounds.len() {
         let [x, z] = column(i);
         // The edges beside the column, and where all are parallel the ends of it.
         for n in [[-z, x], [z, -x], [x, z], [-x, -z]] {
-            let share = limit(n);
+            let towards = dot(n, way);
+            // A column along the way bounds nothing.
+            if towards <= ALONG * portable::sqrt(dot(n, n) * dot(way, way)) {
+                continue;
+            }
+            let mut farthest = 0.0;
+            for (j, bounds) in bounds.iter().enumerate() {
+                let gain = dot(n, column(j));
+                farthest += (gain * bounds[0]).max(gain * bounds[1]);
+            }
+            let share = ((farthest - dot(n, from)) / towards).max(0.0);
             if share < room.share {
                 room = Room { share, edge: Some(n) };
             }

@@ -250,10 +250,11 @@ impl<const N: usize> Reference<N> {
         let bandwidth = shape.bandwidth(now.slowest_mode, self.used(model, shape, &wish, now));
         self.bandwidth = bandwidth;
         let shaped = self.shape_stick(shape, wish, bandwidth);
-        // Slower than the lags: this is a feedback, of which the others take up what they can.
-        let follow = 1.0 - portable::exp(-bandwidth / core::f64::consts::E * self.period);
+        let follow = 1.0 - portable::exp(-bandwidth * self.period);
         for i in (0..N).filter(|&i| self.joint_lags.is_none() && !self.leaders[i]) {
-            self.q[i] += follow * (now.observed[i] - self.q[i]);
+            // What a count leaves unknown is no jump of the joint: followed without a lag, it would kick the oil through the others.
+            let (behind, unknown) = (now.observed[i] - self.q[i], now.unknown[i]);
+            self.q[i] += behind - (1.0 - follow) * behind.clamp(-unknown, unknown);
         }
         let (posture, at) = model.posture_at(&self.q);
         self.posture = posture;

@@ -144,12 +144,12 @@ impl UnderWay {
 
 /// What is under way from several valves to an oscillation that turns by `angle` (rad) in a period, with `weights` for what each valve
 /// gives; and what a command of one to all of them would give, with `each`. In periods of the commands' unit, turned back to now.
-pub fn turned<const N: usize>(
+pub fn turned(
     angle: f64,
-    answers: &[&ValveAnswer; N],
-    coming: &[UnderWay; N],
-    weights: &[f64; N],
-    each: &[f64; N],
+    answers: &[&ValveAnswer],
+    coming: &[UnderWay],
+    weights: &[f64],
+    each: &[f64],
 ) -> [Complex<f64>; 2] {
     let (sine, cosine) = portable::sin_cos(angle);
     let back = Complex::new(cosine, -sine);
@@ -157,9 +157,13 @@ pub fn turned<const N: usize>(
     let (mut sent, mut one) = (zero, zero);
     let count = answers.iter().map(|answer| answer.count).max().unwrap_or(0);
     for i in (0..count).rev() {
-        let given = |of: &dyn Fn(usize) -> f64| Complex::new((0..N).map(of).sum::<f64>(), 0.0);
-        sent = back * sent + given(&|c| weights[c] * coming[c].0[i]);
-        one = back * one + given(&|c| each[c] * answers[c].shares[i]);
+        let (mut given, mut share) = (0.0, 0.0);
+        for (c, answer) in answers.iter().enumerate() {
+            given += weights[c] * coming[c].0[i];
+            share += each[c] * answer.shares[i];
+        }
+        sent = back * sent + Complex::new(given, 0.0);
+        one = back * one + Complex::new(share, 0.0);
     }
     // Over a period: (1 - e^(-i a))/(i a).
     let over = if angle > 1e-6 { Complex::new(sine / angle, (cosine - 1.0) / angle) } else { Complex::new(1.0, 0.0) };
