@@ -163,7 +163,7 @@ impl<const N: usize> Damping<N> {
 
     /// Takes in a sample of the torques' `excess` over the planned ones, if they were measured; joint rates to ask the valves for on top, if
     /// the pose has modes.
-    /// `pace`: speed of the set-point, m/s.
+    /// `pace`: speed of the set-point, m/s; `bearable`: joint rates that the valves can give, rad/s or m/s.
     pub fn step(
         &mut self,
         modes: &OilModes<N>,
@@ -171,6 +171,7 @@ impl<const N: usize> Damping<N> {
         answers: &[&ValveAnswer; N],
         excess: Option<&[f64; N]>,
         pace: f64,
+        bearable: &[f64; N],
     ) -> Option<[f64; N]> {
         let g = self.gains;
         let (deflection, rate) = (modes.of_motion(&self.deflection), modes.of_motion(&self.rate));
@@ -204,6 +205,9 @@ impl<const N: usize> Damping<N> {
         (self.deflection, self.rate) = (modes.motion(&s), modes.motion(&r));
         self.offset = modes.torque(&b);
         let asked = modes.motion(&w);
+        // More than the valves can give would be believed to be given.
+        let borne = (0..N).fold(1.0f64, |borne, i| borne.min(bearable[i] / asked[i].abs()));
+        let asked = asked.map(|rate| borne * rate);
         if asked.iter().any(|rate| !rate.is_finite()) {
             return None;
         }
