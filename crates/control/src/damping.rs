@@ -40,6 +40,9 @@ const MOST: f64 = 0.2;
 /// gain that would do so, where the mode is also a tenth faster than the model says, is about this much (1/rad) times what the angle of the
 /// mode in a period lacks to where it ends, rad.
 const MARGIN: f64 = 0.25;
+/// Share by which the frequency of a mode can be wrong: oil with air in it changes its stiffness by twice as much from 10 to 20 bar. Over a long
+/// lag the phase is wrong by so much of the angle.
+const DOUBT: f64 = 0.2;
 const FAST: f64 = 1.3;
 /// Time constant with which the level of noise follows the innovations, s.
 const NOISE_TIME: f64 = 3.0;
@@ -179,6 +182,8 @@ impl<const N: usize> Damping<N> {
         let (torque, reach) = (excess.map(|excess| modes.of_torque(excess)), modes.reach(&posture.jacobian));
         let (mut s, mut r, mut b, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         self.halved = false;
+        let lag = answers.iter().fold(0.0, |lag: f64, answer| lag.max(answer.lag));
+        let doubtful = g.period + DOUBT * lag;
         for m in 0..N {
             let omega = modes.frequency[m];
             let angle = omega * g.period;
@@ -198,7 +203,7 @@ impl<const N: usize> Damping<N> {
             let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
             let share = (speed / quiet - 1.0).clamp(0.0, 1.0);
             self.halved |= self.watches[m].look(speed, quiet, pace, omega, g.period);
-            let gain = (2.0 * g.ratio * omega).min(g.share * most(angle) / g.period) * self.watches[m].trust;
+            let gain = (2.0 * g.ratio * omega).min(g.share * most(omega * doubtful) / g.period) * self.watches[m].trust;
             w[m] = gain * share * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
         }
@@ -253,9 +258,9 @@ impl DampingGains {
     }
 }
 
-/// Largest gain per period for a mode that turns by `angle` in it.
+/// Largest gain per period for a mode that turns by `angle` in the time that is in doubt.
 fn most(angle: f64) -> f64 {
-    MOST.min(MARGIN * (FAST - angle))
+    MOST.min(MARGIN * (FAST - angle)).max(0.0)
 }
 
 /// Poles of the observer for a mode that turns by `angle` in a period: a double one for the oscillation, one for the offset.
