@@ -40,9 +40,8 @@ const MOST: f64 = 0.2;
 /// gain that would do so, where the mode is also a tenth faster than the model says, is about this much (1/rad) times what the angle of the
 /// mode in a period lacks to where it ends, rad.
 const MARGIN: f64 = 0.25;
-/// Share by which the frequency of a mode can be wrong: oil with air in it changes its stiffness by twice as much from 10 to 20 bar. Over a long
-/// lag the phase is wrong by so much of the angle.
-const DOUBT: f64 = 0.2;
+/// Share by which the frequency of a mode can be wrong, as above: over a long lag the phase is wrong by so much of the angle.
+const DOUBT: f64 = 0.1;
 const FAST: f64 = 1.3;
 /// Time constant with which the level of noise follows the innovations, s.
 const NOISE_TIME: f64 = 3.0;
