@@ -53,8 +53,8 @@ const NOISE: f64 = 3.0;
 const WATCHED: f64 = 6.0;
 const WATCHED_FOR: f64 = 0.3;
 const FADED: f64 = 0.02;
-/// Multiple of what counts as quiet from which on a swing that goes on is told: 5.6 mm/s, and well above what noise makes of a quiet mode.
-const TOLD: f64 = 8.0;
+/// Multiple of what counts as quiet from which on a swing that goes on is told: 8.4 mm/s, and well above what noise makes of a quiet mode.
+const TOLD: f64 = 12.0;
 /// The same, and the share that must be gone, once it has been told: it is followed until it dies out or is no longer damped.
 const SWINGS: f64 = 2.0;
 const DYING: f64 = 0.3;
