@@ -53,8 +53,10 @@ const NOISE: f64 = 3.0;
 const WATCHED: f64 = 6.0;
 const WATCHED_FOR: f64 = 0.3;
 const FADED: f64 = 0.02;
-/// Multiple of what counts as quiet from which on a swing that goes on is told: 8.4 mm/s, and well above what noise makes of a quiet mode.
-const TOLD: f64 = 12.0;
+/// Multiple of what counts as quiet from which on a swing that goes on is told: 5.6 mm/s, and well above what noise makes of a quiet mode.
+const TOLD: f64 = 8.0;
+/// Time after the set-point has moved in which a loop that oscillates shows, s: later, noise of hours would tell of one some time.
+const SHOWS: f64 = 30.0;
 /// The same, and the share that must be gone, once it has been told: it is followed until it dies out or is no longer damped.
 const SWINGS: f64 = 2.0;
 const DYING: f64 = 0.3;
@@ -165,14 +167,14 @@ impl<const N: usize> Damping<N> {
 
     /// Takes in a sample of the torques' `excess` over the planned ones, if they were measured; joint rates to ask the valves for on top, if
     /// the pose has modes.
-    /// `pace`: speed of the set-point, m/s; `bearable`: joint rates that the valves can give, rad/s or m/s.
+    /// `(pace, stood)`: speed of the set-point, m/s, and for how long it has stood, s; `bearable`: joint rates that the valves can give, rad/s or m/s.
     pub fn step(
         &mut self,
         modes: &OilModes<N>,
         posture: &Posture<N>,
         answers: &[&ValveAnswer; N],
         excess: Option<&[f64; N]>,
-        pace: f64,
+        (pace, stood): (f64, f64),
         bearable: &[f64; N],
     ) -> Option<[f64; N]> {
         let g = self.gains;
@@ -201,7 +203,7 @@ impl<const N: usize> Damping<N> {
             let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
             let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
             let share = (speed / quiet - 1.0).clamp(0.0, 1.0);
-            self.halved |= self.watches[m].look(speed, quiet, pace, omega, g.period);
+            self.halved |= stood < SHOWS && self.watches[m].look(speed, quiet, pace, omega, g.period);
             let gain = (2.0 * g.ratio * omega).min(g.share * most(omega * doubtful) / g.period) * self.watches[m].trust;
             w[m] = gain * share * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);

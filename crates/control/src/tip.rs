@@ -508,7 +508,8 @@ impl<const N: usize> State<N> {
         }
         let known = self.forces_known.then_some(&excess);
         let most = hydrocrane_num::array::from_fn(|c| drives[c].full_speed_unloaded() / measured.lever_arm[c].abs());
-        let Some(rates) = self.damping.step(modes, measured, &answers, known, self.reference.pace, &most) else {
+        let Some(rates) = self.damping.step(modes, measured, &answers, known, (self.reference.pace, self.still), &most)
+        else {
             // Near a dead centre a pose can have no modes.
             self.damping.begin_anew(&excess, &answers);
             return;
