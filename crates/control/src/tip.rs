@@ -121,7 +121,6 @@ const BEHIND: f64 = 0.25;
 
 /// What a reading is off the truth by, in counts of its sensor, at most.
 const HALF_A_COUNT: f64 = 0.5;
-
 /// Time over which the payload is weighed, s: longer than a swing.
 const WEIGHING: f64 = 1.0;
 
