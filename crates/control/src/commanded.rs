@@ -13,7 +13,7 @@ pub struct Commanded {
     /// Forces that the reference needed, N, with all friction, and of load and inertia alone: those of the last command, and those that have
     /// reached the oil.
     asked: [f64; 2],
-    needed: [f64; 2],
+    pub needed: [f64; 2],
     forces: [UnderWay; 2],
     /// Spool position that was asked for last, m.
     pub spool: f64,
@@ -45,11 +45,6 @@ impl Commanded {
     /// Way that the piston still has to go by the commands that are under way, m.
     pub fn under_way(&self) -> f64 {
         self.period * self.speeds.sum(&self.answer)
-    }
-
-    /// Of the forces that the reference needed those that have reached the oil, N: with all friction, and of load and inertia alone.
-    pub fn needed(&self) -> [f64; 2] {
-        self.needed
     }
 
     /// By how much the force with all friction that was asked for last exceeds the one that has reached the oil, N.

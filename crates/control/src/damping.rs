@@ -2,7 +2,7 @@
 //!
 //! In the coordinate of a mode, s is the deflection of the oil and w the speed that the valves give:
 //!     s' = r - w,    r' = -omega^2 s,    y = s + b,    z = s - i r/omega,    z' = i omega z - w
-//!     u = min(2 zeta omega, c(omega T)/T) Re((z - Q) U*)/|U|
+//!     u = min(2 zeta omega, c(omega (T + 0.1 tau))/T) Re((z - Q) U*)/|U|
 //!
 //! y follows from the chamber pressures; b is what the load differs from the planned one. An observer with real poles finds z and b.
 //! Q is what the commands that are still under way to the spools will do to the mode, U what the next one will do: z - Q is what no
@@ -55,11 +55,11 @@ const WATCHED_FOR: f64 = 0.3;
 const FADED: f64 = 0.02;
 /// Multiple of what counts as quiet from which on a swing that goes on is told: 5.6 mm/s, and well above what noise makes of a quiet mode.
 const TOLD: f64 = 8.0;
-/// Time after the set-point has moved in which a loop that oscillates shows, s: later, noise of hours would tell of one some time.
-const SHOWS: f64 = 30.0;
 /// The same, and the share that must be gone, once it has been told: it is followed until it dies out or is no longer damped.
 const SWINGS: f64 = 2.0;
 const DYING: f64 = 0.3;
+/// Time after the set-point has moved in which a loop that oscillates shows, s: later, noise of hours would tell of one some time.
+const SHOWS: f64 = 30.0;
 
 /// Whether a mode dies out while the valves damp it, but for what the motion asked for excites: a stop at once makes it as fast as the tip was.
 /// Where it does not, the valves keep it going.

@@ -458,7 +458,7 @@ impl Drive {
         self.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);
         if self.estimate.is_none() {
-            let error = self.carrying() - self.commanded.needed()[1] - self.excess;
+            let error = self.carrying() - self.commanded.needed[1] - self.excess;
             // A force that the supply pressure limits says nothing of the load.
             self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
         }

@@ -48,11 +48,7 @@ const CORRECTING: f64 = 0.25;
 
 pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>) -> Motion<N> {
     let task = &task.possible(jacobian);
-    let rows = [&jacobian[0][..], &jacobian[1][..]];
-    let few = prefer.bounds.map(|bounds| bounds.map(|bound| CORRECTING * bound));
-    let corrected = faded(room(rows, &few, [0.0; 2], task.correction).share);
-    let correction = task.correction.map(|c| corrected * c);
-    let Room { share: scale, edge } = room(rows, &prefer.bounds, correction, task.velocity);
+    let (correction, Room { share: scale, edge }) = rooms(jacobian, task, &prefer.bounds);
     let target = hydrocrane_num::array::from_fn(|r| correction[r] + scale * task.velocity[r]);
     // On an edge every joint but those along it is at a bound.
     let bounds = hydrocrane_num::array::from_fn(|i| {
@@ -68,6 +64,20 @@ pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &P
         }
     });
     Motion { rates: least_effort(jacobian, target, &Preference { bounds, ..*prefer }), scale }
+}
+
+/// s alone.
+pub fn largest_share<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 2]; N]) -> f64 {
+    rooms(jacobian, &task.possible(jacobian), bounds).1.share
+}
+
+/// r c, and how much room that leaves for v.
+fn rooms<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 2]; N]) -> ([f64; 2], Room) {
+    let rows = [&jacobian[0][..], &jacobian[1][..]];
+    let few = bounds.map(|bounds| bounds.map(|bound| CORRECTING * bound));
+    let corrected = faded(room(rows, &few, [0.0; 2], task.correction).share);
+    let correction = task.correction.map(|c| corrected * c);
+    (correction, room(rows, bounds, correction, task.velocity))
 }
 
 /// How much of a way joints can do, and the normal of the edge of what they can do at all that bounds it.

@@ -11,7 +11,7 @@ use crate::controller_model::{ControllerModel, Posture};
 use crate::drive::MOST_WINDING;
 use crate::holding::Leave;
 use crate::keep_out::{Caution, KeepOut};
-use crate::redundancy::{level, level_within, resolve, Motion, Preference, Task, BARRED};
+use crate::redundancy::{largest_share, level, level_within, resolve, Motion, Preference, Task, BARRED};
 use crate::slow_down::joint_rates;
 use hydrocrane_num::{portable, Real, Vec2};
 
@@ -394,7 +394,7 @@ impl<const N: usize> Reference<N> {
         let jacobian = &self.posture.jacobian;
         match *wish {
             Wish::Tip(velocity) => {
-                let Motion { scale, .. } = resolve(jacobian, &Task { velocity, correction }, prefer);
+                let scale = largest_share(jacobian, &Task { velocity, correction }, &prefer.bounds);
                 let scale = scale * (1.0 - GIVEN_UP * (1.0 - scale)) * (scale / BARRED).min(1.0);
                 let velocity = velocity.map(|v| scale * v);
                 Motion { rates: resolve(jacobian, &Task { velocity, correction }, prefer).rates, scale }

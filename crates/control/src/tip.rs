@@ -496,7 +496,7 @@ impl<const N: usize> State<N> {
     /// Adds the speeds that damp the modes on the oil.
     fn damp(&mut self, s: &Settings<N>, modes: &OilModes<N>, measured: &Posture<N>, demands: &mut [Demand; N]) {
         let excess: [f64; N] = hydrocrane_num::array::from_fn(|c| {
-            measured.lever_arm[c] * (self.drives[c].force() - self.drives[c].commanded().needed()[0])
+            measured.lever_arm[c] * (self.drives[c].force() - self.drives[c].commanded().needed[0])
         });
         let drives = &self.drives;
         let answers = hydrocrane_num::array::from_fn(|c| &drives[c].commanded().answer);
