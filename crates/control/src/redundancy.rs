@@ -36,54 +36,53 @@ pub struct Motion<const N: usize> {
     pub scale: f64,
 }
 
-/// What is left of a `share` that the bounds allow: where they hardly allow any, joints would go back and forth at full speed for it.
-fn faded(share: f64) -> f64 {
-    share * (share / BARRED).min(1.0)
-}
-
-/// Share that counts as hardly any.
-pub const BARRED: f64 = 0.1;
+/// Share of what joints could give the tip if all moved it alike, below which they hardly move it and are slowed down: at full speed they would
+/// go back and forth about a singular pose.
+const BARRED: f64 = 0.1;
 /// Share of the bounds that the correction may take: the motion keeps the rest, and a correction that a pose hardly allows is made slowly.
 const CORRECTING: f64 = 0.25;
 
 pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>) -> Motion<N> {
     let task = &task.possible(jacobian);
-    let (correction, Room { share: scale, edge }) = rooms(jacobian, task, &prefer.bounds);
+    let (correction, Room { share, edge, .. }) = rooms(jacobian, task, &prefer.bounds);
+    let (scale, edge) = if share < 1.0 { (share, edge) } else { (1.0, None) };
     let target = hydrocrane_num::array::from_fn(|r| correction[r] + scale * task.velocity[r]);
-    // On an edge every joint but those along it is at a bound.
     let bounds = hydrocrane_num::array::from_fn(|i| {
-        let [x, z] = [jacobian[0][i], jacobian[1][i]];
-        let gain = edge.map_or(0.0, |n| dot(n, [x, z]));
-        let [low, high] = prefer.bounds[i];
-        match gain {
-            gain if gain.abs() <= ALONG * edge.map_or(0.0, |n| portable::sqrt(dot(n, n) * (x * x + z * z))) => {
-                [low, high]
-            }
-            gain if gain > 0.0 => [high; 2],
-            _ => [low; 2],
-        }
+        at_edge(prefer.bounds[i], edge.unwrap_or_default(), [jacobian[0][i], jacobian[1][i]])
     });
     Motion { rates: least_effort(jacobian, target, &Preference { bounds, ..*prefer }), scale }
 }
 
-/// s alone.
-pub fn largest_share<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 2]; N]) -> f64 {
-    rooms(jacobian, &task.possible(jacobian), bounds).1.share
+/// s, less where joints hardly move the tip.
+pub fn steady_share<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 2]; N]) -> f64 {
+    let task = task.possible(jacobian);
+    rooms(jacobian, &task, bounds).1.faded(task.velocity)
 }
 
 /// r c, and how much room that leaves for v.
 fn rooms<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 2]; N]) -> ([f64; 2], Room) {
     let rows = [&jacobian[0][..], &jacobian[1][..]];
     let few = bounds.map(|bounds| bounds.map(|bound| CORRECTING * bound));
-    let corrected = faded(room(rows, &few, [0.0; 2], task.correction).share);
+    let corrected = room(rows, &few, [0.0; 2], task.correction).faded(task.correction);
     let correction = task.correction.map(|c| corrected * c);
     (correction, room(rows, bounds, correction, task.velocity))
 }
 
-/// How much of a way joints can do, and the normal of the edge of what they can do at all that bounds it.
+/// How much of a way joints can do, more than all of it included, and the normal of the edge of what they can do at all that bounds it.
 struct Room {
     share: f64,
     edge: Option<[f64; 2]>,
+    /// Speeds that each joint alone would give the tip there, all together, m/s.
+    speed: f64,
+}
+
+impl Room {
+    /// What joints take of this `way`.
+    fn faded(&self, way: [f64; 2]) -> f64 {
+        // Without any way the quotient is infinite or no number: min takes all of it.
+        let used = self.share * portable::sqrt(dot(way, way)) / (BARRED * self.speed);
+        (self.share * used.min(1.0)).min(1.0)
+    }
 }
 
 impl Task {
@@ -99,10 +98,22 @@ impl Task {
     }
 }
 
+/// Bounds of a joint with this column of the Jacobian on the edge that has the normal `n`: but for those along it every joint is at a bound.
+fn at_edge([low, high]: [f64; 2], n: [f64; 2], column: [f64; 2]) -> [f64; 2] {
+    let gain = dot(n, column);
+    if gain.abs() <= ALONG * portable::sqrt(dot(n, n) * dot(column, column)) {
+        [low, high]
+    } else if gain > 0.0 {
+        [high; 2]
+    } else {
+        [low; 2]
+    }
+}
+
 /// Largest share of `way` that joints within `bounds` can add to `from`, which they can do.
 fn room(jacobian: [&[f64]; 2], bounds: &[[f64; 2]], from: [f64; 2], way: [f64; 2]) -> Room {
     let column = |i: usize| [jacobian[0][i], jacobian[1][i]];
-    let mut room = Room { share: 1.0, edge: None };
+    let mut room = Room { share: f64::INFINITY, edge: None, speed: 0.0 };
     for i in 0..bounds.len() {
         let [x, z] = column(i);
         // The edges beside the column, and where all are parallel the ends of it.
@@ -112,14 +123,15 @@ fn room(jacobian: [&[f64]; 2], bounds: &[[f64; 2]], from: [f64; 2], way: [f64; 2
             if towards <= ALONG * portable::sqrt(dot(n, n) * dot(way, way)) {
                 continue;
             }
-            let mut farthest = 0.0;
+            let (mut farthest, mut speed) = (0.0, 0.0);
             for (j, bounds) in bounds.iter().enumerate() {
-                let gain = dot(n, column(j));
-                farthest += (gain * bounds[0]).max(gain * bounds[1]);
+                let [low, high] = at_edge(*bounds, n, column(j));
+                farthest += dot(n, column(j)) * high;
+                speed += low.abs().max(high.abs()) * portable::sqrt(dot(column(j), column(j)));
             }
             let share = ((farthest - dot(n, from)) / towards).max(0.0);
             if share < room.share {
-                room = Room { share, edge: Some(n) };
+                room = Room { share, edge: Some(n), speed };
             }
         }
     }
@@ -326,6 +338,24 @@ mod tests {
         let m = level_within(&flat, &[0.3, 0.1, 0.0], 2, 0.01, &WIDE);
         assert!(m.rates.iter().all(|r| r.is_finite()) && m.rates[0].abs() < 1e-6 && m.scale < 1e-5);
         assert_eq!(level_within(&[[0.6], [0.8]], &[0.3], 0, 0.0, &[[-1.0, 1.0]]).rates, [0.3]);
+    }
+
+    #[test]
+    fn about_a_singular_pose_rates_are_as_large_as_it_is_far() {
+        // Two joints of which one turns the tip by an angle off what the other does.
+        let wide = [[-1.0, 1.0]; 2];
+        let rate = |angle: f64| {
+            let jacobian = [[1.0, f64::cos(angle)], [0.0, f64::sin(angle)]];
+            let up = Task { velocity: [0.0, 3.0], correction: [0.0; 2] };
+            let share = steady_share(&jacobian, &up, &wide);
+            let task = Task { velocity: [0.0, share * 3.0], ..up };
+            resolve(&jacobian, &task, &Preference { weights: [1.0; 2], rates: [0.0; 2], bounds: wide }).rates[1]
+        };
+        for angle in [1e-6, 1e-3, 0.1] {
+            assert!((rate(angle) / angle - 1.0 / (2.0 * BARRED)).abs() < 0.1, "{} at {angle}", rate(angle) / angle);
+            assert!((rate(-angle) + rate(angle)).abs() < 1e-9);
+        }
+        assert!((rate(1.0) - 1.0).abs() < 1e-9);
     }
 
     #[test]

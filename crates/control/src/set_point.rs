@@ -11,7 +11,7 @@ use crate::controller_model::{ControllerModel, Posture};
 use crate::drive::MOST_WINDING;
 use crate::holding::Leave;
 use crate::keep_out::{Caution, KeepOut};
-use crate::redundancy::{largest_share, level, level_within, resolve, Motion, Preference, Task, BARRED};
+use crate::redundancy::{level, level_within, resolve, steady_share, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
 use hydrocrane_num::{portable, Real, Vec2};
 
@@ -142,6 +142,20 @@ pub struct Means<const N: usize> {
     pub following: f64,
     /// Whether a tip that sinks could come into a region.
     pub near_region: bool,
+    /// Rates at which joints may correct errors of their measured positions, 1/s.
+    pub correctable: [f64; N],
+}
+
+/// Of a path.
+struct Correction {
+    /// m/s
+    velocity: [f64; 2],
+    /// Share of what the leading joints leave of it that all may correct.
+    all: f64,
+}
+
+impl Correction {
+    const NONE: Correction = Correction { velocity: [0.0; 2], all: 0.0 };
 }
 
 /// The reference at one sample.
@@ -262,14 +276,12 @@ impl<const N: usize> Reference<N> {
             // Nothing but the height is held.
             self.set_point[0] = posture.tip[0];
         }
-        let rate = shape.path_rate.min(MOST_CORRECTED / self.period);
-        let correction = hydrocrane_num::array::from_fn(|r| rate * (self.set_point[r] - posture.tip[r]));
         let slowed = self.slowed(shape, shaped);
         let velocity = self.towards(shape, &slowed);
         let speed = Vec2::<f64>::c(velocity).norm();
         let prefer = self.preference(model, shape, &posture, &now.piston, speed);
         let prefer = Preference { rates: self.going_on(velocity, &prefer.rates, bandwidth), ..prefer };
-        let Motion { rates, scale } = self.motion(shape, &slowed, correction, &prefer);
+        let Motion { rates, scale } = self.motion(shape, &slowed, &self.correction(shape, now), &prefer);
         let next = model.at(&hydrocrane_num::array::from_fn(|i| self.q[i] + rates[i] * self.period));
         let most = self.caution.rate * self.period;
         let leave = model.leave([&at, &next], &now.held, now.payload, &now.stiffness, most);
@@ -282,7 +294,7 @@ impl<const N: usize> Reference<N> {
         let held = model.braking_share(&at, &rates, bandwidth, now, slow && now.near_region).max(kept);
         // But it stops at once where it would end near a dead centre, which a joint that has passed does not come back from.
         let held = held.min(model.held_share(&rates, bandwidth, now));
-        let left = scale.max(self.least_left(shape, &wish)) * held;
+        let left = scale * held;
         if left < 1.0 {
             // Lags that were wound up meanwhile would not let the set-point stop in time, and it would jump once its way is free.
             self.lags = self.lags.scaled(left);
@@ -311,7 +323,7 @@ impl<const N: usize> Reference<N> {
             return 0.0;
         }
         let prefer = self.preference(model, shape, &self.posture, &now.piston, 0.0);
-        let wished = self.motion(shape, wish, [0.0; 2], &prefer).rates;
+        let wished = self.motion(shape, wish, &Correction::NONE, &prefer).rates;
         let used = |i: usize| {
             let rate = wished[i].abs().max(self.rates[i].abs());
             (rate * self.posture.lever_arm[i] / now.full_speed[i]).abs()
@@ -361,13 +373,6 @@ impl<const N: usize> Reference<N> {
         }
     }
 
-    /// Share of its lags that a set-point keeps which limits hold: with none at all it would have no speed that makes room for the
-    /// correction of the path, and no direction would ever be free again.
-    fn least_left(&self, shape: &Shape<N>, wish: &Wish<N>) -> f64 {
-        let asked = Vec2::<f64>::c(self.towards(shape, wish)).norm();
-        (LEAST_LEFT * asked / self.speed().max(f64::MIN_POSITIVE)).min(1.0)
-    }
-
     /// Where the tip of a slow crane is, as far as regions matter: at the set-point but for what it is off it beyond what their margin
     /// covers, m.
     fn near_set_point(&self, shape: &Shape<N>, now: &Means<N>) -> [f64; 2] {
@@ -389,18 +394,45 @@ impl<const N: usize> Reference<N> {
         shape.keep_out.slowed(self.tip, left, &self.caution)
     }
 
-    /// Rates of the joints for a wish and a `correction` of the path, m/s.
-    fn motion(&self, shape: &Shape<N>, wish: &Wish<N>, correction: [f64; 2], prefer: &Preference<N>) -> Motion<N> {
+    /// What brings the reference back to its path.
+    fn correction(&self, shape: &Shape<N>, now: &Means<N>) -> Correction {
+        let rate = shape.path_rate.min(MOST_CORRECTED / self.period);
+        let all = (0..N).filter(|&i| !self.leaders[i]).map(|i| now.correctable[i]).fold(rate, f64::min);
+        let velocity = hydrocrane_num::array::from_fn(|r| rate * (self.set_point[r] - self.posture.tip[r]));
+        Correction { velocity, all: all / rate }
+    }
+
+    /// Rates of the joints for a wish and a correction of the path.
+    fn motion(&self, shape: &Shape<N>, wish: &Wish<N>, correction: &Correction, prefer: &Preference<N>) -> Motion<N> {
         let jacobian = &self.posture.jacobian;
         match *wish {
             Wish::Tip(velocity) => {
-                let scale = largest_share(jacobian, &Task { velocity, correction }, &prefer.bounds);
-                let scale = scale * (1.0 - GIVEN_UP * (1.0 - scale)) * (scale / BARRED).min(1.0);
+                let led = self.led(correction, prefer);
+                let correction = hydrocrane_num::array::from_fn(|r| {
+                    let led: f64 = (0..N).map(|i| jacobian[r][i] * led[i]).sum();
+                    correction.all * (correction.velocity[r] - led)
+                });
+                let bounds = hydrocrane_num::array::from_fn(|i| prefer.bounds[i].map(|bound| bound - led[i]));
+                let scale = steady_share(jacobian, &Task { velocity, correction }, &bounds);
                 let velocity = velocity.map(|v| scale * v);
-                Motion { rates: resolve(jacobian, &Task { velocity, correction }, prefer).rates, scale }
+                let others = resolve(jacobian, &Task { velocity, correction }, &Preference { bounds, ..*prefer }).rates;
+                Motion { rates: hydrocrane_num::array::from_fn(|i| led[i] + others[i]), scale }
             }
-            Wish::Joints(rates) => level_within(jacobian, &rates, shape.height_joint, correction[1], &prefer.bounds),
+            Wish::Joints(rates) => {
+                level_within(jacobian, &rates, shape.height_joint, correction.velocity[1], &prefer.bounds)
+            }
         }
+    }
+
+    /// Rates with which the leading joints alone correct the path, as far as they can: a joint that follows its measured position and
+    /// corrects what that is off closes a loop over its own swing.
+    fn led(&self, correction: &Correction, prefer: &Preference<N>) -> [f64; N] {
+        if self.leaders == [true; N] || correction.velocity == [0.0; 2] {
+            return [0.0; N];
+        }
+        let bounds = hydrocrane_num::array::from_fn(|i| if self.leaders[i] { prefer.bounds[i] } else { [0.0; 2] });
+        let task = Task { velocity: [0.0; 2], correction: correction.velocity };
+        resolve(&self.posture.jacobian, &task, &Preference { rates: [0.0; N], bounds, ..*prefer }).rates
     }
 
     /// Rates of the joints that levers ask for while one joint holds the height: at full lever the speeds `full` of the pistons,
@@ -427,14 +459,20 @@ impl<const N: usize> Reference<N> {
         least: f64,
     ) -> [f64; N] {
         let prefer = self.preference(model, shape, &self.posture, piston, 0.0);
-        let motion = |bounds| self.motion(shape, wish, [0.0; 2], &Preference { bounds, ..prefer });
-        if motion(prefer.bounds).scale >= least {
+        let nothing = Correction::NONE;
+        if self.motion(shape, wish, &nothing, &prefer).scale >= least {
             return [0.0; N];
         }
         hydrocrane_num::array::from_fn(|i| {
             let mut bounds = prefer.bounds;
             bounds[i] = UNBOUNDED;
-            let freed = motion(bounds);
+            let prefer = Preference { bounds, ..prefer };
+            let freed = match *wish {
+                Wish::Tip(velocity) => {
+                    resolve(&self.posture.jacobian, &Task { velocity, correction: [0.0; 2] }, &prefer)
+                }
+                Wish::Joints(_) => self.motion(shape, wish, &nothing, &prefer),
+            };
             if freed.scale >= least {
                 freed.rates[i]
             } else {
@@ -487,17 +525,12 @@ const PLANNED_WINDING: f64 = 0.7;
 const FAST_MODE: f64 = 1.5;
 /// Corner of the low-pass on the acceleration, in bandwidths of the stick.
 const ACCELERATION_PER_STICK: f64 = 5.0;
-/// Of a speed that limits leave little of, the share that is given up at most: for the last of it, joints that hardly move the tip would go
-/// back and forth at full speed.
-const GIVEN_UP: f64 = 0.25;
 /// Share of a lost path that is found again in a period, at most: more than all of it would overshoot.
 const MOST_CORRECTED: f64 = 0.5;
 /// Guards of levers near a dead centre, m/rad, and where the joint that holds the height lifts nothing, m/rad or m/m: there the
 /// levers still ask for something, so that whoever holds them is told why the tip stands.
 const LEAST_LEVER_ARM: f64 = 1e-3;
 const LEAST_LIFT: f64 = 0.1;
-/// Share of the speed asked for that the lags keep while limits hold the set-point.
-const LEAST_LEFT: f64 = 0.1;
 /// Distance of the tip from its set-point that the margin of regions covers, m.
 const TOLERATED: f64 = 2e-3;
 /// Set-point speed that counts as standing, m/s.

@@ -111,8 +111,8 @@ const FARTHEST: f64 = 3.0;
 
 /// Speed below which a tip on its way to a goal may count as standing, m/s.
 const CREEPING: f64 = 2e-3;
-/// Distance of the tip from a goal at which it is there, m.
-const THERE: f64 = 5e-3;
+/// Distance of the tip from a goal at which it is there, m, or what the joint sensors do not see of it, if that is more.
+const THERE: f64 = 2e-3;
 /// Distance of the tip from a goal up to which errors are still corrected, m, and for how long at most, s.
 const CLOSE: f64 = 5e-4;
 const CORRECTING: f64 = 4.0;
@@ -341,10 +341,9 @@ impl<const N: usize> State<N> {
     fn look_for_arrival(&mut self, tip: [f64; 2]) {
         let Some(Travel { goal, .. }) = self.travel.take_if(|travel| travel.over) else { return };
         let off = (Vec2::<f64>::c(goal.place) - Vec2::c(tip)).norm();
-        self.news.tell(match off < THERE {
-            true => Notice::Arrived(goal.name()),
-            false => Notice::Stands(Cause::Lag, Aim::Place(goal.place)),
-        });
+        let there = off < THERE.max(self.blur);
+        let aim = Aim::Place(goal.place);
+        self.news.tell(if there { Notice::Arrived(goal.name()) } else { Notice::Stands(Cause::Lag, aim) });
     }
 
     /// Tells once of each joint that closed valves cannot hold, and of each piston that the load pushes back.
@@ -464,6 +463,7 @@ impl<const N: usize> State<N> {
                 blur: self.blur,
                 full_speed: self.of_each(Drive::full_speed_unloaded),
                 near_region: s.shape.keep_out.distance(tip) < s.shape.keep_out.margin + SINKING,
+                correctable: holding.map(|hold| s.drive.position * hold.bearable(s.drive.position)),
                 following: ((FARTHEST - lag.norm() / s.lag_limit) / (FARTHEST - 1.0)).clamp(0.0, 1.0),
             };
             self.reference.advance(model, &s.shape, wish.scaled(waiting), &now);

@@ -96,7 +96,8 @@ def run_tune(
     say(
         *lines,
         f"cost {found.cost_before * 1e3:.3f} mm -> {found.cost_after * 1e3:.3f} mm, {found.trials} sets simulated",
-        "(RMS deviation and priced spool travel, mean over the cases)",
+        "(worst case: RMS deviation, and priced spool travel, settling and speed at rest)",
+        f"speed at rest, worst case: {found.rest_before * 1e3:.2f} mm/s -> {found.rest_after * 1e3:.2f} mm/s",
         found.toml(),
     )
     if controller == "tip":

@@ -49,6 +49,11 @@ def at_valves(key: str, value: Callable[[float], float]) -> Callable[[Machine], 
     return lambda machine: {f"{valve}.{key}": value(stroke) for valve, stroke in _valves(machine)}
 
 
+def _later(machine: Machine) -> dict[str, Override]:
+    keys = [f"{valve}.delay" for valve, _ in _valves(machine)]
+    return {key: 0.02 + (float(machine.value(key).si) if key in machine.keys else 0.0) for key in keys}
+
+
 def _supply(share: float) -> Callable[[Machine], dict[str, Override]]:
     return lambda machine: {"supply.pressure": share * machine.supply_pressure}
 
@@ -72,6 +77,7 @@ VARIANTS: dict[str, Variant] = {
     "leakage x 10": Variant(_leakage(10.0)),
     "spools of 8 Hz": Variant(at_valves("natural-frequency", lambda stroke: 2.0 * np.pi * 8.0), known=True),
     "dead time 50 ms": Variant(at_valves("delay", lambda stroke: 0.05), known=True),
+    "valves 20 ms later": Variant(_later),
     "joint sensors only": Variant(lambda machine: {"control.tip.pressures": "estimated"}, known=True, pressures=False),
 }
 

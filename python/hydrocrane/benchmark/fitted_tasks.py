@@ -35,6 +35,7 @@ SHORTEST = 0.1
 SLOW_SHARE, FAST_SHARE = 0.5, 1.2
 # Relative increase of the largest cylinder force by the payload that the controller does not know.
 UNKNOWN_LOAD = 0.1
+LATER = Condition(variant="valves 20 ms later")
 
 
 @dataclass(frozen=True)
@@ -171,10 +172,12 @@ def tuning_cases(machine: Machine) -> list[Case]:
     """Cases for the tuning of the gains of `machine`: the benchmark's quick cases, or lines that fit the machine.
 
     These are a slow line in each direction, a fast one outwards, and the slow line upwards with the machine's own
-    sensors and a payload that the controller does not know. They are not faster than those of the benchmark.
+    sensors and a payload that the controller does not know. They are not faster than those of the benchmark. The last
+    case is the first one with valves that answer 20 ms later than the controller knows.
     """
     if fits_the_benchmark(machine):
-        return quick_cases()
+        cases = quick_cases()
+        return [*cases, Case(cases[0].task, LATER)]
     q = start_pose(machine)
     found = walks(machine, q)
     length = min(w.length for w in found.values())
@@ -191,7 +194,8 @@ def tuning_cases(machine: Machine) -> list[Case]:
 
     slow = [line(name, SLOW_SHARE, SPEEDS[1]) for name in SENSES]
     heavy = Condition(payload=unknown_payload(machine, q), sensors="data-sheet")
-    return [*slow, line("out", FAST_SHARE, SPEEDS[2]), Case(slow[0].task, heavy, start)]
+    fast = line("out", FAST_SHARE, SPEEDS[2])
+    return [*slow, fast, Case(slow[0].task, heavy, start), Case(slow[0].task, LATER, start)]
 
 
 def unknown_payload(machine: Machine, q: Array) -> float:

@@ -18,8 +18,10 @@ AT_REST = 5e-3
 LAST = 0.5
 # Energy in the springs of the end stops above which a piston counts as having hit one, J.
 HIT = 0.1
-# RMS deviation that halves the score, m.
-HALVING = 0.01
+# RMS deviation (m), settling (s) and RMS speed at the end (m/s) that each halve the score.
+HALVING, HALVING_SETTLING, HALVING_REST = 0.01, 2.0, AT_REST
+# RMS speed at the end of a tip that never rests at which its score is -1, m/s.
+SHAKES = 0.1
 # Points of a path for the figure of progress; largest step of progress, as a share of the path; and how much nearer to
 # the tip a place must be per metre that it is farther ahead, m.
 PLACES, AHEAD, RELUCTANCE = 500, 0.2, 0.01
@@ -65,7 +67,9 @@ class Metrics:
     Attributes
     ----------
     score : float
-        ``reached / (1 + path_rms / 10 mm)``: 1 for the whole path without deviation, 0 for a tip that does not move.
+        ``reached / ((1 + path_rms / 10 mm) (1 + settling / 2 s) (1 + vibration / 5 mm/s))``: 1 for the whole path
+        without deviation and a stop at once, 0 for a tip that does not move. A tip that never rests has
+        ``-vibration / 100 mm/s``, at least -1: less than one that stands.
     reached : float
         Share of the path's length that the tip followed, in the order of the path.
     path_max, path_rms : float
@@ -116,17 +120,19 @@ def metrics(motion: Motion) -> Metrics:
     aside = _length(motion.tip - nearest_on_path(motion.tip, motion.asked))
     error = _length(motion.tip - motion.asked)
     fastest = float(_length(motion.asked_velocity).max())
-    reached, path_rms = share_reached(motion.tip, motion.asked), _rms(aside)
+    reached, path_rms, rest = share_reached(motion.tip, motion.asked), _rms(aside), _rest_from(motion)
+    settling = float(np.maximum(rest - _centred_from(motion), 0.0))
+    vibration = _rms(_length(motion.tip_velocity[motion.time >= motion.time[-1] - LAST]))
     return Metrics(
-        score=reached / (1.0 + path_rms / HALVING),
+        score=_score(reached, path_rms, settling, vibration),
         reached=reached,
         path_max=float(aside.max()),
         path_rms=path_rms,
         end_error=float(error[-1]),
         speed_error=_speed_error(motion, fastest),
-        time=(rest := _rest_from(motion)),
-        settling=float(np.maximum(rest - _centred_from(motion), 0.0)),
-        vibration=_rms(_length(motion.tip_velocity[motion.time >= motion.time[-1] - LAST])),
+        time=rest,
+        settling=settling,
+        vibration=vibration,
         energy=float(0.5 * (motion.power[1:] + motion.power[:-1]) @ np.diff(motion.time)),
         end_stop_hits=int(np.count_nonzero(np.diff((motion.end_stops > HIT).astype(int)) == 1)),
         spool_rms=_rms(motion.command),
@@ -134,6 +140,13 @@ def metrics(motion: Motion) -> Metrics:
         rho=float(error.max()) / fastest,
         rho_set_point=_own_rho(motion),
     )
+
+
+def _score(reached: float, path_rms: float, settling: float, vibration: float) -> float:
+    if np.isnan(settling):
+        return -min(vibration / SHAKES, 1.0)
+    lost = (1.0 + path_rms / HALVING) * (1.0 + settling / HALVING_SETTLING) * (1.0 + vibration / HALVING_REST)
+    return reached / lost
 
 
 def spool_travel(time: Array, command: Array) -> float:

@@ -26,9 +26,10 @@ PI_UNITS = {"proportional": "1/s", "integral": "1/s^2", "pressure": "m/(s Pa)", 
 CONTROLLERS = ("tip", "pi")
 # A rate above one per sample acts like an infinite one.
 LARGEST = 1.0 / DEFAULT_PERIOD
-# Cost of one full spool stroke of travel per second, in metres of root-mean-square deviation, so that tenths of a
-# millimetre do not justify noise on the valves.
-EFFORT_PRICE = 2e-4
+# In metres of root-mean-square deviation: one full spool stroke of travel per second, so that tenths of a millimetre do
+# not justify noise on the valves; a second until the tip rests; and a metre per second at the end, which no deviation
+# could pay for.
+EFFORT_PRICE, SETTLING_PRICE, REST_PRICE = 2e-4, 1e-3, 1.0
 FIRST_FACTOR, LAST_FACTOR = 2.0, 1.15
 
 
@@ -41,7 +42,10 @@ class Tuning:
     before, after : dict
         Gains by key of ``[control.tip]``.
     cost_before, cost_after : float
-        Mean over the cases of the root-mean-square path deviation plus the cost of spool travel, m.
+        Of the worst case: the root-mean-square path deviation plus the prices of spool travel, settling and speed at
+        rest, m.
+    rest_before, rest_after : float
+        Largest root-mean-square speed of the tip at the end of a case, m/s.
     trials : int
         Number of simulated sets of gains.
     machine, controller : str
@@ -54,6 +58,8 @@ class Tuning:
     after: dict[str, float]
     cost_before: float
     cost_after: float
+    rest_before: float
+    rest_after: float
     trials: int
     machine: str
     controller: str
@@ -119,7 +125,7 @@ def tune(
         raise InputError(f"trials must be at least 1, got {trials}")
     chosen = list(tuning_cases(machine) if cases is None else cases)
     before = {name: machine.tip_gains[name] if controller == "tip" else getattr(PistonPi(), name) for name in gains}
-    count = 0
+    rest: list[tuple[dict[str, float], float]] = []
 
     def run(values: dict[str, float], case: Case) -> Result:
         if controller == "pi":
@@ -128,17 +134,17 @@ def tune(
         return run_case(changed, "tip", case, seed=seed)
 
     def cost(values: dict[str, float]) -> float:
-        nonlocal count
-        count += 1
         if progress is not None:
-            progress(count - 1, trials)
+            progress(len(rest), trials)
         results = [run(values, case) for case in chosen]
-        if count == 1:
+        if not rest:
             _check_start(machine, results)
-        return sum(_price(result) for result in results) / len(chosen)
+        rest.append((values, max(result.metrics.vibration if result.metrics else math.inf for result in results)))
+        return max(_price(result) for result in results)
 
     best, cost_before, least = pattern_search(cost, before, trials=trials, largest=LARGEST)
-    return Tuning(before, best, cost_before, least, count, machine.name, controller, trials, seed)
+    first, last = (next(speed for values, speed in rest if values == gains) for gains in (before, best))
+    return Tuning(before, best, cost_before, least, first, last, len(rest), machine.name, controller, trials, seed)
 
 
 def pattern_search(
@@ -201,4 +207,8 @@ def _price(result: Result) -> float:
     """The cost of a run; infinite if it does not finish, so that such gains are never kept."""
     if not result.outcome.completed or result.metrics is None:
         return math.inf
-    return result.metrics.path_rms + EFFORT_PRICE * result.metrics.spool_travel
+    found = result.metrics
+    # A tip that never rests pays by its speed.
+    settling = 0.0 if math.isnan(found.settling) else found.settling
+    moving = EFFORT_PRICE * found.spool_travel + SETTLING_PRICE * settling
+    return found.path_rms + moving + REST_PRICE * found.vibration
