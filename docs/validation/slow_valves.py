@@ -20,7 +20,7 @@ PAGE = Path(__file__).with_name("slow-valves.md")
 # Machines with a load that the controller is not told, kg.
 LOADS = {"rottne-f9-lab": 120.0, "rottne-f9-mobile": 120.0, "rottne-f9-ls": 120.0, "hiab-xs031": 80.0}
 # Natural frequency of the spools, Hz, and dead time, ms; none: as the file states them.
-VALVES = ((None, None), (12.0, 10.0), (8.0, 25.0), (5.0, 50.0))
+VALVES = ((None, None), (12.0, 10.0), (8.0, 25.0), (5.0, 50.0), (None, 200.0))
 LATE = (0.0, 20.0)
 # How long each line is followed after its end, s.
 REST = 8.0
@@ -59,7 +59,8 @@ def row(name, known: hc.Machine, cases, payload: float, valve) -> tuple[float, s
     away = sorted(1e3 * m.path_max for m in found)
     settling = sorted(math.inf if math.isnan(m.settling) else m.settling for m in found)
     quiet = max(1e3 * m.vibration for m in found)
-    stated = "as stated" if frequency is None else f"{frequency:g} Hz, {delay:g} ms"
+    spool = "" if frequency is None else f"{frequency:g} Hz, "
+    stated = "as stated" if delay is None else f"{spool}{delay:g} ms"
     p90 = math.ceil(0.9 * len(found)) - 1
     times = ["never" if math.isinf(t) else f"{t:.2f}" for t in (settling[p90], settling[-1])]
     cells = [f"`{name}`", f"{payload:g}", stated, f"{late:g}", f"{away[p90]:.1f}", f"{away[-1]:.1f}", *times]

@@ -48,8 +48,8 @@ GAINS, SEARCH = ("gain", "anticipation", "speed"), (1.5, 1.15)
 
 # Found from the defaults of Operator by `python docs/validation/loading_cycle.py measure`.
 TUNED: dict[str, dict[str, float]] = {
-    "lever": {"gain": 1.5, "anticipation": 0.167, "speed": 0.45},
-    "tip": {"gain": 1.5, "anticipation": 0.25, "speed": 0.45},
+    "lever": {"gain": 1.5, "anticipation": 0.25, "speed": 0.3},
+    "tip": {"gain": 1.5, "anticipation": 0.25, "speed": 0.675},
 }
 
 
