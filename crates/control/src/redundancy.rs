@@ -56,14 +56,14 @@ pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &P
 /// s, less where joints hardly move the tip.
 pub fn steady_share<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 2]; N]) -> f64 {
     let task = task.possible(jacobian);
-    rooms(jacobian, &task, bounds).1.faded(task.velocity)
+    rooms(jacobian, &task, bounds).1.faded(jacobian, bounds, task.velocity)
 }
 
 /// r c, and how much room that leaves for v.
 fn rooms<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 2]; N]) -> ([f64; 2], Room) {
     let rows = [&jacobian[0][..], &jacobian[1][..]];
     let few = bounds.map(|bounds| bounds.map(|bound| CORRECTING * bound));
-    let corrected = room(rows, &few, [0.0; 2], task.correction).faded(task.correction);
+    let corrected = room(rows, &few, [0.0; 2], task.correction).faded(jacobian, &few, task.correction);
     let correction = task.correction.map(|c| corrected * c);
     (correction, room(rows, bounds, correction, task.velocity))
 }
@@ -72,15 +72,20 @@ fn rooms<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 
 struct Room {
     share: f64,
     edge: Option<[f64; 2]>,
-    /// Speeds that each joint alone would give the tip there, all together, m/s.
-    speed: f64,
 }
 
 impl Room {
-    /// What joints take of this `way`.
-    fn faded(&self, way: [f64; 2]) -> f64 {
-        // Without any way the quotient is infinite or no number: min takes all of it.
-        let used = self.share * portable::sqrt(dot(way, way)) / (BARRED * self.speed);
+    /// What joints take of this `way`: by its length and the speeds that each joint alone would give the tip there.
+    fn faded<const N: usize>(&self, jacobian: &[[f64; N]; 2], bounds: &[[f64; 2]; N], way: [f64; 2]) -> f64 {
+        let Some(edge) = self.edge else { return 1.0 };
+        let mut all = 0.0;
+        for (i, bounds) in bounds.iter().enumerate() {
+            let column = [jacobian[0][i], jacobian[1][i]];
+            let [low, high] = at_edge(*bounds, edge, column);
+            all += low.abs().max(high.abs()) * portable::sqrt(dot(column, column));
+        }
+        // Where nothing moves the tip there is no share either.
+        let used = self.share * portable::sqrt(dot(way, way)) / (BARRED * all).max(f64::MIN_POSITIVE);
         (self.share * used.min(1.0)).min(1.0)
     }
 }
@@ -113,7 +118,7 @@ fn at_edge([low, high]: [f64; 2], n: [f64; 2], column: [f64; 2]) -> [f64; 2] {
 /// Largest share of `way` that joints within `bounds` can add to `from`, which they can do.
 fn room(jacobian: [&[f64]; 2], bounds: &[[f64; 2]], from: [f64; 2], way: [f64; 2]) -> Room {
     let column = |i: usize| [jacobian[0][i], jacobian[1][i]];
-    let mut room = Room { share: f64::INFINITY, edge: None, speed: 0.0 };
+    let mut room = Room { share: f64::INFINITY, edge: None };
     for i in 0..bounds.len() {
         let [x, z] = column(i);
         // The edges beside the column, and where all are parallel the ends of it.
@@ -123,15 +128,14 @@ fn room(jacobian: [&[f64]; 2], bounds: &[[f64; 2]], from: [f64; 2], way: [f64; 2
             if towards <= ALONG * portable::sqrt(dot(n, n) * dot(way, way)) {
                 continue;
             }
-            let (mut farthest, mut speed) = (0.0, 0.0);
+            let mut farthest = 0.0;
             for (j, bounds) in bounds.iter().enumerate() {
-                let [low, high] = at_edge(*bounds, n, column(j));
-                farthest += dot(n, column(j)) * high;
-                speed += low.abs().max(high.abs()) * portable::sqrt(dot(column(j), column(j)));
+                let gain = dot(n, column(j));
+                farthest += (gain * bounds[0]).max(gain * bounds[1]);
             }
             let share = ((farthest - dot(n, from)) / towards).max(0.0);
             if share < room.share {
-                room = Room { share, edge: Some(n), speed };
+                room = Room { share, edge: Some(n) };
             }
         }
     }
