@@ -6,8 +6,10 @@ leading axes are the batch; several arguments broadcast over the leading axes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -87,22 +89,34 @@ def checked_line(what: str, text: object) -> str:
 def _checked(what: str, text: object, fault_of: Callable[[str], str | None]) -> str:
     if not isinstance(text, str):
         raise InputError(f"{what} must be a text; got {text!r}")
-    with translated():
-        fault = fault_of(text)
+    fault = _fault(fault_of, text)
     if fault is not None:
         raise InputError(f"{what} is {text!r}: {fault}")
     return text
 
 
+# A study checks the same fields of its scenario in every case.
+_refused_quantity = lru_cache(256)(_core.refused_quantity)
+
+
+@lru_cache(64)
+def _fault(fault_of: Callable[[str], str | None], text: str) -> str | None:
+    with translated():
+        return fault_of(text)
+
+
 def scenario_quantity(key: str, name: str, value: ArrayLike) -> float:
     """`value` as one number, SI, that a scenario file may have at `key`; `name` is the name of the argument."""
-    number = real_array(value, name)
-    if number.ndim:
-        raise InputError(f"{name} must be one number, got {value!r}")
-    refused = _core.refused_quantity(key, float(number))
+    number = value
+    if type(number) is not float or not math.isfinite(number):
+        array = real_array(value, name)
+        if array.ndim:
+            raise InputError(f"{name} must be one number, got {value!r}")
+        number = float(array)
+    refused = _refused_quantity(key, number)
     if refused:
         raise InputError(f"{name}: {refused}")
-    return float(number)
+    return number
 
 
 def seed_number(value: object) -> int:

@@ -50,7 +50,7 @@ fn elements(entry: &Provenance) -> Vec<Parameter> {
     let value = &entry.value;
     let one = |element: Option<usize>| {
         let index = element.unwrap_or(0);
-        let unit = value.units.get(index).or(value.units.first()).cloned().unwrap_or_default();
+        let unit = value.units.get(index).or(value.units.first()).map_or(String::new(), |unit| unit.to_string());
         let si = value.si[index];
         Parameter { key: entry.key.clone(), element, unit, value: si, start: si }
     };

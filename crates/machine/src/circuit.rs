@@ -1,5 +1,7 @@
 //! Parts of the [model](crate::model) in the hydraulic circuit besides cylinders, valves and pump.
 
+use crate::document::Place;
+
 /// A load-holding valve between a chamber and its port of the spool valve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadHolding<T = f64> {
@@ -21,7 +23,7 @@ pub enum HoldingKind<T = f64> {
 pub struct Counterbalance<T = f64> {
     /// Dotted path of its setting, and its place in the file.
     pub key: String,
-    pub place: String,
+    pub place: Place,
     /// Pressure of the chamber that opens it without a pilot, Pa.
     pub setting: T,
     pub pilot_ratio: T,

@@ -3,6 +3,7 @@
 //! Provenance is resolved within each file before files are merged: `class` and `source` apply to the values of their
 //! table and below it, never to the values of another file.
 
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -20,8 +21,8 @@ pub struct SourceFile {
     pub text: String,
 }
 
-/// Place of a key or value.
-#[derive(Debug, Clone)]
+/// Place of a key or value. Its line is counted when somebody asks for it.
+#[derive(Clone)]
 pub enum Place {
     File { file: Arc<SourceFile>, span: Range<usize> },
     Override(Arc<str>),
@@ -44,7 +45,8 @@ pub struct Node {
 
 #[derive(Debug, Clone)]
 pub enum NodeKind {
-    Table(Vec<Entry>),
+    /// Shared, so that a tree with an override copies no more than the tables above it.
+    Table(Arc<Vec<Entry>>),
     Value { value: Scalar, origin: Arc<Origin> },
 }
 
@@ -63,6 +65,24 @@ pub struct Entry {
     pub key: String,
     pub place: Place,
     pub node: Node,
+}
+
+impl PartialEq for Place {
+    fn eq(&self, other: &Self) -> bool {
+        self.locate() == other.locate()
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.locate().fmt(f)
+    }
+}
+
+impl fmt::Debug for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&self.to_string(), f)
+    }
 }
 
 impl Place {
@@ -345,7 +365,7 @@ impl Builder<'_> {
             let node = self.item(item, place.clone(), &origin, &join(path, key))?;
             entries.push(Entry { key: key.to_string(), place, node });
         }
-        Ok(Node { place, kind: NodeKind::Table(entries) })
+        Ok(Node { place, kind: NodeKind::Table(entries.into()) })
     }
 
     fn item(&self, item: &Item, key_place: Place, origin: &Arc<Origin>, path: &str) -> Result<Node, MachineError> {

@@ -4,7 +4,7 @@ use crate::document::{Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
 use crate::keys::{Key, Sign};
 use crate::log::Log;
-use crate::model::{Form, Recorded, Unusual};
+use crate::model::{Form, Provenance, ProvenanceClass, Recorded, Unusual};
 use crate::nearest::{choose, suggestion_among};
 use crate::number::Number;
 use crate::plausible::{self, Plausibility};
@@ -41,8 +41,8 @@ impl<'a> Field<'a> {
         self.error(ErrorKind::WrongType, found).help(format!("give {expected}"))
     }
 
-    fn record(&self) -> Result<()> {
-        self.log.record(&self.path, self.place, self.origin)
+    fn class(&self) -> Result<Option<ProvenanceClass>> {
+        self.log.class(&self.path, self.place, self.origin)
     }
 
     pub fn text(&self) -> Result<&'a str> {
@@ -74,13 +74,7 @@ impl<'a> Field<'a> {
 
     /// Adds a warning on an allowed but unusual value, with its cure.
     pub fn warn(&self, text: String, cure: String) {
-        let (key, place) = self.origin();
-        self.log.warn(Unusual { key, place, text, cure });
-    }
-
-    /// Dotted path of the value, and its place.
-    pub fn origin(&self) -> (String, String) {
-        (self.path.clone(), self.place.locate().to_string())
+        self.log.warn(Unusual { key: self.path.clone(), place: self.place.to_string(), text, cure });
     }
 
     /// A choice by its present name; a former name gives a warning.
@@ -108,9 +102,9 @@ impl<'a> Field<'a> {
         if !self.is(other) {
             return self.quantity_of(quantity);
         }
-        self.record()?;
+        let class = self.class()?;
         let value = factor * self.scalar(self.value, self.place, other)?;
-        self.keep(&[value], &[quantity], Form::One);
+        self.keep(class, &[value], &[quantity], Form::One);
         Ok(self.log.number(&self.path, None, value))
     }
 
@@ -124,15 +118,18 @@ impl<'a> Field<'a> {
 
     fn plain_quantity_of(&self, quantity: &Quantity) -> Result<f64> {
         debug_assert!(self.key.allows(quantity), "`{}` is declared as another quantity", self.path);
-        self.record()?;
+        let class = self.class()?;
         let value = self.scalar(self.value, self.place, quantity)?;
-        self.keep(&[value], &[quantity], Form::One);
+        self.keep(class, &[value], &[quantity], Form::One);
         Ok(value)
     }
 
-    fn keep(&self, si: &[f64], quantities: &[&Quantity], form: Form) {
-        let units = quantities.iter().map(|quantity| quantity.unit.to_string()).collect();
-        self.log.keep(&self.path, Recorded { si: si.to_vec(), units, form });
+    fn keep(&self, class: Option<ProvenanceClass>, si: &[f64], quantities: &[&Quantity], form: Form) {
+        let Some(class) = class else { return };
+        let units = quantities.iter().map(|quantity| quantity.unit.clone()).collect();
+        let value = Recorded { si: si.to_vec(), units, form };
+        let entry = Provenance { key: self.path.clone(), class, source: self.origin.source.clone(), value };
+        self.log.keep(self.value, entry);
     }
 
     /// A pair of the declared quantity.
@@ -156,7 +153,7 @@ impl<'a> Field<'a> {
 
     fn plain_pair_of(&self, quantities: [&Quantity; 2]) -> Result<[f64; 2]> {
         debug_assert!(quantities.iter().all(|quantity| self.key.allows(quantity)), "`{}`", self.path);
-        self.record()?;
+        let class = self.class()?;
         let [a, b] = match self.value {
             Scalar::List(items) => match items.as_slice() {
                 [a, b] => [(&a.0, &a.1), (&b.0, &b.1)],
@@ -170,13 +167,13 @@ impl<'a> Field<'a> {
         };
         let pair = [self.scalar(a.0, a.1, quantities[0])?, self.scalar(b.0, b.1, quantities[1])?];
         let form = if matches!(self.value, Scalar::List(_)) { Form::Two } else { Form::Shared };
-        self.keep(&pair, &quantities, form);
+        self.keep(class, &pair, &quantities, form);
         Ok(pair)
     }
 
     /// A list of quantities of the declared kind.
     pub fn series(&self) -> Result<Vec<f64>> {
-        self.record()?;
+        let class = self.class()?;
         let quantity = &self.kind().quantity();
         let items = self.list()?;
         let numbers = items.iter().map(|(value, place)| Ok(self.signed(value, place, quantity)?.1));
@@ -186,16 +183,16 @@ impl<'a> Field<'a> {
         if let Some((value, place)) = largest.map(|index| &items[index]) {
             self.scalar(value, place, quantity)?;
         }
-        self.keep(&series, &[quantity], Form::List);
+        self.keep(class, &series, &[quantity], Form::List);
         Ok(series)
     }
 
     /// A list of points.
     pub fn points(&self) -> Result<Vec<[f64; 2]>> {
-        self.record()?;
+        let class = self.class()?;
         let items = self.list()?.iter().map(|(value, place)| self.point_from(value, place));
         let points = items.collect::<Result<Vec<[f64; 2]>>>()?;
-        self.keep(&points.concat(), &[&quantities::LENGTH.quantity()], Form::List);
+        self.keep(class, &points.concat(), &[&quantities::LENGTH.quantity()], Form::List);
         Ok(points)
     }
 
@@ -223,10 +220,10 @@ impl<'a> Field<'a> {
     }
 
     fn plain_point(&self) -> Result<[f64; 2]> {
-        self.record()?;
+        let class = self.class()?;
         let point = self.point_from(self.value, self.place)?;
         let length = quantities::LENGTH.quantity();
-        self.keep(&point, &[&length, &length], Form::Two);
+        self.keep(class, &point, &[&length, &length], Form::Two);
         Ok(point)
     }
 
@@ -302,7 +299,7 @@ impl<'a> Field<'a> {
         match found {
             Plausibility::Usual => Ok(()),
             Plausibility::Unusual(usual, cure) => {
-                let place = place.locate().to_string();
+                let place = place.to_string();
                 self.log.warn(Unusual { key: self.path.clone(), place, text: format!("{}; {usual}", shown()), cure });
                 Ok(())
             }

@@ -1,11 +1,10 @@
 //! Record of the values that were read: their provenance, and which of them are independent variables.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 
-use crate::document::{join, Node, Origin, Place};
+use crate::document::{Node, NodeKind, Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
-use crate::model::{Provenance, ProvenanceClass, Recorded, Unusual};
+use crate::model::{Provenance, ProvenanceClass, Unusual};
 use crate::nearest::choose;
 use crate::number::{Number, Variable};
 
@@ -20,7 +19,8 @@ pub const CLASSES: [(&str, ProvenanceClass); 5] = [
 /// Provenance of the values read so far. A log without required provenance is for scenario files.
 pub struct Log {
     demands_class: bool,
-    seen: RefCell<HashMap<String, Provenance>>,
+    /// By the place of the value in the tree.
+    seen: RefCell<Vec<(*const Scalar, Provenance)>>,
     unusual: RefCell<Vec<Unusual>>,
     words: RefCell<Vec<(String, String)>>,
     /// The independent variables, in the order of the derivatives.
@@ -30,7 +30,7 @@ pub struct Log {
 impl Log {
     pub fn new(demands_class: bool) -> Self {
         // A large machine has about three hundred values.
-        let seen = RefCell::new(HashMap::with_capacity(if demands_class { 512 } else { 0 }));
+        let seen = RefCell::new(Vec::with_capacity(if demands_class { 512 } else { 0 }));
         Self { demands_class, seen, unusual: RefCell::default(), words: RefCell::default(), variables: Vec::new() }
     }
 
@@ -48,16 +48,18 @@ impl Log {
 
     /// The values in the order of the tree.
     pub fn in_order_of(self, root: &Node) -> Vec<Provenance> {
-        let mut seen = self.seen.into_inner();
+        let mut seen: Vec<_> = self.seen.into_inner().into_iter().map(|(value, entry)| (value, Some(entry))).collect();
+        // Stable: the last entry of a value that was read several times counts.
+        seen.sort_by_key(|(value, _)| *value);
         let mut ordered = Vec::with_capacity(seen.len());
-        collect(&mut seen, root, "", &mut ordered);
+        collect(&mut seen, root, &mut ordered);
         ordered
     }
 
-    /// Records the provenance of the value at `key`; if it is required, a value without a class is refused.
-    pub fn record(&self, key: &str, place: &Place, origin: &Origin) -> Result<(), MachineError> {
+    /// The class of the value at `key`; if it is required, a value without one is refused.
+    pub fn class(&self, key: &str, place: &Place, origin: &Origin) -> Result<Option<ProvenanceClass>, MachineError> {
         if !self.demands_class {
-            return Ok(());
+            return Ok(None);
         }
         let Some((text, class_place)) = &origin.class else {
             return Err(place
@@ -68,9 +70,7 @@ impl Log {
             let message = format!("`{text}` is not a provenance class");
             class_place.error(ErrorKind::InvalidChoice, &format!("{key} (its class)"), message).help(help)
         })?;
-        let entry = Provenance { key: key.into(), class, source: origin.source.clone(), value: Recorded::default() };
-        self.seen.borrow_mut().insert(key.into(), entry);
-        Ok(())
+        Ok(Some(class))
     }
 
     /// Records a value outside its usual range, one per key.
@@ -109,18 +109,20 @@ impl Log {
         self.words.borrow().clone()
     }
 
-    /// Records the value at `key`.
-    pub fn keep(&self, key: &str, value: Recorded) {
-        if let Some(entry) = self.seen.borrow_mut().get_mut(key) {
-            entry.value = value;
-        }
+    /// Records a value of the tree.
+    pub fn keep(&self, value: *const Scalar, entry: Provenance) {
+        self.seen.borrow_mut().push((value, entry));
     }
 }
 
-fn collect(seen: &mut HashMap<String, Provenance>, node: &Node, path: &str, ordered: &mut Vec<Provenance>) {
-    for entry in node.entries().unwrap_or_default() {
-        let key = join(path, &entry.key);
-        ordered.extend(seen.remove(&key));
-        collect(seen, &entry.node, &key, ordered);
+fn collect(seen: &mut [(*const Scalar, Option<Provenance>)], node: &Node, ordered: &mut Vec<Provenance>) {
+    match &node.kind {
+        NodeKind::Table(entries) => entries.iter().for_each(|entry| collect(seen, &entry.node, ordered)),
+        NodeKind::Value { value, .. } => {
+            let value: *const Scalar = value;
+            let end = seen.partition_point(|(known, _)| *known <= value);
+            let last = seen[..end].last_mut().filter(|(known, _)| *known == value);
+            ordered.extend(last.and_then(|(_, entry)| entry.take()));
+        }
     }
 }

@@ -18,8 +18,9 @@ pub enum OverrideValue {
 /// Tables are merged key by key; anything else in `over` replaces the value in `base`.
 pub fn merge(base: Node, over: Node) -> Node {
     match (base.kind, over.kind) {
-        (NodeKind::Table(mut entries), NodeKind::Table(additions)) => {
-            for addition in additions {
+        (NodeKind::Table(entries), NodeKind::Table(additions)) => {
+            let mut entries = Arc::unwrap_or_clone(entries);
+            for addition in Arc::unwrap_or_clone(additions) {
                 match entries.iter().position(|entry| entry.key == addition.key) {
                     Some(index) => {
                         let node = entries[index].node.clone();
@@ -28,7 +29,7 @@ pub fn merge(base: Node, over: Node) -> Node {
                     None => entries.push(addition),
                 }
             }
-            Node { place: over.place, kind: NodeKind::Table(entries) }
+            Node { place: over.place, kind: NodeKind::Table(entries.into()) }
         }
         (_, kind) => Node { place: over.place, kind },
     }
@@ -41,6 +42,7 @@ pub fn take_out(tree: &mut Node, key: &str, place: &Place) -> Result<(), Machine
     let mut path = String::new();
     for segment in above.split('.').filter(|segment| !segment.is_empty()).chain([name]) {
         let NodeKind::Table(entries) = &mut node.kind else { return Err(nothing_at(key, &path, segment, &[], place)) };
+        let entries = Arc::make_mut(entries);
         let Some(index) = entries.iter().position(|entry| entry.key == segment) else {
             return Err(nothing_at(key, &path, segment, entries, place));
         };
@@ -109,6 +111,7 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
                 .error(ErrorKind::WrongType, &path, "a value, not a table: it has no keys below it")
                 .help(format!("override `{path}` itself")));
         };
+        let entries = Arc::make_mut(entries);
         if depth == 1 && COLLECTIONS.contains(&segments[0]) && !entries.iter().any(|entry| entry.key == segment) {
             let names = entries.iter().map(|entry| entry.key.as_str());
             return Err(place
@@ -117,7 +120,7 @@ pub fn apply_override(root: &mut Node, change: &Override) -> Result<(), MachineE
         }
         path = join(&path, segment);
         let index = entries.iter().position(|entry| entry.key == segment).unwrap_or_else(|| {
-            let node = Node { place: place.clone(), kind: NodeKind::Table(Vec::new()) };
+            let node = Node { place: place.clone(), kind: NodeKind::Table(Arc::default()) };
             entries.push(Entry { key: segment.into(), place: place.clone(), node });
             entries.len() - 1
         });

@@ -5,9 +5,11 @@
 //! all others are plain. Pairs of a friction parameter are (extending, retracting).
 
 pub use crate::circuit::*;
+pub use crate::document::Place;
 use crate::keys;
 use crate::number::Number;
 pub use crate::pressure_source::*;
+use std::borrow::Cow;
 
 /// A complete machine: a planar chain of links, each moved by one cylinder.
 #[derive(Debug, Clone, PartialEq)]
@@ -427,7 +429,7 @@ pub struct Sensor {
     pub properties: Vec<(String, f64)>,
     /// Path and place of its range, or of what it measures if it has none.
     pub key: String,
-    pub place: String,
+    pub place: Place,
 }
 
 /// Names that data sheets have for the range of an analogue sensor.
@@ -531,12 +533,12 @@ pub struct Provenance {
 }
 
 /// A value of the file.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Recorded {
     /// SI; points of a list one after the other.
     pub si: Vec<f64>,
     /// SI unit of each value, or one for all; empty for a plain number.
-    pub units: Vec<String>,
+    pub units: Vec<Cow<'static, str>>,
     pub form: Form,
 }
 

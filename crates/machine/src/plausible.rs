@@ -2,6 +2,8 @@
 
 use crate::keys::{Key, Sign, Usual};
 use crate::units::{self, Dimension, Quantity};
+use std::cell::RefCell;
+use std::collections::HashMap;
 
 /// Usual ranges of keys that declare none, by dimension.
 const OF_DIMENSION: &[Usual] = &[
@@ -19,8 +21,13 @@ const MOST: f64 = 1e15;
 /// Further units for the guess of the intended one.
 const WRITTEN_UNITS: [&str; 9] = ["l/min", "mm/s", "N/mm", "kN/mm", "kN s/m", "kg/l", "g/l", "kg mm^2", "mPa s"];
 
+thread_local! {
+    /// Ranges of this program in SI: each is parsed once, because every value of a file is held against several.
+    static RANGES: RefCell<HashMap<*const Usual, Range>> = RefCell::default();
+}
+
 /// A usual range in SI.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 struct Range {
     /// `None`: of any.
     dimension: Option<Dimension>,
@@ -32,6 +39,10 @@ struct Range {
 }
 
 impl Range {
+    fn of(usual: &'static Usual) -> Self {
+        RANGES.with_borrow_mut(|known| *known.entry(usual).or_insert_with(|| Self::new(usual)))
+    }
+
     fn new(&(low, high, margin): &Usual) -> Self {
         let ends = [low, high].map(units::own_scalar);
         let [from, to] = ends.map(|(number, unit)| unit.to_si(number));
@@ -58,14 +69,12 @@ pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Plausibili
         return Plausibility::Usual;
     }
     let Some(range) = range_of(key, quantity.dimension) else {
-        let allowed = magnitude <= MOST && !(positive && magnitude < LEAST);
+        if magnitude <= MOST && !(positive && magnitude < LEAST) {
+            return Plausibility::Usual;
+        }
         let unit = if quantity.is_number() { String::new() } else { format!(" {}", quantity.unit) };
         let limits = format!("must lie between {LEAST:e} and {MOST:e}{unit}");
-        return if allowed {
-            Plausibility::Usual
-        } else {
-            Plausibility::Refused(limits, "check the value and its unit".into())
-        };
+        return Plausibility::Refused(limits, "check the value and its unit".into());
     };
     // No warning because of rounding.
     let outside = |margin: f64| (range.low / magnitude).max(magnitude / range.high) > margin * (1.0 + 1e-9);
@@ -83,7 +92,7 @@ pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Plausibili
 
 fn range_of(key: &Key, dimension: Dimension) -> Option<Range> {
     let of_dimension = if dimension == Dimension::NONE { &[] } else { OF_DIMENSION };
-    let mut ranges = key.usual.iter().chain(of_dimension).map(Range::new);
+    let mut ranges = key.usual.iter().chain(of_dimension).map(Range::of);
     ranges.find(|range| range.dimension.is_none_or(|of_range| of_range == dimension))
 }
 

@@ -1,6 +1,7 @@
 //! Values as the text of a file, with all digits of their numbers.
 
 use crate::merge::OverrideValue;
+use std::borrow::Cow;
 use std::fmt::Write;
 
 /// A number with its unit, or a plain number.
@@ -17,9 +18,9 @@ pub fn list(values: &[f64], unit: &str) -> String {
 }
 
 /// `units` are those of the numbers, or one for all; plain numbers have none.
-pub fn written(value: &OverrideValue, units: &[String]) -> String {
+pub fn written(value: &OverrideValue, units: &[Cow<str>]) -> String {
     match value {
-        OverrideValue::Number(number) => quantity(*number, units.first().map_or("", String::as_str)),
+        OverrideValue::Number(number) => quantity(*number, units.first().map_or("", AsRef::as_ref)),
         OverrideValue::Text(text) => quoted(text),
         OverrideValue::Bool(flag) => flag.to_string(),
         OverrideValue::List(items) => {

@@ -98,18 +98,19 @@ fn provenance(origin: &Origin) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::model::HoldingKind;
+    use crate::model::{HoldingKind, Place};
     use crate::{bundled_machines, parse, Machine, OverrideValue, Template};
 
     /// Values stand before tables in a file, so that the order of the values and their places are other ones.
     fn in_any_order(mut machine: Machine) -> Machine {
         machine.provenance.sort_by(|one, other| one.key.cmp(&other.key));
-        machine.sensors.iter_mut().for_each(|sensor| sensor.place.clear());
+        let nowhere = || Place::Override("".into());
+        machine.sensors.iter_mut().for_each(|sensor| sensor.place = nowhere());
         // What is written as a file is what the file states.
         machine.supply.rated = machine.supply.pressure;
         for held in machine.cylinders.iter_mut().flat_map(|cylinder| cylinder.holding.iter_mut().flatten()) {
             if let HoldingKind::Counterbalance(valve) = &mut held.kind {
-                valve.place.clear();
+                valve.place = nowhere();
             }
         }
         machine

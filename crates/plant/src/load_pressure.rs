@@ -44,7 +44,7 @@ impl<const N: usize> Crane<N> {
             let pose = self.machine.joints.iter().zip(q).map(|(joint, q)| format!("{} {}", joint.name, in_words(joint, q)));
             (valve.setting < wanted).then(|| Unusual {
                 key: valve.key.clone(),
-                place: valve.place.clone(),
+                place: valve.place.to_string(),
                 text: format!(
                     "low: {:.0} bar are below {MARGIN} times the highest load pressure, {:.0} bar with {} kg at the tip and {}",
                     valve.setting / 1e5,

@@ -29,7 +29,7 @@ impl<const N: usize> Crane<N> {
         let rounding = 1e-6 * (most - least);
         (least < low - rounding || most > high + rounding).then(|| Unusual {
             key: sensor.key.clone(),
-            place: sensor.place.clone(),
+            place: sensor.place.to_string(),
             text: format!(
                 "short: the sensor reads {} to {}, but `{}` has {} to {}",
                 words(low),

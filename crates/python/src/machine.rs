@@ -53,6 +53,13 @@ impl Machine {
     }
 }
 
+/// The payload of each row, or that of all, kg.
+#[derive(FromPyObject)]
+enum Loads<'py> {
+    Each(Row<'py>),
+    One(f64),
+}
+
 type Vector<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 type Matrix<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
 /// Kind, name and (k, 2) points.
@@ -249,7 +256,7 @@ impl Machine {
         let class = |class| format!("{class:?}").to_lowercase();
         entries
             .map(|p| {
-                (p.key.as_str(), p.value.si.as_slice(), p.value.units[0].as_str(), class(p.class), p.source.as_str())
+                (p.key.as_str(), p.value.si.as_slice(), &*p.value.units[0], class(p.class), p.source.as_str())
             })
             .collect()
     }
@@ -500,12 +507,20 @@ impl Machine {
     }
     /// `oil`: whether `energy.oil` is wanted; else it is NaN.
     #[pyo3(signature = (x, u, payload, oil = true))]
-    fn outputs<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: f64, oil: bool) -> Matrix<'py> {
-        let width = self.model.output_info().len();
-        let data = self.over_states(py, &x, &u, width, |m, x, _, out| match oil {
-            true => m.outputs(x, payload, out),
-            false => m.outputs_without_oil(x, payload, out),
-        })?;
+    fn outputs<'py>(&self, py: Python<'py>, x: Rows<'py>, u: Rows<'py>, payload: Loads<'py>, oil: bool) -> Matrix<'py> {
+        let (width, states) = (self.model.output_info().len(), self.states());
+        let (x, count) = (rows(&x, states, "state")?, rows(&u, self.n(), "spool_command")?.len() / self.n());
+        let loads = match &payload {
+            Loads::Each(loads) => row(loads, count, "payload")?,
+            Loads::One(load) => &vec![*load; count],
+        };
+        let data = self.fill(py, count.min(x.len() / states), width, |i, out| {
+            let x = &x[i * states..][..states];
+            match oil {
+                true => self.model.outputs(x, loads[i], out),
+                false => self.model.outputs_without_oil(x, loads[i], out),
+            }
+        });
         matrix(py, data, width)
     }
     /// Gains of the controller `tip` by key, SI: the machine's, else the defaults.

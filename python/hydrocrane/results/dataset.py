@@ -89,13 +89,11 @@ def outputs_table(machine: Machine, run: Recording, *, oil: bool = True) -> np.n
 
     Without `oil`, ``energy.oil`` is NaN, which saves the tables of the fluid for a machine that runs only once.
     """
-    table = np.empty((len(run.states), len(machine.core.output_info)))
-    parts = list(machine_rows(run))
-    for rows, here in parts or [(np.ones(len(run.time), dtype=bool), machine)]:
-        for mass in np.unique(run.payloads[rows]):
-            some = rows & (run.payloads == mass)
-            table[some] = here.core.outputs(run.states[some], run.commands[some], float(mass), oil)
-    return table
+    parts = [
+        here.core.outputs(run.states[rows], run.commands[rows], run.payloads[rows], oil)
+        for rows, here in list(machine_rows(run)) or [(slice(None), machine)]
+    ]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _events(run: Recording) -> list[tuple[float, str]]:

@@ -22,22 +22,30 @@ APART = 32
 SLACK = 1e-9
 
 
-def stage_rows(run: Recording) -> Iterator[tuple[np.ndarray, RecordedStage]]:
-    """Rows (m,) of each stage among the times (m,) of a run, and its settings; at its begin the previous stage still
+def stage_rows(run: Recording) -> Iterator[tuple[slice, RecordedStage]]:
+    """Rows of each stage among the times (m,) of a run, and its settings; at its begin the previous stage still
     applies."""
-    time, stages = run.time, run.stages
-    ends = [*(stage.begin for stage in stages[1:]), np.inf]
-    for stage, end in zip(stages, ends, strict=False):
-        yield (time <= end + ROUNDING) & ((time > stage.begin + ROUNDING) | (stage.begin == 0.0)), stage
+    first, stages = 0, run.stages
+    for stage, end in zip(stages, [*(stage.begin for stage in stages[1:]), np.inf], strict=False):
+        rows = slice(first, _after(run.time, end))
+        first = rows.stop
+        yield rows, stage
 
 
-def machine_rows(run: Recording) -> Iterator[tuple[np.ndarray, Machine]]:
-    """Rows (m,) during which each machine of a run applied; at a change the previous one still does."""
+def machine_rows(run: Recording) -> Iterator[tuple[slice, Machine]]:
+    """Rows during which each machine of a run applied; at a change the previous one still does."""
     for rows, stage in stage_rows(run):
-        begins = [-np.inf, *(time for time, _ in stage.changes), np.inf]
-        machines = [stage.machine, *(machine for _, machine in stage.changes)]
-        for machine, begin, end in zip(machines, begins[:-1], begins[1:], strict=True):
-            yield rows & (run.time > begin + ROUNDING) & (run.time <= end + ROUNDING), machine
+        first, machine = rows.start, stage.machine
+        for time, changed in stage.changes:
+            last = min(max(_after(run.time, time), first), rows.stop)
+            yield slice(first, last), machine
+            first, machine = last, changed
+        yield slice(first, rows.stop), machine
+
+
+def _after(time: Array, until: float) -> int:
+    """Number of the times (m,) up to `until`."""
+    return int(time.searchsorted(until + ROUNDING, side="right"))
 
 
 def sample_columns(tip: Array, machine: Machine, run: Recording) -> dict[str, Column]:
@@ -48,7 +56,7 @@ def sample_columns(tip: Array, machine: Machine, run: Recording) -> dict[str, Co
     time = run.time
     columns: dict[str, Column] = {}
     for (rows, stage), samples in zip(stage_rows(run), run.samples, strict=False):
-        if not np.size(samples["t"]) or not rows.any():
+        if not np.size(samples["t"]) or rows.start == rows.stop:
             continue
         held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
         found = _sampled(samples, held, machine, stage) | _set_point(tip[rows], samples["set_points"], held)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
@@ -215,8 +216,7 @@ class Scenario:
         >>> plan.changed(payload=20.0).payload
         20.0
         """
-        own = {f.name for f in dataclasses.fields(self)}
-        inner = {f.name for f in dataclasses.fields(self.solver)}
+        own, inner = _field_names(type(self)), _field_names(type(self.solver))
         changes: dict[str, Any] = dict(fields)
         for name in changes:
             refuse_former_name(name)
@@ -229,7 +229,7 @@ class Scenario:
         if "overrides" in changes:
             changes["overrides"] = plain_overrides(changes["overrides"])
         counting: dict[str, Any] = dict(later_counts(self, cast(ScenarioFields, changes)))
-        return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside), **counting)
+        return dataclasses.replace(self, solver=dataclasses.replace(solver, **inside) if inside else solver, **counting)
 
     def _check_loop(self) -> None:
         """Checks of the controller and its settings."""
@@ -421,6 +421,11 @@ class Scenario:
             return np.append(times, self.duration)
         times[-1] = self.duration
         return times
+
+
+@cache
+def _field_names(kind: type[Scenario | Solver]) -> frozenset[str]:
+    return frozenset(f.name for f in dataclasses.fields(kind))
 
 
 def _card(plan: Scenario) -> str:

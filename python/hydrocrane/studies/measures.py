@@ -39,12 +39,13 @@ _STATISTIC = re.compile(r"(\w+)\(([^()]+)\)")
 
 
 def _way(record: CaseRecord) -> float:
-    return float(np.hypot(np.diff(record.signal("tip.x")), np.diff(record.signal("tip.z"))).sum())
+    x, z = record.signal("tip.x"), record.signal("tip.z")
+    return float(np.hypot(x[1:] - x[:-1], z[1:] - z[:-1]).sum())
 
 
 def _pump_energy(record: CaseRecord) -> float:
-    power = record.signal("supply.power")
-    return float((np.diff(record.time) * (power[1:] + power[:-1]) / 2.0).sum())
+    time, power = record.time, record.signal("supply.power")
+    return float(((time[1:] - time[:-1]) * (power[1:] + power[:-1]) / 2.0).sum())
 
 
 def _stroke_margin(record: CaseRecord) -> float:

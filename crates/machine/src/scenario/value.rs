@@ -5,6 +5,7 @@ use crate::document::{Node, NodeKind, Place};
 use crate::keys;
 use crate::merge::{apply_override, Override, OverrideValue};
 use crate::reader::{Log, Reader};
+use std::sync::Arc;
 
 /// Refuses a quantity (SI) that a scenario file may not have at `key`, such as `controller.period` or
 /// `phase.<name>.time`.
@@ -16,7 +17,7 @@ use crate::reader::{Log, Reader};
 /// If no quantity is declared there.
 pub fn check_quantity(key: &str, value: f64) -> Result<()> {
     let place = Place::Override(key.into());
-    let mut tree = Node { place: place.clone(), kind: NodeKind::Table(Vec::new()) };
+    let mut tree = Node { place: place.clone(), kind: NodeKind::Table(Arc::default()) };
     // A table in which any name may stand has one.
     let named = key.replace("<name>", "any");
     apply_override(&mut tree, &Override { key: named.clone(), value: OverrideValue::Number(value), place })?;

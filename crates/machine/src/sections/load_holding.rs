@@ -4,7 +4,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Counterbalance, Cylinder, HoldingKind, HoseBurst, LoadHolding, PilotCheck, ValveKind};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reader::{Field, Reader};
 use crate::sections::{on_a_side, Result};
 
 /// Assigns each valve to its cylinder.
@@ -44,10 +44,10 @@ fn put<T: Number>(
 }
 
 fn counterbalance<T: Number>(table: &Reader) -> Result<HoldingKind<T>> {
-    let (key, place) = table.required("setting", "a pressure")?.origin();
+    let Field { path: key, place, .. } = table.required("setting", "a pressure")?;
     Ok(HoldingKind::Counterbalance(Counterbalance {
         key,
-        place,
+        place: place.clone(),
         setting: table.quantity("setting")?,
         pilot_ratio: table.quantity("pilot-ratio")?,
         opening_pressure: table.quantity_or_default("opening-pressure")?,

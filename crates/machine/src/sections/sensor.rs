@@ -28,8 +28,8 @@ pub fn read<T>(root: &Reader, joints: &[Joint<T>], cylinders: &[Cylinder<T>]) ->
         check_signal(&measures, &signals)?;
         let properties = properties(&table, kind, own)?;
         let range = RANGES.iter().find(|key| table.has(key)).copied().unwrap_or("measures");
-        let (key, place) = table.required(range, "")?.origin();
-        Ok(Sensor { name: name.into(), measures: measures.text()?.into(), kind: kind.into(), properties, key, place })
+        let Field { path: key, place, .. } = table.required(range, "")?;
+        Ok(Sensor { name: name.into(), measures: measures.text()?.into(), kind: kind.into(), properties, key, place: place.clone() })
     };
     root.named_tables("sensor")?.into_iter().map(read).collect()
 }

@@ -22,7 +22,7 @@ fn a_kinematic_viscosity_counts_times_the_density() {
     let crane = with("fluid.viscosity", "46 cSt").unwrap();
     assert!((crane.fluid.viscosity - 46e-6 * crane.fluid.density).abs() < 1e-15);
     let entry = crane.provenance.iter().find(|entry| entry.key == "fluid.viscosity").unwrap();
-    assert_eq!((entry.value.si[0], entry.value.units[0].as_str()), (crane.fluid.viscosity, "Pa s"));
+    assert_eq!((entry.value.si[0], &*entry.value.units[0]), (crane.fluid.viscosity, "Pa s"));
     assert!((with("fluid.viscosity", "40 mPa s").unwrap().fluid.viscosity - 0.04).abs() < 1e-15);
     assert!((with("fluid.viscosity", "40 cP").unwrap().fluid.viscosity - 0.04).abs() < 1e-15);
     assert!(!with("fluid.viscosity", "46 Pa s").unwrap().warnings.is_empty());

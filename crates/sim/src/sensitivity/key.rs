@@ -75,7 +75,7 @@ impl Keys {
             return Err(SensitivityError::Key(text));
         }
         let i = element.filter(|_| number.form == Form::Two).unwrap_or(0);
-        self.parameters.push(Parameter { key: key.into(), value: number.si[i], unit: number.units[i].clone() });
+        self.parameters.push(Parameter { key: key.into(), value: number.si[i], unit: number.units[i].to_string() });
         self.slots.push(Slot { number: index, element });
         Ok(())
     }
