@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import marked_page
 import numpy as np
 from scipy.signal import savgol_filter
 
@@ -94,9 +95,8 @@ def honesty(sensor: str, seeds: int = SEEDS) -> dict[str, float]:
     return shares
 
 
-def page() -> str:
-    head = PAGE.read_text(encoding="utf-8").split("<!-- numbers -->")[0] if PAGE.exists() else ""
-    lines = [head + "<!-- numbers -->", ""]
+def numbers() -> list[str]:
+    lines: list[str] = []
     for sensor in SENSORS:
         table, within = compared(sensor), honesty(sensor)
         columns = list(motions())
@@ -104,9 +104,8 @@ def page() -> str:
         lines += ["|---" * (len(columns) + 1) + "|"]
         lines += [f"| {n} | " + " | ".join(f"{row[c] * 1e3:.3g}" for c in columns) + " |" for n, row in table.items()]
         lines += ["| *within two of its uncertainties* | " + " | ".join(f"{within[c]:.0%}" for c in columns) + " |", ""]
-    return "\n".join(lines)
+    return lines[:-1]
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
+    marked_page.write(PAGE, numbers())

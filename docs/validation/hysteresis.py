@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import marked_page
 import numpy as np
 
 import hydrocrane as hc
@@ -64,18 +65,15 @@ def row(share: float) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def page() -> str:
-    head = PAGE.read_text(encoding="utf-8").split("<!-- numbers -->")[0]
+def numbers() -> list[str]:
     rest = [
         f"at rest, {sensors} sensors, {payload:.0f} kg, overlap {overlap:g} mm: {what}"
         for sensors, payload, overlap in RESTS
         for what in ("speed, mm/s", "drift, mm")
     ]
     heading = ["hysteresis, % of the stroke", *(f"off the line {line}, mm" for line in LINES), *rest]
-    lines = ["| " + " | ".join(heading) + " |", "|" + "---|" * len(heading), *map(row, SHARES)]
-    return head + "\n".join(["<!-- numbers -->", "", *lines, ""])
+    return ["| " + " | ".join(heading) + " |", "|" + "---|" * len(heading), *map(row, SHARES)]
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
+    marked_page.write(PAGE, numbers())

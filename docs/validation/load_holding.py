@@ -9,6 +9,7 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
+import marked_page
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.optimize import brentq
@@ -151,17 +152,14 @@ def table(found: dict[tuple[float, float, float], Point]) -> list[str]:
     return lines
 
 
-def page() -> str:
-    head = PAGE.read_text(encoding="utf-8").split("<!-- numbers -->")[0]
+def numbers() -> list[str]:
     cases = [(ratio, load, line) for line in LINES for load in LOADS for ratio in RATIOS]
     found = {case: point(*case) for case in cases}
     picture(found)
     agreed = sum(at.agrees for at in found.values())
     border = max((abs(at.growth) for at in found.values() if not at.agrees), default=0.0)
     hunting = sum(at.growth > 0 for at in found.values())
-    lines = [
-        "<!-- numbers -->",
-        "",
+    return [
         f"{len(found)} operating points, {hunting} of them unstable by eigenvalues; runs agree in {agreed}.",
         f"The others are within {border:.1f} 1/s of the border, too slow for {DURATION:g} s to show.",
         "A cell: growth rate and frequency of the least damped oscillation, and the velocity oscillation of a run.",
@@ -169,11 +167,8 @@ def page() -> str:
         *table(found),
         "",
         "![Stable and hunting points](load-holding.png)",
-        "",
     ]
-    return head + "\n".join(lines)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
+    marked_page.write(PAGE, numbers())

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import marked_page
+
 import hydrocrane as hc
 from hydrocrane.benchmark import Condition, random_lines
 from hydrocrane.benchmark.cases import motion_of, scenario_of
@@ -67,16 +69,15 @@ def row(name, known: hc.Machine, cases, payload: float, valve) -> tuple[float, s
     return quiet, "| " + " | ".join([*cells, f"{quiet:.2f}", str(told)]) + " |"
 
 
-def page() -> str:
-    head = PAGE.read_text(encoding="utf-8").split("<!-- numbers -->")[0]
+def numbers() -> list[str]:
     lines = [
         "| machine | load, kg | valves | later than known, ms | off the line, mm: 90 % | worst "
         "| settled, s: 90 % | longest | speed of the tip in the last half second, mm/s, worst | told |",
         "|" + "---|" * 10,
     ]
     ordered = sorted(rows(), key=lambda found: -found[0])
-    return head + "<!-- numbers -->\n\n" + "\n".join([*lines, *(text for _, text in ordered)]) + "\n"
+    return [*lines, *(text for _, text in ordered)]
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    marked_page.write(PAGE, numbers())

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import marked_page
 import numpy as np
 
 import hydrocrane as hc
@@ -51,17 +52,14 @@ def row(motion: str, displacement: str) -> str:
     return "| " + " | ".join([*cells, "yes" if "pump-saturated" in kinds else "no"]) + " |"
 
 
-def page() -> str:
-    head = PAGE.read_text(encoding="utf-8").split("<!-- numbers -->")[0]
+def numbers() -> list[str]:
     lines = [
         "| motion | load, kg | pump, ml | mean speed of the tip, m/s | off its path, mm "
         "| the same without knowledge of the pump, mm | pump saturated |",
         "|" + "---|" * 7,
     ]
-    lines += [row(motion, displacement) for motion in MOTIONS for displacement in DISPLACEMENTS]
-    return head + "\n".join(["<!-- numbers -->", "", *lines, ""])
+    return lines + [row(motion, displacement) for motion in MOTIONS for displacement in DISPLACEMENTS]
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
+    marked_page.write(PAGE, numbers())

@@ -8,6 +8,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import marked_page
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -173,14 +174,12 @@ def picture(found: dict[str, hc.Run]) -> None:
     figure.savefig(PICTURE, dpi=110)
 
 
-def page() -> str:
-    head = PAGE.read_text(encoding="utf-8").split("<!-- numbers -->")[0]
+def numbers() -> list[str]:
     found = runs()
     picture(found)
-    numbers = ["<!-- numbers -->", "", *table(found), "", "![Energy and pressure](supply.png)", "", PATH_TEXT, ""]
-    return head + "\n".join([*numbers, *table_of_the_path(runs_on_a_path()), ""])
+    text = ["", "![Energy and pressure](supply.png)", "", PATH_TEXT, ""]
+    return [*table(found), *text, *table_of_the_path(runs_on_a_path())]
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
+    marked_page.write(PAGE, numbers())

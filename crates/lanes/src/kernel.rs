@@ -64,8 +64,10 @@ pub trait StepKernel: Send {
     fn instruction_set(&self) -> &'static str;
     /// Number of lanes, at most [`WIDTH`].
     fn lanes(&self) -> usize;
-    /// Gives a lane to a crane with these values of its own numbers.
-    fn load(&mut self, lane: usize, own: &[f64]);
+    /// Gives a lane to the crane at `place` of a group with these values of its own numbers.
+    fn load(&mut self, lane: usize, own: &[Group], place: usize);
+    /// Gives all lanes to the cranes of a group from `first` on; what is `needed` of their own numbers.
+    fn load_all(&mut self, own: &[Group], first: usize, needed: Needed);
     /// Tries a step of each crane from the states `x`, which are replaced by the new ones if the step is accurate
     /// enough.
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult;
@@ -80,8 +82,8 @@ struct LaneStepKernel<R, const N: usize> {
     places: Places,
     /// The own numbers of the cranes in the lanes.
     own: Vec<Group>,
-    /// Whether they are other ones than in the bank.
-    stale: bool,
+    /// Whether they are other ones than in the bank: those of the mechanics, the others.
+    stale: [bool; 2],
     layout: Layout,
     demand: Demand,
     room: CraneStep<Lanes<R>>,
@@ -157,7 +159,7 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
             places: Places::new(plant, layout, &bank, own),
             bank,
             own: own.iter().map(|i| [numbers[*i]; WIDTH]).collect(),
-            stale: false,
+            stale: [false; 2],
             layout: layout.clone(),
             demand: demand.clone(),
             room: CraneStep::new(layout),
@@ -169,9 +171,11 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     /// Puts what is `needed` of the own numbers in its places, where these have others.
     #[inline(always)]
     fn put(&mut self, needed: Needed) {
-        if self.stale {
-            self.bank.put(&self.places, needed, &self.own);
-            self.stale = needed != Needed::All;
+        let wanted = [true, needed == Needed::All];
+        for (part, stale) in self.stale.iter_mut().enumerate().filter(|(part, _)| wanted[*part]) {
+            if std::mem::take(stale) {
+                self.bank.put(&self.places.parts[part], &self.own);
+            }
         }
     }
 }
@@ -185,10 +189,23 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
         R::WIDTH
     }
 
-    fn load(&mut self, lane: usize, own: &[f64]) {
-        for (numbers, number) in self.own.iter_mut().zip(own) {
-            self.stale |= numbers[lane].to_bits() != number.to_bits();
-            numbers[lane] = *number;
+    fn load(&mut self, lane: usize, own: &[Group], place: usize) {
+        for (part, numbers) in self.places.numbers(Needed::All).into_iter().enumerate() {
+            for (lanes, group) in self.own[numbers.clone()].iter_mut().zip(&own[numbers]) {
+                self.stale[part] |= lanes[lane].to_bits() != group[place].to_bits();
+                lanes[lane] = group[place];
+            }
+        }
+    }
+
+    fn load_all(&mut self, own: &[Group], first: usize, needed: Needed) {
+        for (part, numbers) in self.places.numbers(needed).into_iter().enumerate() {
+            for (lanes, group) in self.own[numbers.clone()].iter_mut().zip(&own[numbers]) {
+                for lane in 0..R::WIDTH {
+                    self.stale[part] |= lanes[lane].to_bits() != group[first + lane].to_bits();
+                    lanes[lane] = group[first + lane];
+                }
+            }
         }
     }
 

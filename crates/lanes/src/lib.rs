@@ -8,3 +8,4 @@ mod own_numbers;
 
 pub use crane_step::{CraneStep, Scene};
 pub use kernel::{Demand, Group, InLanes, StepKernel, StepResult, Trial, WIDTH};
+pub use own_numbers::Needed;

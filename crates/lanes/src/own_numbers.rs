@@ -6,6 +6,7 @@ use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
 use hydrocrane_plant::rhs::Evaluator;
+use std::ops::Range;
 use std::ptr::from_ref;
 
 /// All that a step in one register reads, with the numbers of the crane of each lane.
@@ -16,7 +17,7 @@ pub struct Bank<R, const N: usize> {
 
 /// Where a copy of an own number stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Place {
+pub struct Place {
     /// Index of the block of memory in a bank: the evaluator, its groups of cylinders, the weights.
     block: usize,
     /// Bytes from its start.
@@ -27,9 +28,10 @@ struct Place {
 
 /// The places of the own numbers in a bank.
 pub struct Places {
-    all: Vec<Place>,
-    /// So many of them are in the mechanics.
-    in_mechanics: usize,
+    /// In the mechanics; in all else.
+    pub parts: [Vec<Place>; 2],
+    /// So many of the numbers, the first ones, are in the mechanics; of so many.
+    counts: [usize; 2],
 }
 
 /// What of a bank is needed.
@@ -46,14 +48,13 @@ impl<R: Register, const N: usize> Bank<R, N> {
         Bank { evaluator: Evaluator::new(&plant, layout), precision: precision.lift() }
     }
 
-    /// Puts the own numbers of the lanes in their places.
+    /// Puts the own numbers of the lanes in these places.
     #[inline(always)]
-    pub fn put(&mut self, places: &Places, needed: Needed, own: &[[f64; WIDEST]]) {
+    pub fn put(&mut self, places: &[Place], own: &[[f64; WIDEST]]) {
         let Bank { evaluator, precision } = self;
         let (groups, weights) = (evaluator.groups.as_mut_ptr(), precision.weights.as_mut_ptr());
         let blocks: [*mut u8; 3] = [(&raw mut *evaluator).cast(), groups.cast(), weights.cast()];
-        let count = if needed == Needed::All { places.all.len() } else { places.in_mechanics };
-        for Place { block, offset, number } in &places.all[..count] {
+        for Place { block, offset, number } in places {
             let value = Lanes::<R>::load(&own[*number]);
             // SAFETY: `Places::new` found a number of this type so many bytes from the start of this block of this bank, whose parts
             // and variants never change, and `self` is borrowed alone.
@@ -98,10 +99,17 @@ impl Places {
                 all.push(Place { block, offset, number });
             }
         });
-        let beyond = |place: &Place| own[place.number] >= mechanics;
         // In the order of memory.
-        all.sort_unstable_by_key(|place| (beyond(place), *place));
-        Places { in_mechanics: all.iter().filter(|place| !beyond(place)).count(), all }
+        all.sort_unstable();
+        let counts = [own.partition_point(|index| *index < mechanics), own.len()];
+        let parts: (Vec<Place>, Vec<Place>) = all.into_iter().partition(|place| place.number < counts[0]);
+        Places { parts: parts.into(), counts }
+    }
+
+    /// Those of the numbers that are needed, in the mechanics and beyond.
+    pub fn numbers(&self, needed: Needed) -> [Range<usize>; 2] {
+        let [mechanics, all] = self.counts;
+        [0..mechanics, mechanics..if needed == Needed::All { all } else { mechanics }]
     }
 }
 

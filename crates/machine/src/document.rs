@@ -47,7 +47,10 @@ pub struct Node {
 pub enum NodeKind {
     /// Shared, so that a tree with an override copies no more than the tables above it.
     Table(Arc<Vec<Entry>>),
-    Value { value: Scalar, origin: Arc<Origin> },
+    Value {
+        value: Scalar,
+        origin: Arc<Origin>,
+    },
 }
 
 #[derive(Debug, Clone)]

@@ -10,6 +10,7 @@ use crate::keys;
 use crate::number::Number;
 pub use crate::pressure_source::*;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// A complete machine: a planar chain of links, each moved by one cylinder.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,9 +40,9 @@ pub struct Machine<T = f64> {
     pub ground: Option<Ground<T>>,
     pub control: Control,
     /// One entry per value of the file, in file order.
-    pub provenance: Vec<Provenance>,
+    pub provenance: Arc<Vec<Provenance>>,
     /// Names and choices of the file with the dotted paths of their keys, in the order in which they are read.
-    pub words: Vec<(String, String)>,
+    pub words: Arc<Vec<(String, String)>>,
     /// Allowed but unusual values, in the order in which they are read; those found from geometry and weights are last.
     pub warnings: Vec<Unusual>,
 }

@@ -189,6 +189,9 @@ pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
     if parser.rest.is_empty() {
         return Ok(Unit { factor: 1.0, dimension: Dimension::NONE });
     }
+    if let Some(unit) = lookup(text) {
+        return Ok(unit);
+    }
     let unit = parser.product()?;
     if parser.rest.is_empty() {
         Ok(unit)

@@ -99,11 +99,13 @@ fn provenance(origin: &Origin) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use crate::model::{HoldingKind, Place};
+    use std::sync::Arc;
+
     use crate::{bundled_machines, parse, Machine, OverrideValue, Template};
 
     /// Values stand before tables in a file, so that the order of the values and their places are other ones.
     fn in_any_order(mut machine: Machine) -> Machine {
-        machine.provenance.sort_by(|one, other| one.key.cmp(&other.key));
+        Arc::make_mut(&mut machine.provenance).sort_by(|one, other| one.key.cmp(&other.key));
         let nowhere = || Place::Override("".into());
         machine.sensors.iter_mut().for_each(|sensor| sensor.place = nowhere());
         // What is written as a file is what the file states.

@@ -255,9 +255,7 @@ impl Machine {
         let entries = self.model.machine().provenance.iter();
         let class = |class| format!("{class:?}").to_lowercase();
         entries
-            .map(|p| {
-                (p.key.as_str(), p.value.si.as_slice(), &*p.value.units[0], class(p.class), p.source.as_str())
-            })
+            .map(|p| (p.key.as_str(), p.value.si.as_slice(), &*p.value.units[0], class(p.class), p.source.as_str()))
             .collect()
     }
     /// Names and choices of the machine file, each with its key.
@@ -504,6 +502,10 @@ impl Machine {
     fn output_info(&self) -> Vec<(String, &'static str, String)> {
         let info = self.model.output_info().iter();
         info.map(|OutputInfo { name, unit, long_name }| (name.clone(), *unit, long_name.clone())).collect()
+    }
+    /// The column of an output; `None` if the machine has none of this name.
+    fn output_index(&self, name: &str) -> Option<usize> {
+        self.model.output_info().iter().position(|output| output.name == name)
     }
     /// `oil`: whether `energy.oil` is wanted; else it is NaN.
     #[pyo3(signature = (x, u, payload, oil = true))]

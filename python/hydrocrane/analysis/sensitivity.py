@@ -152,7 +152,8 @@ class Experiment:
             raw = self._core.run(given, _watch(should_stop, progress, float(self.plan.duration), failed))
         if failed:
             raise failed[0]
-        if raw["outcome"][0] == "interrupted":
+        # Also where the core ended before it asked.
+        if should_stop is not None and should_stop():
             stopped = KeyboardInterrupt(f"the run was stopped at t = {raw['outcome'][1]:.4g} s")
             stopped.record = raw  # type: ignore[attr-defined]
             raise stopped

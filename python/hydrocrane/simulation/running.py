@@ -107,7 +107,8 @@ def simulate(
     error = found.error
     if error is not None and (on_error == "raise" or not isinstance(error, Exception)):
         raise _with_run(error, run)
-    if run.outcome.kind == "interrupted" or repeat_stopped:
+    # Also where the core ended before it asked.
+    if should_stop is not None and should_stop():
         at = f"run was stopped at t = {run.outcome.time:.4g} s"
         raise _with_run(KeyboardInterrupt(f"the {'repeat for `verify` was stopped' if repeat_stopped else at}"), run)
     return run

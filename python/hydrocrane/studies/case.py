@@ -146,8 +146,16 @@ class Job:
 
     @cached_property
     def _recent(self) -> threading.local:
-        """The last machine of each thread."""
+        """The last machine of each thread, and its last recorded times with what they follow from."""
         return threading.local()
+
+    def grid(self, plan: Scenario) -> tuple[Array, np.ndarray]:
+        """The :func:`recorded_times` of one case; consecutive cases of the same length share them."""
+        asked = plan.duration, plan.record_interval
+        recent: tuple[tuple[float, float], tuple[Array, np.ndarray]] | None = getattr(self._recent, "grid", None)
+        if recent is None or recent[0] != asked:
+            self._recent.grid = recent = asked, recorded_times(plan, self.times)
+        return recent[1]
 
     def machine(self, plan: Scenario) -> Machine:
         """The machine of one case; consecutive cases with the same machine keys share it."""
@@ -225,7 +233,7 @@ def _simulated(job: Job, values: Sequence[Override], should_stop: Callable[[], b
         plan = plan.changed(controller=copy.deepcopy(plan.controller))
     machine = job.machine(plan)
     payload = machine.payload(plan.payload)
-    record, _ = recorded_times(plan, job.times)
+    record, _ = job.grid(plan)
     recorded = integrate(machine, plan, ledger=job.ledger, record=record, should_stop=should_stop)
     return CaseRecord(machine, plan, recorded, payload)
 
@@ -257,7 +265,7 @@ def recorded_times(plan: Scenario, wanted: Array) -> tuple[Array, np.ndarray]:
 
 def _signals(job: Job, record: CaseRecord) -> Array:
     """(n_signals, n_times), NaN after the end of the run, and for a signal that a machine does not have."""
-    times, places = recorded_times(record.plan, job.times)
+    times, places = job.grid(record.plan)
     # A run that ended early has its last state after the requested times.
     done = min(record.time.size, times.size)
     reached = int(np.count_nonzero(record.time[:done] == times[:done]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -53,8 +53,9 @@ class CaseRecord:
         """A state, output, command or sample by its name, (m,) over :attr:`time`, SI."""
         if name in self._state_columns:
             return np.asarray(self.states[:, self._state_columns[name]])
-        if name in self._output_columns and name != OIL:
-            return np.asarray(self._outputs[:, self._output_columns[name]])
+        output = self.machine.core.output_index(name)
+        if output is not None and name != OIL:
+            return np.asarray(self._outputs[:, output])
         columns = self.run.columns
         if name not in columns:
             raise unknown("signal", name, columns)
@@ -62,8 +63,7 @@ class CaseRecord:
 
     def pressures(self) -> Array:
         """(m, 2 n_cyl) chamber pressures, Pa."""
-        columns = [i for name, i in self._state_columns.items() if name.endswith((".p1", ".p2"))]
-        return np.asarray(self.states[:, columns])
+        return np.asarray(self.states[:, _pressure_columns(self.machine.state_names)])
 
     @cached_property
     def run(self) -> Run:
@@ -72,12 +72,19 @@ class CaseRecord:
 
     @cached_property
     def _state_columns(self) -> dict[str, int]:
-        return {name: i for i, name in enumerate(self.machine.state_names)}
-
-    @cached_property
-    def _output_columns(self) -> dict[str, int]:
-        return {name: i for i, (name, _, _) in enumerate(self.machine.core.output_info)}
+        return _columns(self.machine.state_names)
 
     @cached_property
     def _outputs(self) -> Array:
         return outputs_table(self.machine, self._recorded, oil=False)
+
+
+# The cases of a study differ seldom in their states.
+@lru_cache(8)
+def _columns(names: tuple[str, ...]) -> dict[str, int]:
+    return {name: i for i, name in enumerate(names)}
+
+
+@lru_cache(8)
+def _pressure_columns(names: tuple[str, ...]) -> list[int]:
+    return [i for i, name in enumerate(names) if name.endswith((".p1", ".p2"))]

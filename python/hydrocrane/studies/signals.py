@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import cast
 
 import numpy as np
@@ -37,6 +38,19 @@ def signal_times(plan: Scenario, cases: Cases, resample: float | str | None) -> 
     rows = row_count(longest, interval)
     check_record(plan.load_machine(), plan, rows, interval="resample or record_interval")
     return np.arange(int(rows), dtype=np.float64) * interval
+
+
+def check_records(plan: Scenario, machine: Machine, cases: Cases, *, ledger: bool) -> None:
+    """Refuse a study before its first case if the record of a case would take more than its limit."""
+    durations = cast("list[float]", cases.along("duration")) or [plan.duration]
+    intervals = cast("list[float]", cases.along("record-interval")) or [plan.record_interval]
+    both = not cases.grid and min(len(durations), len(intervals)) > 1
+    pairs = zip(durations, intervals, strict=True) if both else itertools.product(durations, intervals)
+    # What is no time is refused in its case.
+    rows = max(
+        (row_count(duration, interval) for duration, interval in pairs if min(duration, interval) > 0), default=0
+    )
+    check_record(machine, plan, rows, ledger=ledger)
 
 
 def _interval(given: float | str) -> float:

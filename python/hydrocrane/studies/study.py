@@ -39,7 +39,7 @@ from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, Measures, checked_m
 from hydrocrane.studies.processes import NotComputed
 from hydrocrane.studies.progress import Progress, telling
 from hydrocrane.studies.ranges import samples_of
-from hydrocrane.studies.signals import known_signals, signal_times
+from hydrocrane.studies.signals import check_records, known_signals, signal_times
 from hydrocrane.studies.store import RESUME, Store
 from hydrocrane.units import converted
 
@@ -161,6 +161,7 @@ class Study:
         for name in names:
             if names.count(name) > 1 or name in RESERVED:
                 raise InputError(f"`{name}` would name two things in the result; rename or remove one of them")
+        check_records(self.plan, self.base_machine, self.cases, ledger=self.ledger)
         times = signal_times(self.plan, self.cases, self.resample) if self.signals else np.empty(0)
         digest = digest_of(self.base_machine.core)
         taken = (*RESERVED, *others)

@@ -237,8 +237,9 @@ def test_a_parabola_is_differentiated_exactly(a, b, c):
 
 
 @pytest.mark.evidence
-def test_the_derivative_in_use_is_never_far_from_the_best():
+def test_the_derivative_in_use_is_never_far_from_the_best(monkeypatch):
     """Each fixed filter fails some motion by a factor that the grown window does not know; and it is honest."""
+    monkeypatch.syspath_prepend(ROOT / "docs/validation")
     bench = runpy.run_path(str(ROOT / "docs/validation/derivative.py"))
     for sensor in bench["SENSORS"]:
         table = bench["compared"](sensor, seeds=1)

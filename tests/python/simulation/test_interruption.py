@@ -10,6 +10,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.analysis.sensitivity import Experiment, solve
+from hydrocrane.benchmark.tuning import tune
 from hydrocrane.simulation import running
 
 # A run of minutes.
@@ -91,3 +92,45 @@ def test_what_the_progress_of_sensitivities_raises_is_raised():
 
     with pytest.raises(ZeroDivisionError, match="no bar"):
         hc.sensitivities(SCENARIO, "supply.pressure", progress=progress)
+
+
+def test_ctrl_c_shortly_before_the_end_of_a_run_counts():
+    """The core asks every 256 steps: a run that ends before it asks again was stopped all the same."""
+
+    def late(obs, command):
+        if 0.045 < obs.t < 0.055:
+            signal.raise_signal(signal.SIGINT)
+        return [0.0, 0.0, 0.0]
+
+    start = {"boom": 1.7, "jib": 1.7, "extension": 0.0}
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        hc.simulate(hc.Scenario(joints=start, controller=late, duration=0.1))
+    assert stopped.value.run.outcome.completed
+
+
+def test_a_fit_ends_although_its_runs_are_short(monkeypatch):
+    solved = Experiment.run
+
+    def late(self, *given):
+        made = self._core
+        monkeypatch.setattr(self, "_core", Ending(made))
+        return solved(self, *given)
+
+    class Ending:
+        def __init__(self, core):
+            self.core = core
+
+        def run(self, *given):
+            raw = self.core.run(*given)
+            signal.raise_signal(signal.SIGINT)
+            return raw
+
+    log = hc.simulate("single-cylinder-step", duration=0.5).data
+    monkeypatch.setattr(Experiment, "run", late)
+    with pytest.raises(KeyboardInterrupt):
+        hc.fit("single-cylinder-step", log, ["supply.pressure"], duration=0.5)
+
+
+def test_a_tuning_ends():
+    with ctrl_c(0.5), pytest.raises(KeyboardInterrupt):
+        tune("rottne-f9-lab")

@@ -420,3 +420,13 @@ def test_two_workers_of_dask_give_the_bits_of_threads():
     for count, data in far.items():
         assert set(data["outcome"].values) == {"completed"}
         assert data.identical(swept(count, "threads"))
+
+
+def test_a_record_beyond_the_limit_is_refused_before_the_first_case():
+    """Also if only one of the cases has it; a length that is none is the outcome of its case."""
+    for keys in ({"duration": [0.1, 360_000.0]}, {"record-interval": [0.1, 1e-6]}):
+        with pytest.raises(InputError, match="the record of this run would take .* record_limit"):
+            hc.sweep("single-cylinder-step", keys, record_limit="100 MB", progress=False)
+    with pytest.warns(hc.DoubtfulResult, match="1 of 2 cases"):
+        data = hc.sweep("single-cylinder-step", {"duration": [0.1, -1.0]}, progress=False)
+    assert data.outcome.values.tolist() == ["completed", "invalid-input"]

@@ -98,7 +98,7 @@ impl Writer<'_> {
         }
         let _ = write!(self.text, "\n[{table}]\n");
         for (name, value) in overrides {
-            let mut recorded = self.machines.iter().flat_map(|machine| &machine.provenance);
+            let mut recorded = self.machines.iter().flat_map(|machine| machine.provenance.iter());
             let units = recorded.find(|entry| entry.key == *name).map_or(&[][..], |entry| &entry.value.units);
             let _ = writeln!(self.text, "{} = {}", quoted(name), written(value, units));
         }

@@ -37,6 +37,7 @@ use crate::keys;
 use crate::model::{Equilibrium, Machine};
 use crate::number::{Number, Variable};
 use crate::reader::{Log, Reader};
+use std::sync::Arc;
 
 type Result<T> = std::result::Result<T, MachineError>;
 
@@ -75,8 +76,8 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
         links,
         joints,
         cylinders,
-        provenance: Vec::new(),
-        words: Vec::new(),
+        provenance: Arc::default(),
+        words: Arc::default(),
         warnings: Vec::new(),
     };
     errata::check_printed_viscosity(&root, &machine)?;
@@ -85,8 +86,8 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
     priority::check(&root, &machine)?;
     across::check(&root, &machine)?;
     machine.warnings = log.unusual();
-    machine.words = log.words();
-    machine.provenance = log.in_order_of(tree);
+    machine.words = log.words().into();
+    machine.provenance = log.in_order_of(tree).into();
     Ok(machine)
 }
 

@@ -29,7 +29,14 @@ pub fn read<T>(root: &Reader, joints: &[Joint<T>], cylinders: &[Cylinder<T>]) ->
         let properties = properties(&table, kind, own)?;
         let range = RANGES.iter().find(|key| table.has(key)).copied().unwrap_or("measures");
         let Field { path: key, place, .. } = table.required(range, "")?;
-        Ok(Sensor { name: name.into(), measures: measures.text()?.into(), kind: kind.into(), properties, key, place: place.clone() })
+        Ok(Sensor {
+            name: name.into(),
+            measures: measures.text()?.into(),
+            kind: kind.into(),
+            properties,
+            key,
+            place: place.clone(),
+        })
     };
     root.named_tables("sensor")?.into_iter().map(read).collect()
 }

@@ -66,7 +66,8 @@ fn any_value() -> impl Strategy<Value = OverrideValue> {
 }
 
 fn any_key() -> impl Strategy<Value = String> {
-    let keys: Vec<String> = load("rottne-f9-lab", &[]).unwrap().provenance.into_iter().map(|entry| entry.key).collect();
+    let keys: Vec<String> =
+        load("rottne-f9-lab", &[]).unwrap().provenance.iter().map(|entry| entry.key.clone()).collect();
     prop_oneof![prop::sample::select(keys), "[a-z.-]{0,20}"]
 }
 

@@ -7,7 +7,7 @@ use super::command_path::BatchCommandPath;
 use super::own_numbers::OwnNumbers;
 use super::Status;
 use crate::outcome::OutcomeKind;
-use hydrocrane_lanes::{Demand, Group, StepKernel, StepResult, Trial, WIDTH};
+use hydrocrane_lanes::{Demand, Group, Needed, StepKernel, StepResult, Trial, WIDTH};
 use hydrocrane_ode::step_size::{equal_part, longest_part};
 use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::precision::Precision;
@@ -130,9 +130,13 @@ impl<'a> LaneScheduler<'a> {
         let mut waiting = block.in_order(self.steps.longest).into_iter();
         loop {
             let mut busy = false;
+            let together = self.load_together(block, waiting.as_slice());
             for i in 0..self.step_kernel.lanes() {
                 if self.lanes[i].is_none() {
                     if let Some(crane) = waiting.next() {
+                        if !together {
+                            self.step_kernel.load(i, self.own.of(block.first + crane), crane % WIDTH);
+                        }
                         self.load(block, i, crane);
                     }
                 }
@@ -150,14 +154,25 @@ impl<'a> LaneScheduler<'a> {
         }
     }
 
-    /// Loads a crane into lane `i`.
+    /// If no lane is busy and the next cranes stand side by side, gives their own numbers to all lanes at once.
+    fn load_together(&mut self, block: &Block, waiting: &[usize]) -> bool {
+        let count = self.step_kernel.lanes();
+        let Some(next) = waiting.get(..count) else { return false };
+        let side_by_side = next[0] % count == 0 && next.iter().zip(next[0]..).all(|(crane, place)| *crane == place);
+        if !side_by_side || self.lanes.iter().any(Option::is_some) {
+            return false;
+        }
+        self.step_kernel.load_all(self.own.of(block.first + next[0]), next[0] % WIDTH, Needed::All);
+        true
+    }
+
+    /// Loads a crane but for its own numbers into lane `i`.
     fn load(&mut self, block: &Block, i: usize, crane: usize) {
         let (group, place) = (crane / WIDTH, crane % WIDTH);
         let states = self.x.len();
         for (x, from) in self.x.iter_mut().zip(&block.x[group * states..][..states]) {
             x[i] = from[place];
         }
-        self.step_kernel.load(i, self.own.of(block.first + crane));
         self.trial.payload[i] = block.payload[group][place];
         let sample: f64 = self.path.plan(block.first + crane).iter().map(|plan| plan.length).sum();
         let trials = self.steps.budget(sample);

@@ -15,7 +15,7 @@ use crate::model::Model;
 use crate::outcome::OutcomeKind;
 use crate::payload::picks_up;
 use command_path::BatchCommandPath;
-use hydrocrane_lanes::{Group, WIDTH};
+use hydrocrane_lanes::{Group, Needed, WIDTH};
 use hydrocrane_plant::precision::Precision;
 use kernels::Kernels;
 use lane_scheduler::{Block, LaneScheduler, Steps};
@@ -93,7 +93,7 @@ impl Batch {
             statuses: vec![[lost; WIDTH]; groups],
             path: BatchCommandPath::new(model.machine(), cranes, options.sample_time),
             wanted: vec![[0.0; WIDTH]; groups],
-            own: OwnNumbers::new(numbers(model.as_ref(), options.tolerance), groups * WIDTH),
+            own: OwnNumbers::new(numbers(model.as_ref(), options.tolerance), groups),
             structure: model.structure(),
             tolerance: options.tolerance,
             steps,
@@ -201,8 +201,7 @@ impl Batch {
             let mut tip = [[0.0; WIDTH]; 2];
             self.kernels.with(|kernel| {
                 for first in (0..WIDTH).step_by(kernel.lanes()) {
-                    let crane = |lane| group * WIDTH + first + lane;
-                    (0..kernel.lanes()).for_each(|lane| kernel.load(lane, self.own.of(crane(lane))));
+                    kernel.load_all(self.own.of(group * WIDTH), first, Needed::Mechanics);
                     kernel.tips(x, first, &mut tip);
                 }
             });
