@@ -201,10 +201,9 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
     fn load_all(&mut self, own: &[Group], first: usize, needed: Needed) {
         for (part, numbers) in self.places.numbers(needed).into_iter().enumerate() {
             for (lanes, group) in self.own[numbers.clone()].iter_mut().zip(&own[numbers]) {
-                for lane in 0..R::WIDTH {
-                    self.stale[part] |= lanes[lane].to_bits() != group[first + lane].to_bits();
-                    lanes[lane] = group[first + lane];
-                }
+                let (lanes, group) = (&mut lanes[..R::WIDTH], &group[first..][..R::WIDTH]);
+                self.stale[part] |= lanes.iter().zip(group).any(|(own, new)| own.to_bits() != new.to_bits());
+                lanes.copy_from_slice(group);
             }
         }
     }

@@ -13,7 +13,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
@@ -216,7 +215,7 @@ class Scenario:
         >>> plan.changed(payload=20.0).payload
         20.0
         """
-        own, inner = _field_names(type(self)), _field_names(type(self.solver))
+        own, inner = _FIELDS, _SOLVER_FIELDS
         changes: dict[str, Any] = dict(fields)
         for name in changes:
             refuse_former_name(name)
@@ -423,9 +422,8 @@ class Scenario:
         return times
 
 
-@cache
-def _field_names(kind: type[Scenario | Solver]) -> frozenset[str]:
-    return frozenset(f.name for f in dataclasses.fields(kind))
+_FIELDS = frozenset(f.name for f in dataclasses.fields(Scenario))
+_SOLVER_FIELDS = frozenset(f.name for f in dataclasses.fields(Solver))
 
 
 def _card(plan: Scenario) -> str:

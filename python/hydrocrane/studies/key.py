@@ -37,9 +37,10 @@ PLAIN = FIELDS | SOLVER | JOYSTICK | {COMMAND_LOG: ("commands", None), SUPPLY_LO
 BOTH = {"payload", "supply"}
 # Tables of a scenario file whose keys hold names.
 NAMED = ("initial.joint", "initial.pressure", "command", "controller.model")
+_BEGINNINGS = tuple(f"{table}." for table in NAMED)
 COMMAND_FIELDS: dict[str, str | None] = {"time": "s", "spool": "m", "interpolation": None}
 
 
 def of_scenario(key: Key) -> bool:
     """Whether a key is one of the scenario, and not of its machine."""
-    return key.name in PLAIN or key.name.startswith(tuple(f"{table}." for table in NAMED))
+    return key.name in PLAIN or key.name.startswith(_BEGINNINGS)

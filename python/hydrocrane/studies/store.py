@@ -61,7 +61,8 @@ class Store:
         self._group, self.path = group, path
         listed = group.attrs.get(BLOCK_ARRAYS)
         names = sorted(group.array_keys()) if listed is None else names_in(str(listed))
-        self._arrays = {name: _array(group, name) for name in names}
+        self._block = _array(group, OUTCOME).chunks
+        self._arrays = {name: self._array(name) for name in names}
         self._outcome = self._arrays[OUTCOME]
         self._dims = tuple(json.loads(str(group.attrs["dimensions"])))
         self._signals = [str(name) for name in json.loads(str(group.attrs["signals"]))]
@@ -159,14 +160,16 @@ class Store:
             # Texts as Python strings, because many tools do not support the strings of Zarr. They are few compared with
             # the signals.
             for name, entry in data.variables.items():
-                if entry.dtype.kind not in "biufO":
+                if self.path is None and name in self._arrays:
+                    data[name] = entry.dims, self._arrays[str(name)], entry.attrs
+                elif entry.dtype.kind not in "biufO":
                     data[name] = entry.dims, entry.values.astype(object), entry.attrs
         for attributes in (data.attrs, *(entry.attrs for entry in data.variables.values())):
             attributes.pop(CHECKSUM, None)
         return data.load() if self.path is None else data
 
     def _places(self) -> Iterable[Place]:
-        return blocks(self._outcome.shape, self._outcome.chunks)
+        return blocks(self._outcome.shape, self._block)
 
     def _is_done(self, place: Place) -> bool:
         if self.path is None:
@@ -179,17 +182,25 @@ class Store:
             if self._is_done(place) and outcomes.intersection(np.asarray(self._outcome[place]).ravel().tolist()):
                 self._file_of(place).unlink(missing_ok=True)
 
+    def _array(self, name: str) -> zarr.Array[Any] | np.ndarray:
+        """Where the results of this name are kept; in memory a plain array: Zarr takes 6 ms of one core per block."""
+        array = _array(self._group, name)
+        if self.path is not None:
+            return array
+        if name in (MESSAGE, OUTCOME):
+            return np.full(array.shape, "", dtype=object)
+        return np.full(array.shape, np.nan)
+
     def _file_of(self, place: Place) -> Path:
-        index = tuple(part.start // step for part, step in zip(place, self._outcome.chunks, strict=True))
+        index = tuple(part.start // step for part, step in zip(place, self._block, strict=True))
         return chunk_file(Path(str(self.path)) / OUTCOME, index)
 
     def _make_sure_of(self, name: str) -> None:
         """Makes the array of a figure if it is missing; your own functions define their names when they run."""
         if name in self._arrays:
             return
-        shape, block = self._outcome.shape, self._outcome.chunks
-        figure(self._group, name, self._dims, shape, block, "", "")
-        made = _array(self._group, name)
+        figure(self._group, name, self._dims, self._outcome.shape, self._block, "", "")
+        made = self._array(name)
         for place in self._places():
             if self._is_done(place):
                 made[place] = np.full([part.stop - part.start for part in place], np.nan)

@@ -10,6 +10,7 @@ from scipy import stats
 
 import hydrocrane as hc
 from hydrocrane.errors import InputError
+from hydrocrane.result_warning import DoubtfulResult
 from hydrocrane.studies import case, design
 
 # That cases fail is what some of them are for.
@@ -427,6 +428,6 @@ def test_a_record_beyond_the_limit_is_refused_before_the_first_case():
     for keys in ({"duration": [0.1, 360_000.0]}, {"record-interval": [0.1, 1e-6]}):
         with pytest.raises(InputError, match="the record of this run would take .* record_limit"):
             hc.sweep("single-cylinder-step", keys, record_limit="100 MB", progress=False)
-    with pytest.warns(hc.DoubtfulResult, match="1 of 2 cases"):
+    with pytest.warns(DoubtfulResult, match="1 of 2 cases"):
         data = hc.sweep("single-cylinder-step", {"duration": [0.1, -1.0]}, progress=False)
     assert data.outcome.values.tolist() == ["completed", "invalid-input"]
