@@ -304,3 +304,13 @@ def test_a_changed_machine_keeps_the_overrides_it_had():
     assert other.changed({"supply.pressure": "40 bar"}).supply_pressure == pytest.approx(40e5)
     with pytest.raises(hc.HydrocraneError, match="paylod"):
         one.changed({"paylod.mass": 1.0})
+
+
+def test_limits_are_those_of_the_machine_whatever_was_built_before():
+    """Limits of a geometry are remembered: what they follow from is all of it."""
+    crane = hc.load_machine("rottne-f9-lab")
+    first = crane.joint_limits
+    for key in ("cylinder.lift.barrel-length", "cylinder.lift.rod-length", "cylinder.jib.linkage.rocker-length"):
+        other = crane.changed({key: 0.99 * crane.value(key).si})
+        assert not np.array_equal(other.joint_limits, first), key
+    np.testing.assert_array_equal(crane.changed({"cylinder.lift.bore": 0.101}).joint_limits, first)
