@@ -19,7 +19,7 @@ def refuses_former_names(cls: C) -> C:
 
     @wraps(construct)
     def checked(self: object, *args: object, **kwargs: object) -> None:
-        for name in kwargs:
+        for name in RENAMED_FIELDS.keys() & kwargs:
             refuse_former_name(name)
         construct(self, *args, **kwargs)
 
