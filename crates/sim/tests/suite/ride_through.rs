@@ -26,10 +26,12 @@ fn tips(case: &Case, done: &SampledRun) -> Vec<[f64; 2]> {
     done.run.states.chunks(model.layout().len()).map(|x| model.tip(&x[..joints])).collect()
 }
 
-/// Largest distance between the tips of two runs, m.
-fn apart(case: &Case, one: &SampledRun, other: &SampledRun) -> f64 {
+/// Largest distance between the tips of two runs until the stick is released, and in all, m.
+fn apart(case: &Case, one: &SampledRun, other: &SampledRun) -> [f64; 2] {
     let pairs = tips(case, one).into_iter().zip(tips(case, other));
-    pairs.fold(0.0, |most, (a, b)| most.max((a[0] - b[0]).hypot(a[1] - b[1])))
+    let away: Vec<f64> = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).collect();
+    let moving = (RELEASED / 0.01) as usize;
+    [&away[..moving], &away].map(|away| away.iter().copied().fold(0.0, f64::max))
 }
 
 fn signals(case: &Case) -> Vec<String> {
@@ -45,10 +47,15 @@ fn fault(signal: &str, kind: FaultKind, lasts: f64) -> SensorFault {
     SensorFault { signal: signal.into(), kind, from: FAILS, until }
 }
 
-/// Largest disturbance of the tip's path by faults of this kind, one sensor after the other, m.
-fn disturbance(place: (&'static str, &'static [f64]), kind: impl Fn(bool) -> FaultKind, lasts: f64, said: &str) -> f64 {
+/// Largest disturbance of the tip's path by faults of this kind, one sensor after the other: in motion and in all, m.
+fn disturbance(
+    place: (&'static str, &'static [f64]),
+    kind: impl Fn(bool) -> FaultKind,
+    lasts: f64,
+    said: &str,
+) -> [f64; 2] {
     let case = case(place);
-    let mut most = 0.0f64;
+    let mut most = [0.0f64; 2];
     for direction in [UP, OUT] {
         let healthy = driven(&case, direction, &[]);
         assert!(healthy.events.is_empty(), "{:?}", healthy.events);
@@ -62,8 +69,12 @@ fn disturbance(place: (&'static str, &'static [f64]), kind: impl Fn(bool) -> Fau
             // A jump that the chambers cannot tell from the truth goes unseen.
             assert!(done.events.len() == 1 || kind != FaultKind::DropOut, "{signal}: {:?}", done.events);
             let apart = apart(&case, &healthy, &done);
-            println!("{} {signal} {kind:?} for {lasts} s, {direction:?}: {:.2} mm", place.0, 1e3 * apart);
-            most = most.max(apart);
+            println!(
+                "{} {signal} {kind:?} for {lasts} s, {direction:?}: {:.2?} mm",
+                place.0,
+                apart.map(|off| 1e3 * off)
+            );
+            most = [0, 1].map(|part| most[part].max(apart[part]));
         }
     }
     most
@@ -71,16 +82,17 @@ fn disturbance(place: (&'static str, &'static [f64]), kind: impl Fn(bool) -> Fau
 
 #[test]
 fn a_sample_that_drops_out_hardly_disturbs_the_path() {
-    for (place, most) in [(LAB, 6e-4), (LOADER, 1e-4)] {
+    // After the stop a tip may settle at the other end of a count of its sensors.
+    for (place, most) in [(LAB, [3e-4, 1e-3]), (LOADER, [1e-4, 1e-4])] {
         let off = disturbance(place, |_| FaultKind::DropOut, 0.01, "continued without it for 10 ms from 1.500 s");
-        assert!(off < most, "{}: {off}", place.0);
+        assert!(off[0] < most[0] && off[1] < most[1], "{}: {off:?}", place.0);
     }
 }
 
 #[test]
 fn fifty_milliseconds_without_a_sensor_disturb_the_path_by_less_than_a_millimetre() {
     for (place, most) in [(LAB, 1e-3), (LOADER, 3e-4)] {
-        let off = disturbance(place, |_| FaultKind::DropOut, 0.05, "continued without it for 50 ms from 1.500 s");
+        let [_, off] = disturbance(place, |_| FaultKind::DropOut, 0.05, "continued without it for 50 ms from 1.500 s");
         assert!(off < most, "{}: {off}", place.0);
     }
 }
@@ -90,7 +102,7 @@ fn one_outlier_hardly_disturbs_the_path() {
     for (place, most) in [(LAB, 2e-3), (LOADER, 3e-4)] {
         for sense in [1.0, -1.0] {
             let kind = |joint: bool| FaultKind::Jump(if joint { 0.05 * sense } else { 50e5 * sense });
-            let off = disturbance(place, kind, 0.01, "continued without it for 10 ms from 1.500 s");
+            let [_, off] = disturbance(place, kind, 0.01, "continued without it for 10 ms from 1.500 s");
             assert!(off < most, "{}: {off}", place.0);
         }
     }
