@@ -3,7 +3,6 @@
 use crate::keys::{Key, Sign, Usual};
 use crate::units::{self, Dimension, Quantity};
 use std::cell::RefCell;
-use std::collections::HashMap;
 
 /// Usual ranges of keys that declare none, by dimension.
 const OF_DIMENSION: &[Usual] = &[
@@ -22,8 +21,8 @@ const MOST: f64 = 1e15;
 const WRITTEN_UNITS: [&str; 9] = ["l/min", "mm/s", "N/mm", "kN/mm", "kN s/m", "kg/l", "g/l", "kg mm^2", "mPa s"];
 
 thread_local! {
-    /// Ranges of this program in SI: each is parsed once, because every value of a file is held against several.
-    static RANGES: RefCell<HashMap<*const Usual, Range>> = RefCell::default();
+    /// Ranges of this program in SI, in the order of their places: each is parsed once, because every value of a file is held against several.
+    static RANGES: RefCell<Vec<(*const Usual, Range)>> = RefCell::default();
 }
 
 /// A usual range in SI.
@@ -40,7 +39,13 @@ struct Range {
 
 impl Range {
     fn of(usual: &'static Usual) -> Self {
-        RANGES.with_borrow_mut(|known| *known.entry(usual).or_insert_with(|| Self::new(usual)))
+        RANGES.with_borrow_mut(|known| {
+            let place = known.binary_search_by_key(&std::ptr::from_ref(usual), |(of, _)| *of).unwrap_or_else(|place| {
+                known.insert(place, (usual, Self::new(usual)));
+                place
+            });
+            known[place].1
+        })
     }
 
     fn new(&(low, high, margin): &Usual) -> Self {
