@@ -23,7 +23,7 @@ PAGE = Path(__file__).with_name("slow-valves.md")
 LOADS = {"rottne-f9-lab": 120.0, "rottne-f9-mobile": 120.0, "rottne-f9-ls": 120.0, "hiab-xs031": 80.0}
 # Natural frequency of the spools, Hz, and dead time, ms; none: as the file states them.
 VALVES = ((None, None), (12.0, 10.0), (8.0, 25.0), (5.0, 50.0), (None, 200.0))
-LATE = (0.0, 20.0)
+LATE = {"": 0, "valves 20 ms later": 20}
 # How long each line is followed after its end, s.
 REST = 8.0
 SEED, LINES = 1200, 20
@@ -43,18 +43,16 @@ def rows() -> Iterator[tuple[float, str]]:
             file = hc.load_machine(name)
             known = with_valves(file, frequency, delay) if delay is not None else file
             for payload in (0.0, load):
-                cases = random_lines(known, LINES, seed=SEED, condition=Condition(payload=payload))
-                for late in LATE:
-                    yield row(name, known, cases, payload, (frequency, delay, late))
+                for variant in LATE:
+                    condition = Condition(payload=payload, variant=variant)
+                    yield row(name, known, condition, (frequency, delay))
 
 
-def row(name, known: hc.Machine, cases, payload: float, valve) -> tuple[float, str]:
-    frequency, delay, late = valve
-    true = with_valves(known, None, (delay or 0.0) + late) if late else known
+def row(name: str, known: hc.Machine, condition: Condition, valve) -> tuple[float, str]:
+    frequency, delay = valve
     found, told = [], 0
-    for case in cases:
-        plan = scenario_of(true, "tip", case)
-        plan = replace(plan, controller_model=known, duration=case.task.duration + REST)
+    for case in random_lines(known, LINES, seed=SEED, condition=condition):
+        plan = replace(scenario_of(known, "tip", case), duration=case.task.duration + REST)
         run = hc.simulate(plan, ledger=False, on_error="stop")
         told += any(warning.kind == "controller-oscillates" for warning in run.warnings)
         found.append(metrics(motion_of(run, case.task)))
@@ -65,7 +63,8 @@ def row(name, known: hc.Machine, cases, payload: float, valve) -> tuple[float, s
     stated = "as stated" if delay is None else f"{spool}{delay:g} ms"
     p90 = math.ceil(0.9 * len(found)) - 1
     times = ["never" if math.isinf(t) else f"{t:.2f}" for t in (settling[p90], settling[-1])]
-    cells = [f"`{name}`", f"{payload:g}", stated, f"{late:g}", f"{away[p90]:.1f}", f"{away[-1]:.1f}", *times]
+    late = LATE[condition.variant]
+    cells = [f"`{name}`", f"{condition.payload:g}", stated, str(late), f"{away[p90]:.1f}", f"{away[-1]:.1f}", *times]
     return quiet, "| " + " | ".join([*cells, f"{quiet:.2f}", str(told)]) + " |"
 
 
