@@ -42,21 +42,29 @@ const BARRED: f64 = 0.1;
 /// Share of the bounds that the correction may take: the motion keeps the rest, and a correction that a pose hardly allows is made slowly.
 const CORRECTING: f64 = 0.25;
 
+/// At the largest s.
 pub fn resolve<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>) -> Motion<N> {
-    let task = &task.possible(jacobian);
-    let (correction, Room { share, edge, .. }) = rooms(jacobian, task, &prefer.bounds);
-    let (scale, edge) = if share < 1.0 { (share, edge) } else { (1.0, None) };
-    let target = hydrocrane_num::array::from_fn(|r| correction[r] + scale * task.velocity[r]);
-    let bounds = hydrocrane_num::array::from_fn(|i| {
-        at_edge(prefer.bounds[i], edge.unwrap_or_default(), [jacobian[0][i], jacobian[1][i]])
-    });
-    Motion { rates: least_effort(jacobian, target, &Preference { bounds, ..*prefer }), scale }
+    resolved(jacobian, task, prefer, false)
 }
 
-/// s, less where joints hardly move the tip.
-pub fn steady_share<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, bounds: &[[f64; 2]; N]) -> f64 {
-    let task = task.possible(jacobian);
-    rooms(jacobian, &task, bounds).1.faded(jacobian, bounds, task.velocity)
+/// With less of it where joints hardly move the tip.
+pub fn resolve_steadily<const N: usize>(jacobian: &[[f64; N]; 2], task: &Task, prefer: &Preference<N>) -> Motion<N> {
+    resolved(jacobian, task, prefer, true)
+}
+
+fn resolved<const N: usize>(
+    jacobian: &[[f64; N]; 2],
+    task: &Task,
+    prefer: &Preference<N>,
+    steadily: bool,
+) -> Motion<N> {
+    let task = &task.possible(jacobian);
+    let (correction, room) = rooms(jacobian, task, &prefer.bounds);
+    let scale = if steadily { room.faded(jacobian, &prefer.bounds, task.velocity) } else { room.share.min(1.0) };
+    let target = hydrocrane_num::array::from_fn(|r| correction[r] + scale * task.velocity[r]);
+    let edge = room.edge.filter(|_| scale == room.share).unwrap_or_default();
+    let bounds = hydrocrane_num::array::from_fn(|i| at_edge(prefer.bounds[i], edge, [jacobian[0][i], jacobian[1][i]]));
+    Motion { rates: least_effort(jacobian, target, &Preference { bounds, ..*prefer }), scale }
 }
 
 /// r c, and how much room that leaves for v.
@@ -351,9 +359,7 @@ mod tests {
         let rate = |angle: f64| {
             let jacobian = [[1.0, f64::cos(angle)], [0.0, f64::sin(angle)]];
             let up = Task { velocity: [0.0, 3.0], correction: [0.0; 2] };
-            let share = steady_share(&jacobian, &up, &wide);
-            let task = Task { velocity: [0.0, share * 3.0], ..up };
-            resolve(&jacobian, &task, &Preference { weights: [1.0; 2], rates: [0.0; 2], bounds: wide }).rates[1]
+            resolve_steadily(&jacobian, &up, &Preference { weights: [1.0; 2], rates: [0.0; 2], bounds: wide }).rates[1]
         };
         for angle in [1e-6, 1e-3, 0.1] {
             assert!((rate(angle) / angle - 1.0 / (2.0 * BARRED)).abs() < 0.1, "{} at {angle}", rate(angle) / angle);

@@ -11,7 +11,7 @@ use crate::controller_model::{ControllerModel, Posture};
 use crate::drive::MOST_WINDING;
 use crate::holding::Leave;
 use crate::keep_out::{Caution, KeepOut};
-use crate::redundancy::{level, level_within, resolve, steady_share, Motion, Preference, Task};
+use crate::redundancy::{level, level_within, resolve, resolve_steadily, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
 use hydrocrane_num::{portable, Real, Vec2};
 
@@ -413,10 +413,9 @@ impl<const N: usize> Reference<N> {
                     correction.all * (correction.velocity[r] - led)
                 });
                 let bounds = hydrocrane_num::array::from_fn(|i| prefer.bounds[i].map(|bound| bound - led[i]));
-                let scale = steady_share(jacobian, &Task { velocity, correction }, &bounds);
-                let velocity = velocity.map(|v| scale * v);
-                let others = resolve(jacobian, &Task { velocity, correction }, &Preference { bounds, ..*prefer }).rates;
-                Motion { rates: hydrocrane_num::array::from_fn(|i| led[i] + others[i]), scale }
+                let prefer = Preference { bounds, ..*prefer };
+                let Motion { rates, scale } = resolve_steadily(jacobian, &Task { velocity, correction }, &prefer);
+                Motion { rates: hydrocrane_num::array::from_fn(|i| led[i] + rates[i]), scale }
             }
             Wish::Joints(rates) => {
                 level_within(jacobian, &rates, shape.height_joint, correction.velocity[1], &prefer.bounds)
