@@ -7,7 +7,7 @@ the controller ``tip``. It ends where the machine is slower than ``SLOWEST``, or
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -175,9 +175,11 @@ def tuning_cases(machine: Machine) -> list[Case]:
     sensors and a payload that the controller does not know. They are not faster than those of the benchmark. The last
     case is the first one with valves that answer 20 ms later than the controller knows.
     """
-    if fits_the_benchmark(machine):
-        cases = quick_cases()
-        return [*cases, Case(cases[0].task, LATER)]
+    cases = quick_cases() if fits_the_benchmark(machine) else _fitted_cases(machine)
+    return [*cases, replace(cases[0], condition=LATER)]
+
+
+def _fitted_cases(machine: Machine) -> list[Case]:
     q = start_pose(machine)
     found = walks(machine, q)
     length = min(w.length for w in found.values())
@@ -194,8 +196,7 @@ def tuning_cases(machine: Machine) -> list[Case]:
 
     slow = [line(name, SLOW_SHARE, SPEEDS[1]) for name in SENSES]
     heavy = Condition(payload=unknown_payload(machine, q), sensors="data-sheet")
-    fast = line("out", FAST_SHARE, SPEEDS[2])
-    return [*slow, fast, Case(slow[0].task, heavy, start), Case(slow[0].task, LATER, start)]
+    return [*slow, line("out", FAST_SHARE, SPEEDS[2]), Case(slow[0].task, heavy, start)]
 
 
 def unknown_payload(machine: Machine, q: Array) -> float:

@@ -207,8 +207,8 @@ def _price(result: Result) -> float:
     """The cost of a run; infinite if it does not finish, so that such gains are never kept."""
     if not result.outcome.completed or result.metrics is None:
         return math.inf
-    found = result.metrics
-    # A tip that never rests pays by its speed.
-    settling = 0.0 if math.isnan(found.settling) else found.settling
+    found, task = result.metrics, result.case.task
+    # A tip that never rests takes all the time that it has.
+    settling = task.duration - task.moving_time if math.isnan(found.settling) else found.settling
     moving = EFFORT_PRICE * found.spool_travel + SETTLING_PRICE * settling
     return found.path_rms + moving + REST_PRICE * found.vibration
