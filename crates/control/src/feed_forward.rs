@@ -179,19 +179,23 @@ impl CylinderModel {
     }
 
     /// The pressures after a time. The oil between closed edges takes the change of the force, and the level takes one implicit step,
-    /// z = t z'(z), along the secant of z': chambers that fill within the time come to their steady level.
+    /// z = t z'(z), along the secant of z': chambers that fill within the time come to their steady level. A chamber at vacuum ends its fall:
+    /// the other one carries the force.
     pub fn ahead(&self, fluid: &Fluid<f64>, supply_pressures: &SupplyPressures, m: &Moment, ahead: &Ahead) -> Moment {
         let [a1, a2] = [self.chambers.area_1, self.chambers.area_2];
         let most = MOST * supply_pressures.supply;
         let bounded = |p: [f64; 2]| Moment { stroke: m.stroke, p: p.map(|p| p.max(fluid.vacuum).min(most)) };
         let share = self.pressures_per_force(fluid, m);
         let loaded = bounded(hydrocrane_num::array::from_fn(|i| m.p[i] + ahead.force * share[i]));
-        let at = |z: f64| bounded([loaded.p[0] + a2 * z, loaded.p[1] + a1 * z]);
+        let [least, highest] =
+            [fluid.vacuum, most].map(|bound| [(bound - loaded.p[0]) / a2, (bound - loaded.p[1]) / a1]);
+        let within = |z: f64| z.max(least[0].max(least[1])).min(highest[0].min(highest[1]));
+        let at = |z: f64| bounded([loaded.p[0] + a2 * within(z), loaded.p[1] + a1 * within(z)]);
         let rate = |z: f64| self.level_rate(fluid, supply_pressures, &at(z), ahead.spool);
         let first = rate(0.0);
-        let far = ahead.time * first;
+        let far = within(ahead.time * first);
         let falls = if far == 0.0 { 0.0 } else { ((first - rate(far)) / far).max(0.0) };
-        at(far / (1.0 + ahead.time * falls))
+        at(ahead.time * first / (1.0 + ahead.time * falls))
     }
 
     /// Rate of the level z of the pressures, p_1' = A_2 z' and p_2' = A_1 z', at constant force with the spool at `spool` (m), Pa/(m^2 s).
@@ -207,4 +211,24 @@ impl CylinderModel {
 fn ports(supply_pressures: &SupplyPressures, m: &Moment) -> PortPressures<f64> {
     let SupplyPressures { supply, tank } = *supply_pressures;
     PortPressures { supply, load: tank, tank, a: m.p[0], b: m.p[1], opening: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::opening::tests::{cylinder, fluid, STROKE};
+
+    #[test]
+    fn a_chamber_that_runs_empty_leaves_the_force_to_the_other_one() {
+        // A load pulls the piston out, and its feed is choked: chamber 1 runs empty.
+        let c = cylinder(Compensator::Before(8e5));
+        let supply = SupplyPressures { supply: 140e5, tank: 0.0 };
+        let m = Moment { stroke: 0.0, p: [5e5, 40e5] };
+        let force = |p: [f64; 2]| c.chambers.force(p[0], p[1]);
+        for time in [0.25, 1.0] {
+            let p = c.ahead(&fluid(), &supply, &m, &Ahead { time, force: 0.0, spool: 0.5 * STROKE }).p;
+            assert!(p[0] < 0.1e5, "{time}: {p:?}");
+            assert!((force(p) - force(m.p)).abs() < 1e-6 * force(m.p).abs(), "{time}: {p:?}");
+        }
+    }
 }

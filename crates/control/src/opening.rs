@@ -125,7 +125,7 @@ impl CylinderModel {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::feed_forward::{Moment, Steady, SupplyPressures};
     use crate::signal_chain::SignalChain;
@@ -141,10 +141,10 @@ mod tests {
     use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
     use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 
-    const STROKE: f64 = 7e-3;
+    pub const STROKE: f64 = 7e-3;
 
     /// Notched edges from the supply, wider ones to the tank.
-    fn cylinder(compensator: Compensator<f64>) -> CylinderModel {
+    pub fn cylinder(compensator: Compensator<f64>) -> CylinderModel {
         let edge = Orifice {
             coefficient: 1e-5,
             transition_pressure: 1e4,
@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    fn fluid() -> hydrocrane_physics::hydraulics::fluid::Fluid<f64> {
+    pub fn fluid() -> hydrocrane_physics::hydraulics::fluid::Fluid<f64> {
         hydrocrane_physics::hydraulics::fluid::Fluid {
             density: 870.0,
             bulk_max: 1e9,
