@@ -63,7 +63,7 @@ impl<const N: usize> ControllerModel<N> {
     /// Share of the joint `rates` (rad/s or m/s) of a reference that is `at` a place that the cylinders can bring to rest behind two lags of this
     /// `bandwidth` (rad/s). `lifting`: and end where the supply pressure lifts the load.
     pub fn braking_share(&self, at: &At<N>, rates: &[f64; N], bandwidth: f64, now: &Means<N>, lifting: bool) -> f64 {
-        let here = LazyCell::new(|| self.cylinder_force(&at.q, &[0.0; N], now.payload));
+        let here = LazyCell::new(|| self.cylinder_force_at(at, &[0.0; N], now.payload));
         most_borne(rates, |rates| {
             STAGES.iter().all(|stage| self.brakes(at, rates, now.payload, bandwidth, stage))
                 && (!lifting || self.ends_lifted(at, rates, bandwidth, now, &here))

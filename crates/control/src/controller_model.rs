@@ -194,9 +194,13 @@ impl<const N: usize> ControllerModel<N> {
 
     /// Cylinder forces, friction left out, that carry the crane with `payload` (kg) at the joint rates `qd` held constant, N.
     pub fn cylinder_force(&self, q: &[f64; N], qd: &[f64; N], payload: f64) -> [f64; N] {
-        let pose = self.mechanics.pose(q);
-        let bias = self.mechanics.inverse_dynamics(&pose, qd, None, payload);
-        hydrocrane_num::array::from_fn(|j| bias[j] / self.lever_arm(&pose, j))
+        self.cylinder_force_at(&self.at(q), qd, payload)
+    }
+
+    /// The same where the joints are known to stand so.
+    pub fn cylinder_force_at(&self, at: &At<N>, qd: &[f64; N], payload: f64) -> [f64; N] {
+        let bias = self.mechanics.inverse_dynamics(&at.pose, qd, None, payload);
+        hydrocrane_num::array::from_fn(|j| bias[j] / at.lever_arm[j])
     }
 
     /// dx/dq of one cylinder.

@@ -13,7 +13,6 @@
 
 use crate::controller_model::{At, ControllerModel};
 use hydrocrane_num::Real;
-use hydrocrane_physics::geometry::chain::ChainPose;
 
 /// How the oil holds a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +34,7 @@ const RETREATING: f64 = 0.5;
 const FREQUENCY_OVER_GAIN: f64 = 3.0;
 /// Angle to the dead centre below which h is less than 1 under any load, rad.
 const HOLDING: f64 = 0.16;
-/// Step of the differences, rad or m.
+/// Step of the difference that gives dg/dq, rad or m.
 const STEP: f64 = 1e-5;
 
 /// What is left of a step of the reference so that it does not lead to where the oil cannot hold a joint.
@@ -101,18 +100,18 @@ impl<const N: usize> ControllerModel<N> {
     }
 
     fn stiffness(&self, at: &At<N>, payload: f64, oil: &[f64; N]) -> [Stiffness; N] {
-        let torque = |pose: &ChainPose<f64, N>| self.mechanics.inverse_dynamics(pose, &[0.0; N], None, payload);
-        let load = torque(&at.pose);
+        let [load, slopes] = self.mechanics.at_rest(&at.pose, payload);
         hydrocrane_num::array::from_fn(|i| {
-            // One joint moves: the others stand as they do.
-            let mut joints = at.pose.joints;
-            joints[i] = self.mechanics.joints[i].pose(at.q[i] + STEP);
-            let beside = ChainPose::of(joints);
-            let (here, there) = (at.lever_arm[i], self.lever_arm(&beside, i));
-            let slope = (torque(&beside)[i] / there - load[i] / here) * there / STEP;
+            let here = at.lever_arm[i];
+            let there = self.actuations[i].stroke(&self.mechanics.joints[i].pose(at.q[i] + STEP)).1;
             let away = if there.abs() == here.abs() { 0.0 } else { (there.abs() - here.abs()).signum() };
-            let angle = (here * STEP / (there - here)).abs();
-            Stiffness { oil: oil[i] * here.square(), load: slope, away, angle }
+            let growth = (there - here) / STEP;
+            Stiffness {
+                oil: oil[i] * here.square(),
+                load: slopes[i] - load[i] / here * growth,
+                away,
+                angle: (here / growth).abs(),
+            }
         })
     }
 

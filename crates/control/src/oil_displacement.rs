@@ -91,6 +91,10 @@ impl Interval {
 /// swing and more.
 const UNSEEN: f64 = 0.25;
 
+/// Ends of the pressures: chambers give most while their own are high and those around them low, and take most in the opposite case.
+const GIVES: usize = 0;
+const BOTH: [usize; 2] = [1, GIVES];
+
 /// How well the oil of a cylinder is known: accuracy of valve and pressure sensors, and what the controller model leaves out.
 #[derive(Debug, Clone, Copy)]
 pub struct Trust {
@@ -188,7 +192,7 @@ pub fn oil_displacements(
         })
     };
     let unseen = [0, 1].map(|i| UNSEEN * (swung[i].abs() + (now.p[i] - before.p[i]).abs()));
-    let inflow = inflows(c, trust, spool, &pressures(unseen));
+    let inflow = inflows(c, trust, spool, &pressures(unseen), &BOTH);
     // What is compressed depends on the pressures at both ends of the time alone.
     let softness = softness(&c.chambers, fluid, 0.5 * (before.stroke + now.stroke), &pressures([0.0; 2]));
     let areas = [c.chambers.area_1, c.chambers.area_2];
@@ -202,8 +206,8 @@ pub fn oil_displacements(
 /// Speeds (m/s) with which a piston can drive oil out of either chamber at any pressures up to `highest` (Pa), with the spool asked for
 /// positions (m) within `asked`: it retracts no faster than chamber 1 drains, and extends no faster than chamber 2 does.
 pub(crate) fn outflow(c: &CylinderModel, trust: &Trust, asked: Interval, highest: f64) -> Interval {
-    let any = Interval { low: 0.0, high: highest };
-    let [one, two] = inflows(c, trust, trust.spool(asked), &[any; 2]);
+    // Chambers give most at their highest pressure, while those around are low.
+    let [one, two] = inflows(c, trust, trust.spool(asked), &[Interval { low: 0.0, high: highest }; 2], &[GIVES]);
     Interval { low: (one.low / c.chambers.area_1).min(0.0), high: (two.high / c.chambers.area_2).max(0.0) }
 }
 
@@ -214,9 +218,9 @@ pub(crate) fn compressed(c: &CylinderModel, fluid: &Fluid<f64>, x: f64, p: [f64;
     Interval { low: -one.high * rise[0], high: two.high * rise[1] }
 }
 
-/// Flows into chamber 1 and out of chamber 2 over all spools and pressures in question, m^3/s.
-fn inflows(c: &CylinderModel, trust: &Trust, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
-    let [q1, q2] = flows(&c.valve, trust, spool, p);
+/// Flows into chamber 1 and out of chamber 2 over all spools in question and the pressures between these ends, m^3/s.
+fn inflows(c: &CylinderModel, trust: &Trust, spool: Interval, p: &[Interval; 2], ends: &[usize]) -> [Interval; 2] {
+    let [q1, q2] = flows(&c.valve, trust, spool, p, ends);
     let leaked = c.leakage.flows(p[0].middle(), p[1].middle(), trust.tank[0]);
     let crossed =
         Interval::spanning(trust.crossover.flow(p[0].low, p[1].high), trust.crossover.flow(p[0].high, p[1].low));
@@ -236,43 +240,50 @@ fn range(seen: Interval, fluid: &Fluid<f64>) -> Interval {
     Interval { low: if seen.low <= 0.0 { seen.low.min(fluid.vacuum) } else { seen.low }, ..seen }
 }
 
-/// q_1 and q_2 with those of the port valves, over all spools and pressures in question. A chamber takes most while its own pressure is
-/// low and those around it are high; on either side of the centre its flow is monotone in the spool.
-fn flows(valve: &SpoolValve<f64>, trust: &Trust, spool: Interval, p: &[Interval; 2]) -> [Interval; 2] {
-    let valve = SpoolValve { compensator: trust.compensator, ..*valve };
+/// q_1 and q_2 with those of the port valves, over all spools in question and the pressures between these ends. On either side of the
+/// centre a flow is monotone in the spool.
+fn flows(valve: &SpoolValve<f64>, trust: &Trust, spool: Interval, p: &[Interval; 2], ends: &[usize]) -> [Interval; 2] {
+    // Copied where it differs alone: it is large.
+    let own = (trust.compensator != valve.compensator).then(|| SpoolValve { compensator: trust.compensator, ..*valve });
+    let valve = own.as_ref().unwrap_or(valve);
     let mut flows = [Interval::NONE; 2];
-    let held = valve.couples_ports().then(|| held(&valve, spool, p, trust.tank[0]));
-    for valve in held.as_ref().map_or(core::slice::from_ref(&valve), |ends| &ends[..]) {
-        include(&mut flows, trust, p, |ports| valve.flows(spool.low, ports));
+    let held = valve.couples_ports().then(|| held(valve, spool, p, trust.tank[0]));
+    for valve in held.as_ref().map_or(core::slice::from_ref(valve), |ends| &ends[..]) {
+        include(&mut flows, trust, p, ends, |ports| valve.flows(spool.low, ports));
         if spool.high > spool.low {
-            include(&mut flows, trust, p, |ports| valve.flows(spool.high, ports));
+            include(&mut flows, trust, p, ends, |ports| valve.flows(spool.high, ports));
         }
     }
     if spool.low < 0.0 && spool.high > 0.0 {
-        include(&mut flows, trust, p, |ports| valve.closed(ports));
+        include(&mut flows, trust, p, ends, |ports| valve.closed(ports));
     }
     flows
 }
 
-/// Widens `flows` by those of the `edges` and of the port valves at both ends of the pressures.
+/// Widens `flows` by those of the `edges` and of the port valves at these ends of the pressures.
 fn include(
     flows: &mut [Interval; 2],
     trust: &Trust,
     p: &[Interval; 2],
+    ends: &[usize],
     edges: impl Fn(&PortPressures<f64>) -> EdgeFlows<f64>,
 ) {
     let openings: &[Option<f64>] = if trust.late { &[Some(0.0), Some(1.0)] } else { &[None] };
-    for (a, b, around) in [(p[0].low, p[1].low, 1), (p[0].high, p[1].high, 0)] {
+    for &around in ends {
+        let [a, b] = if around == GIVES { [p[0].high, p[1].high] } else { [p[0].low, p[1].low] };
         let (supply, tank) = (trust.supply[around], trust.tank[around]);
         // What is told of the loads takes from the drop.
         let load = [trust.supply[1], trust.tank[0]][around];
         let of_ports = [(0, a), (1, b)].map(|(side, p)| trust.port_valves[side].flow(p, tank));
         for &opening in openings {
             let edges = edges(&PortPressures { supply, load, tank, a, b, opening });
-            let shut = EdgeFlows { supply_to_a: 0.0, supply_to_b: 0.0, ..edges };
-            for edges in [Some(edges), trust.gives_way.then_some(shut)].into_iter().flatten() {
+            let mut passes = |edges: EdgeFlows<f64>| {
                 flows[0] = flows[0].with(edges.port_a() - of_ports[0]);
                 flows[1] = flows[1].with(edges.port_b() + of_ports[1]);
+            };
+            passes(edges);
+            if trust.gives_way {
+                passes(EdgeFlows { supply_to_a: 0.0, supply_to_b: 0.0, ..edges });
             }
         }
     }
@@ -377,7 +388,7 @@ mod tests {
         for _ in 0..300 {
             let mut span = |low: f64, high: f64| Interval::spanning(between(low, high), between(low, high));
             let (spool, p) = (span(-0.05, 0.05), [span(0.0, 200e5), span(0.0, 200e5)]);
-            let [q1, q2] = flows(&valve, trust, spool, &p);
+            let [q1, q2] = flows(&valve, trust, spool, &p, &BOTH);
             for _ in 0..30 {
                 let [a, b] = p.map(|p| between(p.low, p.high));
                 let (tank, opening) = (between(0.0, 2e5), trust.late.then(|| between(0.0, 1.0)));

@@ -473,8 +473,9 @@ impl<const N: usize> State<N> {
         }
         let rates = self.reference.rates;
         let inertia = modes.torque(&modes.of_motion(&self.reference.acceleration));
-        let load = model.cylinder_force(&self.reference.q, &rates, model.payload);
-        let with_a_kilogram = model.cylinder_force(&self.reference.q, &rates, model.payload + 1.0);
+        let next = model.at(&self.reference.q);
+        let [load, with_a_kilogram] =
+            [0.0, 1.0].map(|more| model.cylinder_force_at(&next, &rates, model.payload + more));
         let mut demands: [Demand; N] = hydrocrane_num::array::from_fn(|c| {
             let retreat = holding[c].retreat();
             let speed = self.reference.posture.lever_arm[c] * rates[c] + measured.lever_arm[c] * retreat;

@@ -52,7 +52,8 @@ impl Weighing {
         counts: &[f64; N],
         before: f64,
     ) -> f64 {
-        let [planned, laden] = [0.0, 1.0].map(|more| model.cylinder_force(q, &[0.0; N], model.payload + more));
+        let at = model.at(q);
+        let [planned, laden] = [0.0, 1.0].map(|more| model.cylinder_force_at(&at, &[0.0; N], model.payload + more));
         let per_kilogram: [f64; N] = hydrocrane_num::array::from_fn(|c| laden[c] - planned[c]);
         let evidence: [Evidence; N] = hydrocrane_num::array::from_fn(|c| drives[c].evidence(counts[c]));
         // More than the supply pressure can move is no payload that moves.

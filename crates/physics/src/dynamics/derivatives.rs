@@ -208,4 +208,17 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn what_carries_the_chain_at_rest_is_its_bias_and_slope() {
+        let (chain, rest, payload) = (chain(), [0.0; 4], 70.0);
+        let pose = chain.pose(&[0.4, 0.5, -1.1, 0.3]);
+        let bias = chain.inverse_dynamics(&pose, &rest, None, payload);
+        let by_q = chain.force_derivatives(&pose, &rest, &rest, payload).by_q;
+        let [torques, slopes] = chain.at_rest(&pose, payload);
+        for i in 0..4 {
+            assert!((torques[i] - bias[i]).abs() < 1e-9, "{i}: {} {}", torques[i], bias[i]);
+            assert!((slopes[i] - by_q[i][i]).abs() < 1e-9, "{i}: {} {}", slopes[i], by_q[i][i]);
+        }
+    }
 }

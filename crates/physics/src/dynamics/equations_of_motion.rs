@@ -77,6 +77,24 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         out
     }
 
+    /// Torques that carry the chain at rest, and the slope of each over its own coordinate: g turn_j m_x and -g turn_j^2 m_z with the
+    /// first moment m of all that the joint carries; the force at a joint that slides, and no slope.
+    #[inline(always)]
+    pub fn at_rest(&self, pose: &ChainPose<T, N>, payload: T) -> [[T; N]; 2] {
+        let mut out = [[T::c(0.0); N]; 2];
+        let mut carried = Inertia::default();
+        for j in (0..N).rev() {
+            carried.add(&self.inertia(pose, j, payload));
+            let (turn, weight) = (pose.joints[j].turn, carried.mass * self.gravity);
+            out[0][j] = turn * (self.gravity * carried.moment.x) + pose.slides[j].z * weight;
+            out[1][j] = -(turn.square() * (self.gravity * carried.moment.z));
+            if j > 0 {
+                carried.shift(pose.links[j].origin - pose.links[j - 1].origin);
+            }
+        }
+        out
+    }
+
     /// Inertia of link `j` about its origin, that of the last one with the payload at the tip.
     #[inline(always)]
     pub(super) fn inertia(&self, pose: &ChainPose<T, N>, j: usize, payload: T) -> Inertia<T> {

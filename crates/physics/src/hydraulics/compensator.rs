@@ -25,7 +25,7 @@
 use hydrocrane_num::{smooth, Real};
 
 /// Where the compensator of a section stands.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Compensator<T> {
     /// There is none: the edge has the whole drop.
     None,
