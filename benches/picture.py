@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, one_chart, styled, title, write
+from matplotlib.figure import Figure
+
+from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, one_chart, styled, title
 
 MARKS = ("o", "s", "^", "D", "v", "P")
 
 
 @styled
-def work_precision(curves: dict[str, list[dict[str, Any]]], families: dict[str, str], ours: str, path: Path) -> Path:
+def work_precision(curves: dict[str, list[dict[str, Any]]], families: dict[str, str], ours: str) -> Figure:
     """One line per solver: time against tip error, both logarithmic; colours are families, marks the methods."""
     fig, axes = one_chart(8.5, 5.6)
     order = list(dict.fromkeys(families.values()))
@@ -32,4 +33,4 @@ def work_precision(curves: dict[str, list[dict[str, Any]]], families: dict[str, 
     axes.set_ylabel("time for 5 s of the crane [ms]")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     title(fig, "What exactness costs", "vertical-lift-open-loop, 21 states, one core")
-    return write(fig, path)
+    return fig

@@ -14,6 +14,7 @@ from benches.competitors.exudyn_crane import DIFFERENCES
 from benches.goals import goals, thread_shares
 from benches.picture import work_precision
 from benches.tables import Results, digits, lacking, table
+from hydrocrane.plots.style import write as write_picture
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = Path(__file__).with_name("results.json")
@@ -262,7 +263,7 @@ def write() -> None:
     race = results["open_loop"]
     families = {name: row["family"] for name, row in race["rows"].items()}
     curves = {name: points for name, points in race["curves"].items() if name in families}
-    work_precision(curves, families, race["ours"], PICTURE)
+    write_picture(work_precision(curves, families, race["ours"]), PICTURE)
 
 
 if __name__ == "__main__":
