@@ -51,7 +51,7 @@ EACH_FMU = 20
 # Words of a monitor that stops or rides through.
 ALARMS = ("no other reading confirms", "gives no reading", "is frozen", "is out of range")
 # Warnings that say of a run that its figures are not those of the machine.
-SAYS = {"step-inexact", "step-too-long", "not-converged", "energy-ledger-open"}
+SAYS = {"step-inexact", "step-too-long", "tolerance-too-loose", "not-converged", "energy-ledger-open"}
 
 
 UNITS = {

@@ -16,6 +16,11 @@ pub trait Method: Send + Sync {
     /// Tries a step of size `h` from `x`. Writes the new state and the error estimate; `false` where the linear system
     /// cannot be solved. Keeps the data of the interpolant.
     fn attempt(&mut self, system: &dyn System, t: f64, h: f64, x: &[f64], to: &mut Target) -> bool;
+    /// Carries an `error` of the state over the last attempt, of size `h`, by the equations linearised at its start; `false`
+    /// where the method has no linearisation. Valid until the next `begin`.
+    fn carry(&mut self, _h: f64, _error: &mut [f64]) -> bool {
+        false
+    }
     /// The state at the fraction `theta` of the last attempt; valid until the next `begin`.
     fn interpolate(&self, theta: f64, x: &mut [f64]);
     /// The same for these `states`, by increasing index; others may be written too.

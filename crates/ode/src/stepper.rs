@@ -97,6 +97,8 @@ pub struct Stepper {
     pub t: f64,
     pub x: Vec<f64>,
     quadratures: Quadratures,
+    /// See [`Self::global_error`].
+    global_error: Option<Vec<f64>>,
     /// Whether laws jump: a step over a jump has the same error, however short it is.
     jumps: bool,
     /// Size of the next attempt.
@@ -133,6 +135,7 @@ impl Stepper {
             t,
             x: x.to_vec(),
             quadratures: Quadratures::new(x.len(), quadratures),
+            global_error: None,
             jumps: false,
             h: 0.0,
             from: t,
@@ -170,6 +173,17 @@ impl Stepper {
         // A step that is shorter only by rounding does not count as short.
         let fine = if h < FINE * (1.0 - EVEN) { h / FINE } else { 1.0 };
         (GROSS_PER_SQUARE * h * h * fine * fine * fine).clamp(LEAST_GROSS, GROSS)
+    }
+
+    /// Estimates the error of the state from now on, or no longer; only the error of steps by tolerance is estimated.
+    pub fn follow_error(&mut self, wanted: bool) {
+        let followed = wanted && self.control == StepControl::Adaptive;
+        self.global_error = followed.then(|| vec![0.0; self.x.len()]);
+    }
+
+    /// Estimated error of the state: the errors of the steps so far, each carried on by the linearised equations.
+    pub fn global_error(&self) -> Option<&[f64]> {
+        self.global_error.as_deref()
     }
 
     /// Takes no longer steps than `max_step` (s) from now on.
@@ -353,6 +367,14 @@ impl Stepper {
         std::mem::swap(&mut self.x, &mut self.target.x);
         flush(&mut self.x);
         self.quadratures.follow(system, self.method.as_ref(), h, &self.x);
+        if let Some(error) = &mut self.global_error {
+            if self.method.carry(h, error) {
+                error.iter_mut().zip(&self.target.error).for_each(|(error, own)| *error += own);
+                flush(error);
+            } else {
+                self.global_error = None;
+            }
+        }
         self.accepted += 1;
         self.restart = Some(Restart::None);
     }

@@ -77,6 +77,8 @@ pub fn simulate_phases<'a>(
     let mut coming = later.into_iter().filter(|phase| phase.from < end).peekable();
     let mut driver = first.driver;
     let outcome = loop {
+        // What a controller does about an error is not in the equations that carry it on.
+        going.stepper.follow_error(matches!(driver, Driver::Commands(_)));
         let until = coming.peek().map_or(end, |next| next.from);
         let outcome = match &mut driver {
             Driver::Commands(commands) => {

@@ -9,6 +9,7 @@ use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
+use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::limits::{in_words, JointLimits};
 use hydrocrane_plant::outputs::energies;
 use hydrocrane_plant::shortfall::{Limit, Shortfall};
@@ -36,6 +37,8 @@ const LEDGER_FLOOR: f64 = 1e-4;
 const ESTIMATE_TIME: f64 = 0.5;
 /// Share of a state and its scale that this mean may have: 100 times the tolerance of a run that states none.
 const ESTIMATE_SHARE: f64 = 0.01;
+/// Distance of the tip from the exact solution within which a run by tolerance promises to be, m.
+const TIP_PROMISE: f64 = 1e-3;
 
 /// The states whose estimated errors tell how exact fixed steps are. Spools count by their effect only. Static friction is taken by
 /// its secant: what it acts on says little then, and only the supply counts, whose little oil is faster than that of any cylinder.
@@ -57,6 +60,7 @@ enum Finding {
     LedgerOpen,
     StepTooLong,
     StepInexact(usize),
+    ToleranceTooLoose,
     /// Of the section of a cylinder.
     Starved(usize),
     /// Of a cylinder and its side, in pairs.
@@ -66,7 +70,7 @@ enum Finding {
 }
 
 /// A finding with its begin and its extreme value: a pressure (Pa), a joint coordinate, a share of the energy or of a state, a step
-/// (s), a missing flow (m^3/s), a time (s), or a volume (m^3).
+/// (s), a distance (m), a missing flow (m^3/s), a time (s), or a volume (m^3).
 #[derive(Debug, Clone, Copy)]
 struct Found {
     what: Finding,
@@ -160,11 +164,12 @@ impl Watch {
     /// Checks the present state and, from time to time, the ledger.
     pub fn look(&mut self, stepper: &Stepper, driven: &Driven) {
         let (layout, x, t) = (driven.model.layout(), &stepper.x, stepper.t);
+        let mut risen = false;
         for c in 0..layout.joints() {
             let (p1, p2) = (x[layout.p1(c)], x[layout.p2(c)]);
             let (least, most) = (p1.min(p2), p1.max(p2));
             if most > self.ratings[c] {
-                self.note(Finding::AboveRating(c), t, most);
+                risen |= self.note(Finding::AboveRating(c), t, most);
             }
             if least < self.vacuum - VACUUM_ROUNDING {
                 self.note(Finding::BelowVacuum(c), t, least);
@@ -201,8 +206,24 @@ impl Watch {
         if let Some(error) = stepper.fixed_step_error() {
             self.estimate(error, stepper, driven.model);
         }
-        if self.audit.as_ref().is_some_and(|audit| t >= audit.next) {
+        self.carried(stepper, driven.model);
+        // The law of the oil holds the less the higher a pressure is; a peak is over at the next audit.
+        if self.audit.as_ref().is_some_and(|audit| risen || t >= audit.next) {
             self.audit(stepper, driven);
+        }
+    }
+
+    /// How far the tip is off by the errors of all steps, as far as they are estimated.
+    fn carried(&mut self, stepper: &Stepper, model: &dyn Model) {
+        let Some(error) = stepper.global_error() else { return };
+        let n = model.layout().joints();
+        let mut jacobian = [0.0; 2 * MAX_JOINTS];
+        model.tip_jacobian(&stepper.x[..n], &mut jacobian[..2 * n]);
+        let off = |row: &[f64]| row.iter().zip(error).map(|(by_joint, error)| by_joint * error).sum::<f64>();
+        let (x, z) = (off(&jacobian[..n]), off(&jacobian[n..2 * n]));
+        let distance = (x * x + z * z).sqrt();
+        if distance > TIP_PROMISE {
+            self.note(Finding::ToleranceTooLoose, stepper.t, distance);
         }
     }
 
@@ -269,14 +290,17 @@ impl Watch {
         }
     }
 
-    fn note(&mut self, what: Finding, time: f64, value: f64) {
+    /// Keeps the farthest value of a finding; `true` if that is this one.
+    fn note(&mut self, what: Finding, time: f64, value: f64) -> bool {
         let Some(found) = self.found.iter_mut().find(|found| found.what == what) else {
             self.found.push(Found { what, time, farthest: value });
-            return;
+            return true;
         };
-        if value.abs() > found.farthest.abs() {
+        let farther = value.abs() > found.farthest.abs();
+        if farther {
             found.farthest = value;
         }
+        farther
     }
 
     /// All findings until the end of the run, in order of time.
@@ -372,6 +396,15 @@ impl Found {
                     100.0 * value
                 ),
                 "shorten `step`, or leave it out: steps by tolerance keep theirs".to_string(),
+            ),
+            Finding::ToleranceTooLoose => (
+                "tolerance-too-loose",
+                format!(
+                    "the errors of all steps, carried along the motion, put the tip off by an estimated {:.1} mm: the motion \
+                     amplifies them, or the tolerance is loose",
+                    1e3 * value
+                ),
+                "tighten `rtol`; `verify` states how far the run is off".to_string(),
             ),
             Finding::Starved(c) => {
                 let worst = watch.starved.iter().find(|short| short.cylinder == c).expect("noted with its finding");
