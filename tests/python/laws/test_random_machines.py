@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from functools import partial
 from pathlib import Path
 
@@ -34,18 +35,25 @@ def test_an_exported_machine_steps_as_the_simulator_does():
     assert found.holds, found
 
 
+def warned_of(seed: int, folder: Path) -> set[str]:
+    """Kinds of the warnings of the default run; those of numpy about the generator do not count."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return kinds(random_case(seed, folder).driven)
+
+
 # Its default run is 15.5 mm off: every method at 1e-4 is at least 7 mm off.
 def test_a_run_whose_errors_add_up_says_so(tmp_path):
-    assert "tolerance-too-loose" in kinds(random_case(287, tmp_path).driven)
+    assert "tolerance-too-loose" in warned_of(287, tmp_path)
 
 
 # The tip is 0.6 mm off at most.
 @pytest.mark.parametrize("seed", [0, 15, 31, 49])
 def test_a_run_within_its_promise_does_not(seed, tmp_path):
-    assert "tolerance-too-loose" not in kinds(random_case(seed, tmp_path).driven)
+    assert "tolerance-too-loose" not in warned_of(seed, tmp_path)
 
 
 # Pressures of 2300 and 1450 bar, for 60 ms: the tables of the oil end at 800 bar.
 @pytest.mark.parametrize("seed", [138, 198])
 def test_a_ledger_that_is_open_at_a_peak_of_pressure_says_so(seed, tmp_path):
-    assert "energy-ledger-open" in kinds(random_case(seed, tmp_path).driven)
+    assert "energy-ledger-open" in warned_of(seed, tmp_path)
