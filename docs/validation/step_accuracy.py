@@ -32,8 +32,11 @@ MACHINES = {
 }
 DRIVES, SECONDS, HOLD = 50, 4.0, 0.5
 TIGHT = hc.Solver(method="rodas5p", rtol=1e-9)
+# As the cockpit's page steps.
+PAGE_STEPS = "page"
 WAYS = {
     "default": hc.Solver(),
+    PAGE_STEPS: hc.Solver(method="hc-rosenbrock-3", step=1e-3),
     "1 ms": hc.Solver(step=1e-3),
     "5 ms": hc.Solver(step=5e-3),
     "10 ms": hc.Solver(step=1e-2),

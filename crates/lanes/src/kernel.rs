@@ -80,10 +80,6 @@ struct LaneStepKernel<R, const N: usize> {
     bank: Bank<R, N>,
     /// Where the own numbers stand in it.
     places: Places,
-    /// The own numbers of the cranes in the lanes.
-    own: Vec<Group>,
-    /// Whether they are other ones than in the bank: those of the mechanics, the others.
-    stale: [bool; 2],
     layout: Layout,
     demand: Demand,
     room: CraneStep<Lanes<R>>,
@@ -154,28 +150,14 @@ fn kernel<const N: usize>(
 impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     fn new(plant: &Plant<f64, N>, layout: &Layout, demand: &Demand, own: &[usize]) -> Self {
         let bank = Bank::new(plant, layout, &demand.precision);
-        let numbers = [plant.numbers(), demand.precision.weights.clone()].concat();
         LaneStepKernel {
             places: Places::new(plant, layout, &bank, own),
             bank,
-            own: own.iter().map(|i| [numbers[*i]; WIDTH]).collect(),
-            stale: [false; 2],
             layout: layout.clone(),
             demand: demand.clone(),
             room: CraneStep::new(layout),
             x: vec![Lanes::default(); layout.len()],
             spools: [Lanes::default(); N],
-        }
-    }
-
-    /// Puts what is `needed` of the own numbers in its places, where these have others.
-    #[inline(always)]
-    fn put(&mut self, needed: Needed) {
-        let wanted = [true, needed == Needed::All];
-        for (part, stale) in self.stale.iter_mut().enumerate().filter(|(part, _)| wanted[*part]) {
-            if std::mem::take(stale) {
-                self.bank.put(&self.places.parts[part], &self.own);
-            }
         }
     }
 }
@@ -190,22 +172,14 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
     }
 
     fn load(&mut self, lane: usize, own: &[Group], place: usize) {
-        for (part, numbers) in self.places.numbers(Needed::All).into_iter().enumerate() {
-            for (lanes, group) in self.own[numbers.clone()].iter_mut().zip(&own[numbers]) {
-                self.stale[part] |= lanes[lane].to_bits() != group[place].to_bits();
-                lanes[lane] = group[place];
-            }
-        }
+        self.bank.put(&self.places, Needed::All, own, place, [lane, 1]);
     }
 
     fn load_all(&mut self, own: &[Group], first: usize, needed: Needed) {
-        for (part, numbers) in self.places.numbers(needed).into_iter().enumerate() {
-            for (lanes, group) in self.own[numbers.clone()].iter_mut().zip(&own[numbers]) {
-                let (lanes, group) = (&mut lanes[..R::WIDTH], &group[first..][..R::WIDTH]);
-                self.stale[part] |= lanes.iter().zip(group).any(|(own, new)| own.to_bits() != new.to_bits());
-                lanes.copy_from_slice(group);
-            }
-        }
+        R::run(
+            #[inline(always)]
+            || self.bank.put(&self.places, needed, own, first, [0, R::WIDTH]),
+        );
     }
 
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
@@ -226,7 +200,6 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
 impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     #[inline(always)]
     fn attempt_here(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult {
-        self.put(Needed::All);
         let LaneStepKernel { bank: Bank { evaluator, precision }, layout, demand, room, x: states, spools, .. } = self;
         for i in 0..states.len() {
             states[i] = Lanes::load(&x[i]);
@@ -255,7 +228,6 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
 
     #[inline(always)]
     fn tips_here(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]) {
-        self.put(Needed::Mechanics);
         let mechanics = &self.bank.evaluator.plant.mechanics;
         let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
         let tip = mechanics.tip_position(&mechanics.pose(&q));

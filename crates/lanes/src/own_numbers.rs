@@ -1,12 +1,12 @@
 //! Numbers that differ from crane to crane, exchanged in the laws of a register when its lanes get other cranes.
 
-use hydrocrane_num::register::{Register, WIDEST};
+use crate::kernel::{Group, WIDTH};
+use hydrocrane_num::register::Register;
 use hydrocrane_num::{Field, Lanes};
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
 use hydrocrane_plant::rhs::Evaluator;
-use std::ops::Range;
 use std::ptr::from_ref;
 
 /// All that a step in one register reads, with the numbers of the crane of each lane.
@@ -15,23 +15,24 @@ pub struct Bank<R, const N: usize> {
     pub precision: Precision<Lanes<R>>,
 }
 
+/// Number of blocks of memory of a bank: the evaluator, its groups of cylinders, the weights.
+const BLOCKS: usize = 3;
+
 /// Where a copy of an own number stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
-    /// Index of the block of memory in a bank: the evaluator, its groups of cylinders, the weights.
-    block: usize,
-    /// Bytes from its start.
-    offset: usize,
+struct Place {
     /// Index among the own numbers.
-    number: usize,
+    number: u32,
+    /// Bytes from the start of its block.
+    offset: u32,
 }
 
-/// The places of the own numbers in a bank.
+/// The places of the own numbers in a bank, in the order of the numbers, so that these are read as they lie in memory.
 pub struct Places {
-    /// In the mechanics; in all else.
-    pub parts: [Vec<Place>; 2],
-    /// So many of the numbers, the first ones, are in the mechanics; of so many.
-    counts: [usize; 2],
+    /// Of so many own numbers.
+    count: usize,
+    /// Of those in the mechanics, of all others; block by block.
+    parts: [[Vec<Place>; BLOCKS]; 2],
 }
 
 /// What of a bank is needed.
@@ -48,17 +49,27 @@ impl<R: Register, const N: usize> Bank<R, N> {
         Bank { evaluator: Evaluator::new(&plant, layout), precision: precision.lift() }
     }
 
-    /// Puts the own numbers of the lanes in these places.
+    /// Puts what is `needed` of the `own` numbers of `count` cranes, which stand from `first` on in their group, in the lanes from `lane` on.
     #[inline(always)]
-    pub fn put(&mut self, places: &[Place], own: &[[f64; WIDEST]]) {
+    pub fn put(&mut self, places: &Places, needed: Needed, own: &[Group], first: usize, [lane, count]: [usize; 2]) {
+        assert!(own.len() == places.count, "as many own numbers as there are places for");
+        assert!(lane + count <= R::WIDTH && first + count <= WIDTH, "lanes of a register, cranes of a group");
         let Bank { evaluator, precision } = self;
         let (groups, weights) = (evaluator.groups.as_mut_ptr(), precision.weights.as_mut_ptr());
-        let blocks: [*mut u8; 3] = [(&raw mut *evaluator).cast(), groups.cast(), weights.cast()];
-        for Place { block, offset, number } in places {
-            let value = Lanes::<R>::load(&own[*number]);
-            // SAFETY: `Places::new` found a number of this type so many bytes from the start of this block of this bank, whose parts
-            // and variants never change, and `self` is borrowed alone.
-            unsafe { blocks[*block].add(*offset).cast::<Lanes<R>>().write(value) };
+        let blocks: [*mut u8; BLOCKS] = [(&raw mut *evaluator).cast(), groups.cast(), weights.cast()];
+        let own = own.as_flattened().as_ptr();
+        for part in &places.parts[..if needed == Needed::All { 2 } else { 1 }] {
+            for (block, places) in blocks.into_iter().zip(part) {
+                for Place { number, offset } in places {
+                    // SAFETY: `Places::new` found a number of type `Lanes<R>`, which is `R::WIDTH` times an `f64`, so many bytes from the
+                    // start of this block of this bank, whose parts and variants never change, and `self` is borrowed alone. `own` has
+                    // `places.count` groups of `WIDTH` numbers, and every `number` is less than that.
+                    unsafe {
+                        let from = own.add(*number as usize * WIDTH + first);
+                        from.copy_to_nonoverlapping(block.add(*offset as usize).cast::<f64>().add(lane), count);
+                    }
+                }
+            }
         }
     }
 
@@ -90,26 +101,18 @@ impl Places {
         own: &[usize],
     ) -> Self {
         let mut indices = indices(plant, layout).into_iter();
-        let (mut all, mut mechanics) = (Vec::new(), 0);
+        let (mut parts, mut mechanics) = (<[[Vec<Place>; BLOCKS]; 2]>::default(), 0);
         plant.mechanics.map(&mut |_| mechanics += 1);
         bank.each(layout, &mut |copy| {
             let index = indices.next().expect("as many indices as numbers");
             if let Ok(number) = own.binary_search(&index) {
                 let (block, offset) = bank.place(copy);
-                all.push(Place { block, offset, number });
+                let place = [number, offset].map(|n| u32::try_from(n).expect("a bank of some kilobytes"));
+                parts[usize::from(index >= mechanics)][block].push(Place { number: place[0], offset: place[1] });
             }
         });
-        // In the order of memory.
-        all.sort_unstable();
-        let counts = [own.partition_point(|index| *index < mechanics), own.len()];
-        let parts: (Vec<Place>, Vec<Place>) = all.into_iter().partition(|place| place.number < counts[0]);
-        Places { parts: parts.into(), counts }
-    }
-
-    /// Those of the numbers that are needed, in the mechanics and beyond.
-    pub fn numbers(&self, needed: Needed) -> [Range<usize>; 2] {
-        let [mechanics, all] = self.counts;
-        [0..mechanics, mechanics..if needed == Needed::All { all } else { mechanics }]
+        parts.iter_mut().flatten().for_each(|places| places.sort_unstable());
+        Places { count: own.len(), parts }
     }
 }
 

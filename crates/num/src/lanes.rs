@@ -10,6 +10,7 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// The numbers of a register.
 #[derive(Debug, Clone, Copy)]
+#[repr(transparent)]
 pub struct Lanes<R>(R);
 
 impl<R: Register> Lanes<R> {

@@ -186,24 +186,24 @@ impl<L: Real> Lifted<L> {
         }
     }
 
-    /// Every number that is read; `fed`: by a supply of variable pressure.
+    /// Every number that is read; `fed`: by a supply of variable pressure. Copies that nothing reads would cost a batch as much as the others.
     pub fn each<'a>(&'a self, fed: bool, f: &mut dyn FnMut(&'a L)) {
-        self.chambers.map(f);
         self.bulk.map(&mut |number| f(&number.value));
         self.friction.map(&mut |number| f(&number.value));
         self.end_stop.map(&mut |number| f(&number.value));
         self.spool.map(&mut |number| f(&number.value));
-        self.ports.map(&mut |number| f(&number.value));
-        // Each value has as many copies as it has derivatives: those that nothing reads would cost a batch more than the others.
+        self.whole.chambers.map(&mut |number| f(&number.value));
+        self.whole.leakage.map(&mut |number| f(&number.value));
+        if fed {
+            self.chambers.map(f);
+        }
         if fed || self.single.compensator_lag().is_some() {
             self.single.map(&mut |number| f(&number.value));
         }
         if fed || self.whole.valve.couples_ports() {
-            self.whole.map(&mut |number| f(&number.value));
-        } else {
-            self.whole.chambers.map(&mut |number| f(&number.value));
-            self.whole.leakage.map(&mut |number| f(&number.value));
+            self.whole.each_at_ports(&mut |number| f(&number.value));
         }
+        self.ports.each_at_ports(&mut |number| f(&number.value));
     }
 
     /// Rates and derivatives; `P` as in [`HydraulicAxis::rates`].

@@ -439,6 +439,16 @@ impl<T: Copy> SupplyPressures<T> {
 }
 
 impl<T: Copy> HydraulicAxis<T> {
+    /// `f` of every number that the flows at its ports depend on.
+    pub fn each_at_ports<'a>(&'a self, f: &mut dyn FnMut(&'a T)) {
+        self.valve.map(f);
+        in_chains(self.priority.as_ref()).map(|priority| priority.map(f));
+        self.port_valves.iter().for_each(|valves| _ = valves.map(f));
+        self.crossover.map(f);
+        self.leaks.iter().for_each(|leak| _ = in_chains(leak.as_ref()).map(|leak| leak.map(f)));
+        self.connector.map(f);
+    }
+
     /// The same cylinder with `f` of every number.
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> HydraulicAxis<U> {
         HydraulicAxis {

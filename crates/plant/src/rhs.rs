@@ -2,6 +2,7 @@
 
 use crate::axis_group::{AxisGroup, Member};
 use crate::hydraulic_axis::SupplyPressures;
+use crate::in_chains::in_chains;
 use crate::layout::Layout;
 use crate::ledger::{
     supply_powers, tank_line_powers, LEDGER_PER_CYLINDER, PORT_VALVE_TERMS, SUPPLY_TERMS, TANK_LINE_TERMS,
@@ -289,7 +290,15 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
 impl<T: Real, const N: usize> Evaluator<T, T, N> {
     /// Every number that is read, a copy of one of the plant's, always in the same order.
     pub fn each<'a>(&'a self, layout: &Layout, f: &mut dyn FnMut(&'a T)) {
-        self.plant.map(f);
+        let Plant { mechanics, actuations, cylinders, fluid, supply_pressures, supply, ground } = &self.plant;
+        mechanics.map(f);
+        actuations.iter().for_each(|actuation| _ = actuation.map(f));
+        // The laws of cylinders read the groups' copies.
+        cylinders.iter().for_each(|cylinder| _ = cylinder.chambers.map(f));
+        fluid.map(f);
+        supply_pressures.map(f);
+        in_chains(supply.as_ref()).map(|supply| supply.map(f));
+        ground.as_ref().map(|ground| ground.map(f));
         self.groups.iter().for_each(|group| group.each(layout.mains().is_some(), f));
         for piston in &self.pistons {
             piston.map(&mut |number| f(&number.value));

@@ -74,3 +74,16 @@ fn a_crane_with_another_delay_waits_for_it_and_its_neighbour_does_not() {
     path.send(&[0.02, 0.0, 0.0, 0.02, 0.0, 0.0]);
     assert_eq!(lift(&path), [0.02; 2]);
 }
+
+/// What differs from crane to crane is read from memory at every sample; all else should not be.
+#[test]
+fn a_crane_with_a_spool_of_its_own_shares_what_is_not() {
+    let short = [("valve.lift.stroke".to_string(), OverrideValue::Number(0.04))];
+    let mut path = path([0.0; 3]);
+    path.begin(1, &load("rottne-f9-lab", &short).expect("a bundled machine"));
+    path.send(&[0.05; 6]);
+    let plan = path.plan(0);
+    assert!(std::ptr::eq(plan, path.plan(1)), "parts of the sample of one crane twice");
+    let at = |crane, cylinder| path.at_spool(&plan[0], crane, cylinder);
+    assert_eq!([at(0, 0), at(1, 0), at(0, 1), at(1, 1)], [0.05, 0.04, 0.05, 0.05]);
+}

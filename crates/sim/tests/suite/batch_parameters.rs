@@ -1,10 +1,14 @@
 //! Cranes of a batch with numbers of their own: each as if all of the batch were its machine.
 
 use crate::batch::{begun, bits, machine, options, tasks, Task};
+use crate::parity::{models, models_with_pumps, random_state, Noise};
+use hydrocrane_lanes::{Demand, Group, InLanes, Needed, StepKernel, Trial, WIDTH};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_num::RandomStream;
+use hydrocrane_plant::precision::Precision;
+use hydrocrane_plant::{Crane, Plant};
 use hydrocrane_sim::batch::{Batch, BatchOptions};
-use hydrocrane_sim::Model;
+use hydrocrane_sim::{Model, StateSpace};
 use std::sync::Arc;
 
 /// Keys of parts all over the crane and how far their values go, with two delays that divide the samples differently.
@@ -87,4 +91,55 @@ fn a_machine_with_other_parts_is_refused() {
     let fault = batch.reset(1, grounded.as_ref(), &tasks[1].start, 0.0).expect_err("another part");
     assert!(fault.contains("more than numbers"), "{fault}");
     assert!(batch.takes(usual.as_ref()) && !batch.takes(grounded.as_ref()));
+}
+
+/// What a kernel makes of a state: the trial's result and end, the tips.
+fn made(kernel: &mut dyn StepKernel, trial: &Trial, x: &[Group]) -> Vec<u64> {
+    let (mut end, mut tips) = (x.to_vec(), [[0.0; WIDTH]; 2]);
+    kernel.tips(x, 0, &mut tips);
+    let result = kernel.attempt(trial, &mut end);
+    let flags = [result.taken, result.exact, result.inside].map(|flags| flags.map(|flag| f64::from(u8::from(flag))));
+    let all = [&end[..], &tips, &flags, &[result.growth]].concat();
+    all.iter().flat_map(|group| bits(&group[..kernel.lanes()])).collect()
+}
+
+/// A kernel that begins without numbers is that of the machine whose numbers it is given.
+fn takes_every_number<const N: usize>(name: &str, model: &dyn Model)
+where
+    Plant<f64, N>: InLanes,
+{
+    let crane = Crane::<N>::new(model.machine()).expect("it can be built");
+    let (plant, layout) = (crane.plant(), crane.layout());
+    let precision = Precision::new(layout, 0.01);
+    let demand = Demand { precision, finest: f64::INFINITY, hopeless: f64::INFINITY };
+    let numbers = [plant.numbers(), demand.precision.weights.clone()].concat();
+    let (all, own): (Vec<usize>, Vec<Group>) = numbers.iter().map(|number| [*number; WIDTH]).enumerate().unzip();
+    let mut without = demand.clone();
+    without.precision.weights.fill(f64::NAN);
+    let mut right = plant.in_lanes(layout, &demand, &[], None);
+    let mut given = plant.map(&mut |_| f64::NAN).in_lanes(layout, &without, &all, None);
+    given.load_all(&own, 0, Needed::Mechanics);
+    given.load_all(&own, 0, Needed::All);
+    let (mut noise, mut taken) = (Noise(3), 0);
+    for place in 0..20 {
+        let states: [Vec<f64>; WIDTH] = std::array::from_fn(|_| random_state(model, &mut noise));
+        let x: Vec<Group> = (0..layout.len()).map(|i| std::array::from_fn(|lane| states[lane][i])).collect();
+        let spools = std::array::from_fn(|_| std::array::from_fn(|_| 0.02 * noise.next()));
+        let trial = Trial { h: [1e-3; WIDTH], spools, payload: [40.0; WIDTH] };
+        let found = made(right.as_mut(), &trial, &x);
+        taken += found.iter().all(|bits| f64::from_bits(*bits).is_finite()) as usize;
+        (0..given.lanes()).for_each(|lane| given.load(lane, &own, (lane + place) % WIDTH));
+        assert_eq!(made(given.as_mut(), &trial, &x), found, "{name}");
+    }
+    assert!(taken > 0, "{name}: no step has an end");
+}
+
+#[test]
+fn every_number_that_a_step_reads_can_be_a_cranes_own() {
+    for (name, model) in models().chain(models_with_pumps()) {
+        match model.layout().joints() {
+            1 => takes_every_number::<1>(name, model.as_ref()),
+            _ => takes_every_number::<3>(name, model.as_ref()),
+        }
+    }
 }

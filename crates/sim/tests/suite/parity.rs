@@ -32,14 +32,14 @@ fn frictionless(name: &str) -> Arc<dyn Model> {
 }
 
 /// Every machine as it is, and without friction.
-fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
+pub fn models() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     MACHINES.into_iter().flat_map(|name| [(name, model(name)), (name, frictionless(name))])
 }
 
 /// Fixed pumps, several pumps, compensators that follow late, torque limits, engines, soft hoses, tank lines, unloading, flow sharing, curves, separate meter-out, load-holding, port and cross-over valves, priority, lines, hoses that leak, accumulators and
 /// measured pressures on chains of one and
 /// three joints.
-fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
+pub fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
     let fixed = r#"
         [pump.main]
         type = "fixed"
@@ -253,17 +253,17 @@ fn models_with_pumps() -> impl Iterator<Item = (&'static str, Arc<dyn Model>)> {
 }
 
 /// A repeatable stream of numbers in (-1, 1).
-struct Noise(u64);
+pub struct Noise(pub u64);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 }
 
 /// A state anywhere inside the joint limits, pressures from vacuum to beyond supply.
-fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
+pub fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
     let limits = m.joint_limits();
     let q: Vec<f64> =
         limits.iter().map(|l| 0.5 * (l.lower + l.upper + 0.96 * noise.next() * (l.upper - l.lower))).collect();
