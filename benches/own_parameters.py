@@ -1,4 +1,4 @@
-"""What own values of twenty machine keys cost the cranes of a batch: time per sample over that of cranes without, by turns.
+"""What own values of twenty machine keys cost the cranes of a batch: time per sample by turns with cranes without.
 
 `python -m benches.own_parameters` prints the figures of docs/theory/batch.md.
 """
@@ -48,9 +48,10 @@ def main() -> None:
                 times.append([seconds(batch, commands) for batch in batches])
                 commands = -commands
             common, own = np.array(times).T
+            more, least = np.median(own / common) - 1, own.min() / common.min() - 1
             print(
-                f"{n} cranes {name}: {1e6 * np.median(common):.2f} us a crane, with own values "
-                f"{100 * (np.median(own / common) - 1):.1f} % more (of the least times {100 * (own.min() / common.min() - 1):.1f} %)"
+                f"{n} cranes {name}: {1e6 * np.median(common):.2f} us a crane, with own values {100 * more:.1f} % more "
+                f"(of the least times {100 * least:.1f} %)"
             )
 
 

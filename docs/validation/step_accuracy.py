@@ -32,11 +32,10 @@ MACHINES = {
 }
 DRIVES, SECONDS, HOLD = 50, 4.0, 0.5
 TIGHT = hc.Solver(method="rodas5p", rtol=1e-9)
-# As the cockpit's page steps.
-PAGE_STEPS = "page"
 WAYS = {
     "default": hc.Solver(),
-    PAGE_STEPS: hc.Solver(method="hc-rosenbrock-3", step=1e-3),
+    # As crates/web/src/scenario.rs.
+    "page": hc.Solver(method="hc-rosenbrock-3", step=1e-3),
     "1 ms": hc.Solver(step=1e-3),
     "5 ms": hc.Solver(step=5e-3),
     "10 ms": hc.Solver(step=1e-2),
@@ -127,7 +126,8 @@ Failures first: the last column counts drives that were more than 1 mm off witho
 
 {table}
 
-`default` is `auto` at its default tolerance, `5 ms` and so on are fixed steps by `auto`, `batch` is
+`default` is `auto` at its default tolerance, `page` is what the cockpit's page does (`hc-rosenbrock-3` with fixed steps
+of 1 ms, here by the native core, which has its bits), `5 ms` and so on are fixed steps by `auto`, `batch` is
 `hc.BatchSimulator` at its default. A fixed step is divided where its estimated error is large
 ([why](../theory/integration.md#fixed-steps)): the longer the steps, the more of them are.
 """
