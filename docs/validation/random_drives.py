@@ -70,7 +70,8 @@ shared {machine} machine.
   without bound; the drive carries a warning from there on. A drive that amplifies small differences amplifies the
   error of the adaptive run too: a tip that is more than 0.5 mm away is compared with a second run at 1e-9. If it is
   more than 5 mm from that, the second run is repeated from starts 1 um away, one per joint; a drive that amplifies this
-  to more than the distance is listed apart.
+  to more than the distance is listed apart. Against 1e-9 alone, under full steps of the spools:
+  [how exact steps are](step-accuracy.md), row `page`.
 * **Both cores end in the same bits.**
 
 ## Results
