@@ -70,8 +70,10 @@ __all__ = [
     "command_table",
     "csv_rows",
     "scenario_text",
-    "read_commands",
-    "read_supply",
+    "table_columns",
+    "line_cells",
+    "is_number",
+    "is_missing",
     "tables_of",
     "tip_gain_units",
 ]
@@ -374,16 +376,12 @@ def machine_changes(machine: Machine, scenario: ScenarioEntry) -> list[tuple[flo
 def start_state(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, list[WarningEntry]]: ...
 def command_table(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, _Array, bool]: ...
 def scenario_text(machine: Machine, scenario: ScenarioEntry, head: tuple[str, str, str, str]) -> str: ...
-def read_commands(
-    cylinders: list[str],
-    name: str,
-    time: str | None,
-    linear: bool,
-    columns: list[tuple[str, str | None, str | None]],
-) -> list[tuple[str, _Array, _Array]]: ...
-def read_supply(
-    name: str, time: str | None, column: str | None, unit: str | None, linear: bool
-) -> tuple[_Array, _Array]: ...
+def table_columns(
+    lines: list[str], delimiter: str, named: int, number_format: str | None
+) -> tuple[int, int, list[tuple[_Array, list[int], list[str], bool, str, list[str]]]]: ...
+def line_cells(line: str, delimiter: str) -> list[str]: ...
+def is_number(cell: str) -> bool: ...
+def is_missing(cell: str) -> bool: ...
 def measure(
     machine: Machine,
     times: _Array,

@@ -1,14 +1,14 @@
 //! Logs as text: numbers in columns under a line of names.
 //!
-//! Columns are separated by comma, semicolon, tab or spaces; unless it is a comma, a comma may be the decimal mark.
+//! Columns are separated by comma, semicolon, tab or spaces.
 //! Units follow the names, as in `x [mm]`, or are in a separate line below them. Lines that begin with `#`, `%` or `//`
 //! are comments.
 
+use crate::cells::{each_cell, readings, Cells, Decision, Table};
 use crate::errors::ErrorKind;
 use crate::field::MOST_ROWS;
 use crate::nearest::suggestion;
 use crate::units::{parse_unit, with_article, Quantity};
-use csv_core::{ReadFieldResult, ReaderBuilder};
 
 /// An error of a log: kind, message and cure.
 pub type Problem = (ErrorKind, String, String);
@@ -18,7 +18,7 @@ pub struct Columns {
     pub names: Vec<String>,
     /// As stated in the log; empty if not stated.
     units: Vec<String>,
-    rows: Vec<Vec<f64>>,
+    cells: Vec<Cells>,
 }
 
 /// Most columns of a log.
@@ -38,8 +38,8 @@ impl Columns {
         };
         let delimiter = delimiter(head);
         let mut units = Vec::new();
-        let named = cells(head, delimiter);
-        if named.iter().all(|cell| number(cell, delimiter).is_some()) {
+        let named = names_of(head, delimiter);
+        if named.iter().all(|cell| readings(cell) > 0) {
             let message = "the first line of the log has numbers where names of columns are expected".to_string();
             return Err((ErrorKind::BadSeries, message, "begin with a line like time, lift".into()));
         }
@@ -53,25 +53,31 @@ impl Columns {
             names.push(name.to_string());
             units.push(unit.to_string());
         }
-        let own = |line: &str| cells(line, delimiter).iter().all(|cell| number(cell, delimiter).is_none());
+        let own = |line: &str| names_of(line, delimiter).iter().all(|cell| readings(cell) == 0);
         if let Some((_, line)) = lines.next_if(|(_, line)| own(line)) {
-            let stated = cells(line, delimiter);
+            let stated = names_of(line, delimiter);
             for (unit, cell) in units.iter_mut().zip(&stated).filter(|(unit, _)| unit.is_empty()) {
                 *unit = cell.trim_matches(['[', ']', '(', ')', ' ']).to_string();
             }
         }
-        let mut rows = Vec::new();
-        for (at, line) in lines {
-            if rows.len() >= MOST_ROWS {
+        let mut table = Table::new(delimiter, None);
+        for (row, (at, line)) in lines.enumerate() {
+            if row >= MOST_ROWS {
                 let message = format!("the log has more than {MOST_ROWS} rows");
                 return Err((ErrorKind::TooLarge, message, "save fewer samples, or only a part of the log".into()));
             }
-            rows.push(row(line, delimiter, &names).map_err(|message| {
-                let cure = "give one number for each column, or omit the line".to_string();
-                (ErrorKind::BadSeries, format!("line {} of the log: {message}", at + 1), cure)
-            })?);
+            let (width, filled) = table.push(line);
+            // A delimiter at the end of each line is usual.
+            if filled > names.len() || width < names.len() {
+                let message = format!("line {} of the log: {width} cells for {} columns", at + 1, names.len());
+                return Err((
+                    ErrorKind::BadSeries,
+                    message,
+                    "give one number for each column, or omit the line".into(),
+                ));
+            }
         }
-        Ok(Columns { names, units, rows })
+        Ok(Columns { names, units, cells: table.finish() })
     }
 
     /// The column with one of these names.
@@ -106,7 +112,20 @@ impl Columns {
             let cure = format!("give a column in {}, or state the right unit", quantity.example());
             return Err((ErrorKind::WrongDimension, message, cure));
         }
-        let values: Vec<f64> = self.rows.iter().map(|row| scale.map_or(row[index], |s| s.to_si(row[index]))).collect();
+        let Some(cells) = self.cells.get(index) else { return Ok(Vec::new()) };
+        let unclear = match &cells.decision {
+            Decision::Undecided(cell) => {
+                format!("`{cell}`, which may mean decimals or thousands, and nothing says which")
+            }
+            Decision::Mixed(point, comma) => format!("`{point}` and `{comma}`, with two decimal marks"),
+            Decision::Own | Decision::Thousands(_) => String::new(),
+        };
+        if !unclear.is_empty() {
+            let message = format!("column `{name}` of the log has {unclear}");
+            let cure = "write decimals with a point everywhere, and no marks of thousands".to_string();
+            return Err((ErrorKind::BadSeries, message, cure));
+        }
+        let values: Vec<f64> = cells.values.iter().map(|value| scale.map_or(*value, |s| s.to_si(*value))).collect();
         match values.iter().position(|value| !value.is_finite()) {
             Some(row) => {
                 let message = format!("column `{name}` of the log has no number in row {}", row + 1);
@@ -122,34 +141,18 @@ fn is_comment(line: &str) -> bool {
     line.is_empty() || ["#", "%", "//"].iter().any(|mark| line.starts_with(mark))
 }
 
-fn delimiter(head: &str) -> u8 {
-    [b'\t', b';', b','].into_iter().find(|mark| head.as_bytes().contains(mark)).unwrap_or(b' ')
+fn delimiter(head: &str) -> char {
+    ['\t', ';', ','].into_iter().find(|mark| head.contains(*mark)).unwrap_or(' ')
 }
 
-/// The cells of one line; quotes keep a delimiter inside.
-fn cells(line: &str, delimiter: u8) -> Vec<String> {
-    if delimiter == b' ' {
-        let mut cells: Vec<String> = Vec::new();
-        for word in line.split_whitespace() {
-            match cells.last_mut().filter(|_| word.starts_with('[')) {
-                Some(name) => *name = format!("{name} {word}"),
-                None => cells.push(word.into()),
-            }
-        }
-        return cells;
-    }
-    let mut reader = ReaderBuilder::new().delimiter(delimiter).build();
-    let line = format!("{line}\n");
-    let (mut cells, mut rest, mut cell) = (Vec::new(), line.as_bytes(), vec![0; line.len()]);
-    loop {
-        let (result, read, written) = reader.read_field(rest, &mut cell);
-        rest = &rest[read..];
-        cells.push(String::from_utf8_lossy(&cell[..written]).trim().to_string());
-        // A quote that is never closed ends with the line.
-        if !matches!(result, ReadFieldResult::Field { record_end: false }) {
-            return cells;
-        }
-    }
+/// The cells of a line of names; between blanks a unit belongs to the name before it.
+fn names_of(line: &str, delimiter: char) -> Vec<String> {
+    let mut cells: Vec<String> = Vec::new();
+    each_cell(line, delimiter, |cell| match cells.last_mut().filter(|_| delimiter == ' ' && cell.starts_with('[')) {
+        Some(name) => *name = format!("{name} {cell}"),
+        None => cells.push(cell.into()),
+    });
+    cells
 }
 
 fn with_unit(cell: &str) -> (&str, &str) {
@@ -157,25 +160,6 @@ fn with_unit(cell: &str) -> (&str, &str) {
         Some((name, unit)) if unit.ends_with(']') => (name.trim(), unit.trim_end_matches(']').trim()),
         _ => (cell.trim(), ""),
     }
-}
-
-fn number(cell: &str, delimiter: u8) -> Option<f64> {
-    match cell.parse() {
-        Ok(value) => Some(value),
-        Err(_) if delimiter != b',' => cell.replacen(',', ".", 1).parse().ok(),
-        Err(_) => None,
-    }
-}
-
-/// The numbers of a line; an empty cell or a word is a gap.
-fn row(line: &str, delimiter: u8, names: &[String]) -> Result<Vec<f64>, String> {
-    let cells = cells(line, delimiter);
-    // A delimiter at the end of each line is usual.
-    let ends_empty = cells.len() == names.len() + 1 && cells.last().is_some_and(String::is_empty);
-    if cells.len() != names.len() && !ends_empty {
-        return Err(format!("{} cells for {} columns", cells.len(), names.len()));
-    }
-    Ok(cells.iter().take(names.len()).map(|cell| number(cell, delimiter).unwrap_or(f64::NAN)).collect())
 }
 
 #[cfg(test)]
@@ -197,6 +181,9 @@ mod tests {
             "\u{feff}t\tLift [m]\r\n0\t1e-3\r\n1\t-2e-3\r\n",
             "time  lift\n 0.0  0.001\n 1.0 -0.002\n",
             "\"time\",\"lift [mm]\",\n0,1,\n1,-2,\n",
+            "time;lift [um]\n0.0;1,000\n1.0;-2,000\n",
+            "time,lift [um]\n0.0,\"1,000\"\n1.0,\"-2,000\"\n",
+            "time;lift [um]\n0,0;1.000\n1,0;-2.000\n",
         ] {
             assert_eq!(lift(text).unwrap_or_else(|e| panic!("{text}: {e:?}")), [0.001, -0.002], "{text}");
         }
@@ -213,6 +200,8 @@ mod tests {
             ("time,lift [bar]\n0,1\n", "must be a"),
             ("time,lift [furlong]\n0,1\n", "unknown unit"),
             ("time,lift\n0,1\n1,\n", "row 2"),
+            ("time;lift\n0;1,500\n1;2,500\n", "`1,500`, which may mean decimals or thousands"),
+            ("time;lift\n0;1.500\n1;2,5\n2;2.5\n", "two decimal marks"),
         ] {
             let (_, message, cure) = lift(text).expect_err(text);
             assert!(message.contains(told) && !cure.is_empty(), "{text}: {message}");

@@ -5,6 +5,7 @@
 
 mod at_cylinder;
 mod bundled;
+pub mod cells;
 mod circuit;
 mod columns;
 mod disk;

@@ -16,14 +16,14 @@ mod written;
 
 pub use burst::{burst_fault, burst_times, tighten, with_hoses, without_hoses, Burst, BurstEntry, Side};
 pub use closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
-pub use command::{CommandLog, LoggedColumn, SpoolCommand};
+pub use command::SpoolCommand;
 pub use goal::Goal;
 pub use initial::{Initial, Pressures};
 pub use phase::Phase;
 pub use sensor_fault::{FaultKind, SensorFault};
 pub use stage::Stage;
 pub use stated::{contradiction, stated, Stated};
-pub use supply::{SupplyLog, SupplyPressure};
+pub use supply::SupplyPressure;
 pub use value::{check_quantity, choices};
 pub use written::Unwritable;
 
@@ -181,7 +181,7 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(Strin
     };
     let machine_overrides = overrides_in(&root, "overrides")?;
     let name = machine_source(source, head.text("machine")?);
-    let files = Files { folder: source.folder.as_deref(), of_a_caller: false, given };
+    let files = Files { folder: source.folder.as_deref(), given };
     let machine_source = MachineSource { name, given: source.folder.is_none().then_some(given) };
     let machine = machine(&head, &machine_source, &machine_overrides)?;
     let payload = head.optional_quantity("payload")?;

@@ -63,8 +63,10 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(run::start_state, m)?)?;
     m.add_function(wrap_pyfunction!(run::command_table, m)?)?;
     m.add_function(wrap_pyfunction!(run::scenario_text, m)?)?;
-    m.add_function(wrap_pyfunction!(files::read_commands, m)?)?;
-    m.add_function(wrap_pyfunction!(files::read_supply, m)?)?;
+    m.add_function(wrap_pyfunction!(files::table_columns, m)?)?;
+    m.add_function(wrap_pyfunction!(files::line_cells, m)?)?;
+    m.add_function(wrap_pyfunction!(files::is_number, m)?)?;
+    m.add_function(wrap_pyfunction!(files::is_missing, m)?)?;
     m.add_function(wrap_pyfunction!(sensors::measure, m)?)?;
     m.add_function(wrap_pyfunction!(files::json_schema, m)?)?;
     m.add_function(wrap_pyfunction!(files::key_list, m)?)?;

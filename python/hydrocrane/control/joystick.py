@@ -188,29 +188,36 @@ class Joystick:
         >>> print(stick.at(0.5).axes)
         [0.   0.25]
         """
-        from hydrocrane.logs import TIME_NAMES, columns_of, time_of
+        from hydrocrane.logs import TIME_NAMES, Source, series_of, source_of, table_of
+        from hydrocrane.logs.table import split_name
 
-        table = columns_of(log, every=columns is None)
+        table = table_of(log)
+        short = {split_name(name)[0]: name for name in reversed(table.columns)}
         if columns is None:
-            own = {name: name.removeprefix("stick.") for name in table if name.lower() not in TIME_NAMES}
+            own = {name: name.removeprefix("stick.") for name in reversed(short) if name.lower() not in TIME_NAMES}
             own = {name: axis for name, axis in own.items() if axis != "precision"}
             prefixed = {name: axis for name, axis in own.items() if name.startswith("stick.")}
-            columns = prefixed or {n: a for n, a in own.items() if mode != "tip" or a in TIP_AXES}
-        for name in columns:
-            if name not in table:
-                raise unknown("column of the log", name, table)
-        if not columns:
-            raise InputError(f"the log has no column of a stick axis; it has {', '.join(table)}; name it with columns=")
-        axes = {axis: table[name] for name, axis in columns.items()}
-        if mode == "tip" and not set(axes) & set(TIP_AXES):
-            raise InputError(
-                f'the log has levers, {", ".join(axes)}, and no stick axis x or z; give mode="lever" or "height"'
-            )
-        for name in ("stick.precision", "precision"):
-            if name in table:
-                more.setdefault("precision", table[name])
+            found = prefixed or {n: a for n, a in own.items() if mode != "tip" or a in TIP_AXES}
+            given = {short[name]: axis for name, axis in found.items()}
+        else:
+            given = dict(columns)
+        if not given:
+            known = ", ".join(table.columns)
+            raise InputError(f"the log has no column of a stick axis; it has {known}; name it with columns=")
+        if mode == "tip" and not set(given.values()) & set(TIP_AXES):
+            levers = ", ".join(given.values())
+            raise InputError(f'the log has levers, {levers}, and no stick axis x or z; give mode="lever" or "height"')
+        wanted = {f"stick.{axis}": Source(name) for name, axis in given.items()}
+        precision = table.first_of(("stick.precision", "precision"))
+        if precision is not None and "precision" not in more:
+            wanted["stick.precision"] = Source(precision)
+        units, name = dict.fromkeys(wanted, "1"), source_of(log)
+        series = series_of(table, wanted, units, source=name, every=columns is None, complete=True)
+        if "stick.precision" in wanted:
+            more["precision"] = series.pop("stick.precision")
+        time = series.pop("time")
         fields: StickFields = {"interpolation": "linear", **more}
-        return cls(time_of(table), axes, mode, **fields)
+        return cls(time, {name.removeprefix("stick."): values for name, values in series.items()}, mode, **fields)
 
     def table(self, cylinders: tuple[str, ...]) -> Array:
         """Deflections (k, axes), in the order x, z or that of `cylinders`.

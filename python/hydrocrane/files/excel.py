@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.columns import Columns
+from hydrocrane.files.received import check_values
 from hydrocrane.files.text_rows import in_blocks
 
 if TYPE_CHECKING:
@@ -36,6 +38,27 @@ def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
         raise ResultFileError(f"`{words[0]}` has no numbers, and the sheet has only these; drop it, or save .csv")
     with _errors_of_the_system(path):
         _filled(columns, table).save(path)
+
+
+def read_sheet(path: Path) -> Iterator[list[str]]:
+    """The rows of the first sheet as texts; a number has an exponent, so that its point is no mark of thousands."""
+    from openpyxl import load_workbook
+
+    book = load_workbook(path, read_only=True, data_only=True)
+    read = 0
+    for row in book.worksheets[0].iter_rows(values_only=True):
+        read += len(row)
+        check_values(path, read)
+        yield [cell_text(value) for value in row]
+
+
+def cell_text(value: object) -> str:
+    """A value of a cell as the text of one; missing ones are empty."""
+    if isinstance(value, timedelta):
+        value = value.total_seconds()
+    if isinstance(value, float):
+        return "" if math.isnan(value) else repr(value) if "e" in repr(value) else f"{value!r}e0"
+    return "" if value is None else str(int(value) if isinstance(value, bool) else value).replace('"', "")
 
 
 def check_sheet(rows: int, columns: int = 1) -> None:

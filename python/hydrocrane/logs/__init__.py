@@ -1,9 +1,9 @@
 """Logs: files of a data logger as checked signals in SI.
 
-:func:`read_log` reads and checks a rig's log; :func:`columns_of` gives plain columns for joysticks and comparisons.
+:func:`read_log` reads and checks a rig's log; :func:`series_of` gives chosen signals of any log in SI.
 """
 
-from hydrocrane.logs.columns import columns_of, time_of
+from hydrocrane.logs.columns import series_of, source_of, table_of
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log, read_log
 from hydrocrane.logs.mapping import LogMapping, Source, log_mapping
@@ -17,9 +17,10 @@ __all__ = [
     "LogMapping",
     "Noise",
     "Source",
-    "columns_of",
     "log_mapping",
     "noise_of",
     "read_log",
-    "time_of",
+    "series_of",
+    "source_of",
+    "table_of",
 ]

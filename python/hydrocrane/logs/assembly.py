@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
-from hydrocrane.logs.clock import epoch_unit
+from hydrocrane.logs.clock import counted_in
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.mapping import LogMapping, Source, expected_units, si_values
-from hydrocrane.logs.signals import PRESSURES, SIGNALS
-from hydrocrane.logs.table import Table, said_of, split_name
+from hydrocrane.logs.mapping import LogMapping, Source, expected_units, is_gauge, si_values
+from hydrocrane.logs.signals import SIGNALS
+from hydrocrane.logs.table import TIME_NAMES, Column, Table, said_of, split_name
 from hydrocrane.logs.units import ATMOSPHERE, is_pounds, known_unit, log_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def signals_of(table: Table, mapping: LogMapping | None, source: str) -> tuple[xr.Dataset, list[Flag]]:
+def signals_of(
+    table: Table, mapping: LogMapping | None, source: str, units: Mapping[str, str] | None = None
+) -> tuple[xr.Dataset, list[Flag]]:
     """A table's columns as signals over ``time``, and the flags of its reader and its units.
+
+    `units` are SI units that signals must have; without one a signal of a rig has its own, and others any.
 
     Raises
     ------
@@ -29,7 +34,7 @@ def signals_of(table: Table, mapping: LogMapping | None, source: str) -> tuple[x
     """
     import xarray as xr
 
-    made = _Assembly(table, mapping, source)
+    made = _Assembly(table, mapping, source, units or {})
     variables = {"time": ("time", made.time, {"units": "s", "long_name": "time"})}
     for name, entry in made.wanted().items():
         found = made.signal(name, entry)
@@ -49,20 +54,23 @@ class _Assembly:
         s.
     """
 
-    def __init__(self, table: Table, mapping: LogMapping | None, source: str) -> None:
-        self.table, self.mapping, self.source = table, mapping, source
+    def __init__(self, table: Table, mapping: LogMapping | None, source: str, units: Mapping[str, str]) -> None:
+        self.table, self.mapping, self.source, self.units = table, mapping, source, units
         self.time, self.clock = _time(table, mapping, source)
         self.every = mapping is None or not mapping.signals
         self.left_out = dict(table.left_out)
         self.assumed: list[str] = []
         self.flags: list[Flag] = []
+        if self.clock is not None:
+            self._decided("time", self.clock)
 
     def wanted(self) -> dict[str, Source]:
         if self.mapping is not None and self.mapping.signals:
             return dict(self.mapping.signals)
         wanted: dict[str, Source] = {}
         for column in self.table.columns:
-            if column != self.clock:
+            own_clock = self.table.one_recording and self.table.columns[column].clock == column
+            if column != self.clock and not own_clock:
                 short = split_name(column)[0]
                 names = (short, column, *(f"{short}.{i}" for i in range(2, len(self.table.columns) + 2)))
                 name = next(n for n in names if n not in wanted and n != "time")
@@ -80,9 +88,11 @@ class _Assembly:
         if column is None:
             where = self.mapping.origin if self.mapping else source
             raise InputError(f"{where}: {source} {no_column(table, entry.column)}")
-        values = table.columns[column]
-        if entry.time is not None:
-            values = self._at_times(name, column, values, entry.time)
+        self._decided(name, column)
+        values = table.columns[column].values
+        own = entry.time or (table.columns[column].clock if table.one_recording else "")
+        if own and own != self.clock:
+            values = self._at_times(name, column, values, own)
         else:
             apart = self._apart(name, column)
             if apart and not self.every:
@@ -93,10 +103,13 @@ class _Assembly:
         about = SIGNALS[name].long_name if name in SIGNALS else column
         stated = table.unit_of(column)
         if entry.unit is None and stated and not known_unit(stated):
+            if name in self.units:
+                raise InputError(f"{source}: {_foreign_unit(column, stated)}")
             self._flag("unknown-unit", name, _foreign_unit(column, stated), fatal=name in SIGNALS)
             return values * entry.sign, stated, about
         where = f"{self.mapping.origin}: [signal.{name}]" if self.mapping else f"{source}: column `{column}`"
-        si, unit = si_values(values, entry, stated, name, where)
+        expected = (self.units[name],) if name in self.units else None
+        si, unit = si_values(values, entry, stated, name, where, expected)
         self._tell_unit(name, column, entry.unit if entry.unit is not None else stated)
         return si, unit, about
 
@@ -119,6 +132,11 @@ class _Assembly:
         if not self.table.in_memory or fatal:
             self.flags.append(self._whole(kind, signal, message, fatal))
 
+    def _decided(self, name: str, column: str) -> None:
+        """Flags of what was decided on a column and of what it misses."""
+        for kind, text in self.table.columns[column].notes:
+            self.flags.append(self._whole(kind, name, f"`{name}` {text}"))
+
     def _tell_unit(self, name: str, column: str, unit: str) -> None:
         """Flags of ambiguous units."""
         if not unit:
@@ -127,7 +145,7 @@ class _Assembly:
                 self._name_ends_in_unit(name, column)
             return
         if log_unit(unit).absolute:
-            if name in PRESSURES:
+            if is_gauge(name, (self.units[name],) if name in self.units else None):
                 text = (
                     f"`{name}` is absolute; {ATMOSPHERE / 1e5:g} bar of standard atmosphere are subtracted, because "
                     "rigs measure relative to the air. If the air pressure is known, give the difference as `offset`"
@@ -156,18 +174,19 @@ class _Assembly:
 
     def _apart(self, name: str, column: str) -> str:
         """Reason why a column does not fit the log's times; empty if it does."""
-        own, size = self.table.times.get(column), self.table.columns[column].size
-        if own is not None and self.clock is not None and own != self.clock:
+        columns = self.table.columns
+        own, size = columns[column].clock, columns[column].values.size
+        if own and self.clock is not None and own != self.clock:
             if own == column:
                 return f'the time of another recording; read that one with [time] column = "{own}"'
-            if not np.array_equal(self.table.columns[own], self.table.columns[self.clock]):
+            if not np.array_equal(columns[own].values, columns[self.clock].values):
                 return (
                     f"part of another recording, with times in `{own}`; read that one with [time] column = "
                     f'"{own}", or give [signal.NAME] time = "{own}" where both run on one clock'
                 )
         if size == self.time.size:
             return ""
-        fitting = [n for n, values in self.table.columns.items() if values.size == size and _increases(values)]
+        fitting = [n for n, found in columns.items() if found.values.size == size and _increases(found.values)]
         other = [n for n in fitting if n != column]
         cure = f'; its times may be in `{other[0]}`: give [signal.NAME] time = "{other[0]}"' if other else ""
         return f"{size} values for {self.time.size} times{cure}"
@@ -178,14 +197,20 @@ class _Assembly:
         clock = self.table.find(own)
         if clock is None:
             raise InputError(f"{where}: the file {no_column(self.table, own)}")
-        times = si_values(self.table.columns[clock], Source(clock), self.table.unit_of(clock), "time", where)[0]
+        times = si_values(self.table.columns[clock].values, Source(clock), self.table.unit_of(clock), "time", where)[0]
         if times.size != values.size:
             raise InputError(f"{where}: `{clock}` has {times.size} values, `{column}` has {values.size}")
-        if not _increases(times):
+        if times.size > 1 and not _increases(times):
             raise InputError(f"{where}: `{clock}` does not increase throughout, so it is not a time column")
-        text = f"`{name}` has its own times, `{clock}`, and is interpolated at those of the log"
+        found = np.interp(self.time, times, values, left=np.nan, right=np.nan)
+        text = (
+            f"`{name}` has its own times, `{clock}`, {times.size} from {times[0]:.6g} to {times[-1]:.6g} s, and is "
+            f"interpolated at those of the log: {np.isfinite(found).sum()} of {found.size} have a value"
+        )
+        if times.size > 2 * np.count_nonzero((self.time >= times[0]) & (self.time <= times[-1])):
+            text += f'. Most of its samples are lost; [time] column = "{clock}" reads the log at these'
         self._flag("resampled", name, text)
-        return np.interp(self.time, times, values, left=np.nan, right=np.nan)
+        return found
 
 
 def _increases(values: Array) -> bool:
@@ -195,36 +220,44 @@ def _increases(values: Array) -> bool:
 def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array, str | None]:
     """Times, s, and the full name of the time column that they came from."""
     if mapping is not None and mapping.sample_rate is not None:
-        length = max(values.size for values in table.columns.values())
+        length = max(column.values.size for column in table.columns.values())
         return np.arange(length) / mapping.sample_rate, None
     entry = mapping.time if mapping is not None and mapping.time is not None else None
     column = table.find(entry.column) if entry else table.time_column()
+    if column is None and entry is None:
+        # A column of this name that could not be read says why.
+        wanted = table.first_of(TIME_NAMES, table.left_out)
+        entry = Source(wanted) if wanted is not None else None
     if column is None and entry is not None:
         raise InputError(f"{source} {no_column(table, entry.column)}")
     if column is None:
+        known = ", ".join(dict.fromkeys([*table.columns, *table.words, *table.left_out]))
         raise InputError(
             f"{source} has no time column; name it `time`, or state which it is, or the sample rate, under [time] of a "
-            f"mapping. It has {', '.join(dict.fromkeys([*table.columns, *table.words, *table.left_out]))}"
+            f"mapping. It has {known or 'no columns'}"
         )
     stated = table.unit_of(column)
     where = f"{source}: time column `{column}`"
-    seems = epoch_unit(table.columns[column])
-    if seems and not stated and (entry is None or entry.unit is None):
-        raise InputError(f'{where} cannot be in seconds, it seems to count {seems}; say [time] unit = "{seems}"')
-    return si_values(table.columns[column], entry or Source(column), stated, "time", where)[0], column
+    found: Column = table.columns[column]
+    seems = "" if found.dates or stated or (entry is not None and entry.unit is not None) else counted_in(found.values)
+    if seems:
+        what = "days" if seems == "86400 s" else seems
+        raise InputError(f'{where} cannot be in seconds, it seems to count {what}; say [time] unit = "{seems}"')
+    return si_values(found.values, entry or Source(column), stated, "time", where)[0], column
 
 
 def no_column(table: Table, wanted: str | int) -> str:
     """Message on a missing column, with the likeliest reason."""
     if isinstance(wanted, int):
         return f"has no column `{wanted}`; columns count from 1 to {len(table.columns)}"
-    if wanted in table.words:
+    lost = table.first_of((wanted,), table.left_out) or wanted
+    if lost in table.words:
         return (
-            f"has no numbers in its column `{wanted}`, which begins with `{table.words[wanted]}`; times are written "
+            f"has no numbers in its column `{lost}`, which begins with `{table.words[lost]}`; times are written "
             "as seconds or as ISO 8601, 2024-05-01T12:30:00.25"
         )
-    if wanted in table.left_out:
-        return f"cannot read its column `{wanted}`: {table.left_out[wanted]}"
+    if lost in table.left_out:
+        return f"cannot read its column `{lost}`: {table.left_out[lost]}"
     return f"has no column `{wanted}`{nearest(wanted, table.columns)}"
 
 

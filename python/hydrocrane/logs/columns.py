@@ -1,9 +1,9 @@
-"""Logs as columns: names and values from any data with a time column."""
+"""Any data with a time column as chosen signals in SI: for sticks, commands, supply pressures and comparisons."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.arrays import Array, real_array
+from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.files.columns import is_dataset
-from hydrocrane.logs.readers import read_table, table_of_dataset
-from hydrocrane.logs.table import Table, said_of
+from hydrocrane.logs.assembly import signals_of
+from hydrocrane.logs.mapping import LogMapping, Source
+from hydrocrane.logs.readers import read_table, table_of_columns, table_of_dataset, table_of_frame
+from hydrocrane.logs.table import AS_FOUND, Form, Table, said_of
 from hydrocrane.result_warning import DoubtfulResult
 
 if TYPE_CHECKING:
@@ -34,63 +36,77 @@ class Holder(Protocol):
 LogLike: TypeAlias = "str | PathLike[str] | xr.Dataset | pd.DataFrame | Mapping[str, ArrayLike] | Holder"
 
 
-def columns_of(log: LogLike, *, every: bool = True) -> dict[str, Array]:
-    """Any supported log as column name -> values; dates are seconds from the first.
-
-    Columns of a file are converted to SI where the file states a unit that is known. A column that is no series of
-    numbers is left out; a DoubtfulResult names it with the reason, and other faults of the file.
-
-    Parameters
-    ----------
-    log : path, Dataset, DataFrame, mapping or anything that holds a Dataset as ``data``
-    every : bool
-        Whether all columns matter. With False there are no such warnings, because the caller selects columns by name.
-    """
+def table_of(log: LogLike, form: Form = AS_FOUND) -> Table:
+    """The columns of a file or of data in memory, and those that were left out."""
     if isinstance(log, str | PathLike):
-        source, table = Path(log).name, read_table(Path(log))
-        columns = table.in_si()
-    else:
-        source, table = "the log", table_of_log(log)
-        columns = table.columns
-    for text in (*(note.message for note in table.notes), *said_of(table.left_out)) if every else ():
-        warnings.warn(f"{source}: {text}", DoubtfulResult, stacklevel=3)
-    return columns
-
-
-def table_of_log(log: LogLike) -> Table:
-    """The columns of data in memory, and those that were left out."""
+        return read_table(Path(log), form)
     held = getattr(log, "data", None)
     data = held if is_dataset(held) else log
     if is_dataset(data):
-        return table_of_dataset(data)
-    if hasattr(data, "columns") and hasattr(data, "iloc"):
-        columns = _of_frame(cast("pd.DataFrame", data))
+        table = table_of_dataset(data)
+    elif hasattr(data, "columns") and hasattr(data, "dtypes"):
+        table = table_of_frame(cast("pd.DataFrame", data), form)
     elif isinstance(data, Mapping):
-        columns = data.items()
+        table = table_of_columns(data.items(), {}, form)
     else:
         raise InputError(
             f"a log is an xarray Dataset, a pandas DataFrame, a mapping or a path; got {type(log).__name__}"
         )
-    table = Table({})
-    for name, values in columns:
-        table.take(str(name), values)
+    table.in_memory = True
     return table
 
 
-def _of_frame(frame: pd.DataFrame) -> Iterable[tuple[object, object]]:
-    """Columns of a table, with its index if that has a name or holds dates; names may repeat."""
-    dates = getattr(frame.index, "dtype", np.dtype("O")).kind == "M"
-    if frame.index.name or dates:
-        yield frame.index.name or "time", frame.index
-    for i, name in enumerate(frame.columns):
-        yield name, frame.iloc[:, i]
+def source_of(log: LogLike) -> str:
+    """What errors call a log."""
+    return Path(log).name if isinstance(log, str | PathLike) else "the log"
 
 
-def time_of(table: dict[str, Array]) -> Array:
-    """The time column, s."""
-    name = Table(table).time_column()
-    if name is not None:
-        return real_array(table[name], f"the log's `{name}`")
-    raise InputError(
-        f"the log has no time column; name it `time`, in seconds. It has {', '.join(table) or 'no columns'}"
-    )
+def series_of(
+    table: Table,
+    wanted: Mapping[str, Source],
+    units: Mapping[str, str],
+    *,
+    source: str = "the log",
+    time: str | None = None,
+    every: bool = False,
+    complete: bool = False,
+) -> dict[str, Array]:
+    """Columns of a table as signals (n,) in SI by name, with their ``time``, s; a DoubtfulResult says what is doubtful.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : mapping
+        Signal -> column.
+    units : mapping
+        Signal -> its SI unit; a column of another dimension is an error.
+    source : str
+        What errors call the log.
+    time : str, optional
+        Column of the times; default is one with a usual name, or the only one with dates.
+    every : bool
+        Whether columns that were left out matter.
+    complete : bool
+        Whether a missing value is an error.
+    """
+    mapping = LogMapping(wanted, None if time is None else Source(time), origin=source)
+    data, flags = signals_of(table, mapping, source, units)
+    texts = [flag.message for flag in flags if flag.kind != "assumed-unit"]
+    for text in (*texts, *(said_of(table.left_out) if every else ())):
+        warnings.warn(f"{source}: {text}", DoubtfulResult, stacklevel=3)
+    found = {str(name): np.asarray(data[name].values, np.float64) for name in data.variables}
+    for name in found if complete else ("time",):
+        missing = np.flatnonzero(~np.isfinite(found[name]))
+        if missing.size:
+            where = "" if name == "time" else f", column `{wanted[name].column}`,"
+            at = f"sample {missing[0] + 1}; fill the gap, or cut the log there"
+            raise InputError(f"{source} has no value of `{name}`{where} at {at}")
+    steps = np.diff(found["time"])
+    back = np.flatnonzero(steps < 0.0)
+    if back.size:
+        at, time_at = int(back[0]), found["time"]
+        raise InputError(
+            f"the time of {source} goes back from {time_at[at]:.4g} to {time_at[at + 1]:.4g} s at sample {at + 1}: it "
+            "holds more than one drive, or its clock restarts; take one part"
+        )
+    return found

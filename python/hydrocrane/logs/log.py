@@ -16,7 +16,7 @@ from hydrocrane.logs.checks import checked, clipped_at, readings, rechecked
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, MappingLike, log_mapping
 from hydrocrane.logs.readers import read_table
-from hydrocrane.logs.table import Table
+from hydrocrane.logs.table import AS_FOUND, Form, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,11 +68,11 @@ class Log:
             return data if mapping is None else cls.of(data.data, mapping, data.source)
         if isinstance(data, str | PathLike):
             return read_log(data, mapping)
-        from hydrocrane.logs.columns import table_of_log
+        from hydrocrane.logs.columns import table_of
 
-        table = table_of_log(data)
-        table.in_memory = True
-        return _log(table, log_mapping(mapping), source or type(data).__name__)
+        chosen = log_mapping(mapping)
+        form = chosen.form if chosen is not None else AS_FOUND
+        return _log(table_of(data, form), chosen, source or type(data).__name__)
 
     @property
     def time(self) -> Array:
@@ -178,7 +178,9 @@ class Log:
         for name in map(str, self.data.data_vars):
             values, unit = self[name], self.data[name].attrs.get("units", "")
             if np.isfinite(values).any():
-                lines.append(f"  {name:<10} {np.nanmin(values):.5g} .. {np.nanmax(values):.5g} {unit}")
+                lost = int(np.count_nonzero(~np.isfinite(values)))
+                missing = f", {lost} samples missing" if lost else ""
+                lines.append(f"  {name:<10} {np.nanmin(values):.5g} .. {np.nanmax(values):.5g} {unit}{missing}")
             else:
                 lines.append(f"  {name:<10} no finite value")
         return "\n".join(lines + [f"  {'FATAL ' if flag.fatal else ''}{flag}" for flag in self.flags])
@@ -199,17 +201,20 @@ class Log:
         return write_log(self.data, Path(path))
 
 
-def read_log(path: str | PathLike[str], mapping: MappingLike = None) -> Log:
+def read_log(path: str | PathLike[str], mapping: MappingLike = None, *, number_format: str | None = None) -> Log:
     """Read and check a log.
 
     Parameters
     ----------
     path : str or path
         ``.csv`` (also ``.txt``, ``.tsv``, ``.dat``, ``.log``, ``.exp``, each also with ``.gz``), ``.mat`` of any
-        version, ``.h5``, ``.nc`` or ``.mf4``.
+        version, ``.h5``, ``.nc``, ``.parquet``, ``.xlsx`` (its first sheet) or ``.mf4``.
     mapping : path, dict or LogMapping, optional
         Assigns columns to signals, see ``docs/reference/log-files.md``; without it every numeric column is kept
         under its own name.
+    number_format : {"1,234.5", "1.234,5"}, optional
+        How a text writes numbers; by default its cells say, and a column that may mean two things is left out. The same
+        as ``number-format`` in the mapping.
 
     Raises
     ------
@@ -225,7 +230,11 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None) -> Log:
     >>> print("cylinder.lift.p1" in log.data, log.data.sizes["time"])
     True 101
     """
-    return _log(read_table(Path(path)), log_mapping(mapping), str(path))
+    chosen = log_mapping(mapping)
+    form = chosen.form if chosen is not None else AS_FOUND
+    if number_format is not None:
+        form = Form.of(number_format, form.dates, "read_log")
+    return _log(read_table(Path(path), form), chosen, str(path))
 
 
 def _log(table: Table, mapping: LogMapping | None, source: str) -> Log:

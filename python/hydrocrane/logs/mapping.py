@@ -13,11 +13,11 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.toml_file import read_toml
 from hydrocrane.logs.signals import PRESSURES, SIGNALS
-from hydrocrane.logs.table import LEAST_UNIT, scaled
-from hydrocrane.logs.units import ATMOSPHERE, LogUnit, known_unit, log_unit
+from hydrocrane.logs.table import AS_FOUND, Form
+from hydrocrane.logs.units import ATMOSPHERE, LEAST_UNIT, LogUnit, known_unit, log_unit, scaled
 
 _SIGNAL_KEYS = ("column", "unit", "sign", "offset", "time")
-_TIME_KEYS = ("column", "unit", "sample-rate")
+_TIME_KEYS = ("column", "unit", "sample-rate", "date-order")
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,14 @@ class Source:
 class LogMapping:
     """The mapping of a whole log; made from TOML or a mapping by :func:`log_mapping`.
 
-    `sample_rate` in Hz stands in for a time column.
+    `sample_rate` in Hz stands in for a time column. `form` says how a text writes numbers and dates.
     """
 
     signals: Mapping[str, Source] = field(default_factory=dict)
     time: Source | None = None
     sample_rate: float | None = None
     origin: str = "the mapping"
+    form: Form = AS_FOUND
 
 
 # Cure for a column with the raw output of a sensor.
@@ -79,7 +80,7 @@ def log_mapping(given: MappingLike) -> LogMapping | None:
 
 
 def _from_content(content: Mapping[str, object], origin: str) -> LogMapping:
-    _only(content, ("time", "signal"), origin)
+    _only(content, ("time", "signal", "number-format"), origin)
     signals = _mapping(content.get("signal", {}), f"{origin}: [signal]")
     time = _mapping(content.get("time", {}), f"{origin}: [time]")
     _only(time, _TIME_KEYS, f"{origin}: [time]")
@@ -93,7 +94,8 @@ def _from_content(content: Mapping[str, object], origin: str) -> LogMapping:
         _only(table, _SIGNAL_KEYS, where)
         sources[name] = _source(table, name, where)
     clock = _source(time, "time", f"{origin}: [time]") if "column" in time else None
-    return LogMapping(sources, clock, rate, origin)
+    form = Form.of(content.get("number-format"), time.get("date-order"), origin)
+    return LogMapping(sources, clock, rate, origin, form)
 
 
 def _mapping(value: object, where: str) -> Mapping[str, object]:
@@ -118,10 +120,10 @@ def _source(entry: Mapping[str, object], name: str, where: str) -> Source:
     unit, offset = entry.get("unit"), entry.get("offset")
     if unit is not None:
         unit = _text(unit, f"{where} unit")
-        factor_of(unit, name, f"{where} unit")
+        _factor_of(unit, name, expected_units(name), f"{where} unit")
     if offset is not None:
         offset = _text(offset, f"{where} offset")
-        _offset(offset, name, f"{where} offset")
+        _offset(offset, name, expected_units(name), f"{where} offset")
     own = entry.get("time")
     return Source(column, unit, int(sign), offset, None if own is None else _text(own, f"{where} time"))
 
@@ -134,22 +136,22 @@ def _rate(text: object, where: str) -> float:
     return rate / one
 
 
-def factor_of(unit: str, name: str, where: str) -> LogUnit:
-    """The unit of a column's numbers, with its dimension checked against the signal `name`."""
+def _factor_of(unit: str, name: str, expected: tuple[str, ...], where: str) -> LogUnit:
+    """The unit of a column's numbers, which must have the dimension of an `expected` one."""
     try:
         found = log_unit(unit)
     except ValueError as error:
         raise InputError(f"{where}: {error}") from None
-    _check_dimension(found.dimension, name, unit, where)
+    _check_dimension(found.dimension, name, expected, unit, where)
     if not LEAST_UNIT <= abs(found.factor) <= 1 / LEAST_UNIT:
         bounds = f"{LEAST_UNIT:g} to {1 / LEAST_UNIT:g}"
         raise InputError(f"{where}: one `{unit}` is {found.factor:g} in SI; give a unit of {bounds} in SI")
     return found
 
 
-def _offset(text: str, name: str, where: str) -> float:
+def _offset(text: str, name: str, expected: tuple[str, ...], where: str) -> float:
     offset, dimension = _quantity(text, where)
-    _check_dimension(dimension, name, text, where)
+    _check_dimension(dimension, name, expected, text, where)
     return offset
 
 
@@ -166,8 +168,7 @@ def _text(text: object, where: str) -> str:
     return text
 
 
-def _check_dimension(dimension: str, name: str, given: str, where: str) -> None:
-    expected = expected_units(name)
+def _check_dimension(dimension: str, name: str, expected: tuple[str, ...], given: str, where: str) -> None:
     if expected and dimension not in [_core.quantity(f"1 {unit}")[1] for unit in expected]:
         cure = ""
         if dimension in [_core.quantity(f"1 {unit}")[1] for unit in ("V", "A")]:
@@ -182,23 +183,32 @@ def expected_units(name: str) -> tuple[str, ...]:
     return SIGNALS[name].units if name in SIGNALS else ()
 
 
-def si_values(values: Array, source: Source, stated: str, name: str, where: str) -> tuple[Array, str]:
+def si_values(
+    values: Array, source: Source, stated: str, name: str, where: str, expected: tuple[str, ...] | None = None
+) -> tuple[Array, str]:
     """A column as the signal `name` in SI, and the SI unit it then has.
 
-    `stated` is the unit in the file; it counts if the source names none. Pressures of the rig are gauge: an
-    absolute reading loses the standard atmosphere.
+    `stated` is the unit in the file; it counts if the source names none. `expected` are the SI units that the signal
+    may have, by default those of its name. Pressures of the rig, and those that must be in Pa, are gauge: an absolute
+    reading loses the standard atmosphere.
     """
     unit = source.unit if source.unit is not None else stated
+    allowed = expected_units(name) if expected is None else expected
     zero = 0.0
     if not unit:
-        si = (expected_units(name) or ("",))[0]
+        si = (allowed or ("",))[0]
     else:
-        found = factor_of(unit, name, f"{where} unit")
+        found = _factor_of(unit, name, allowed, f"{where} unit")
         values = scaled(values, found.factor)
-        zero = found.zero - (ATMOSPHERE if found.absolute and name in PRESSURES else 0.0)
+        zero = found.zero - (ATMOSPHERE if found.absolute and is_gauge(name, expected) else 0.0)
         si = si_unit(unit)
-    offset = 0.0 if source.offset is None else _offset(source.offset, name, f"{where} offset")
+    offset = 0.0 if source.offset is None else _offset(source.offset, name, allowed, f"{where} offset")
     return source.sign * (values + zero) + offset, si
+
+
+def is_gauge(name: str, expected: tuple[str, ...] | None) -> bool:
+    """Whether a pressure is relative to the air."""
+    return name in PRESSURES or expected == ("Pa",)
 
 
 def si_unit(unit: str) -> str:

@@ -154,7 +154,7 @@ class _Reader:
             return {name: np.asarray(value[name]) for name in value.dtype.names}
         unit = next((_text(about[key]) for key in ("units", "unit", "Unit") if key in about), "")
         # MATLAB stores arrays by columns.
-        return Measured(np.squeeze(np.transpose(value) if kind else np.asarray(value)), unit)
+        return Measured(np.squeeze(np.transpose(value) if kind else np.asarray(value)), {**about, "unit": unit})
 
     def _referred(self, node: h5py.Dataset, level: int) -> list[object]:
         found = []

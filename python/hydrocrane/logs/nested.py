@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from hydrocrane.logs.table import Table, as_column, plain_facts
+from hydrocrane.logs.table import Column, Table, as_column, plain_facts, unpack
 from hydrocrane.logs.units import tidy_unit
 
 # A possible column: values, or None for an object of a MATLAB class, whose values cannot be read.
@@ -15,19 +16,20 @@ Leaf: TypeAlias = "np.ndarray | float | None"
 
 
 class Measured(NamedTuple):
-    """Values with the unit that their file states beside them."""
+    """Values with what their file states of them: unit, marks of missing values, factor, offset."""
 
     values: np.ndarray
-    unit: str
+    about: Mapping[str, object]
 
 
 class Found(NamedTuple):
-    """A leaf of a nested structure: its name, content, unit, and the dSPACE capture it belongs to."""
+    """A leaf of a nested structure: its name, content, unit, the dSPACE capture it belongs to, and its attributes."""
 
     name: str
     leaf: Leaf
     unit: str = ""
     capture: str = ""
+    about: Mapping[str, object] = MappingProxyType({})
 
 
 def table_of(content: Mapping[str, object]) -> Table:
@@ -41,7 +43,7 @@ def table_of(content: Mapping[str, object]) -> Table:
     full = names if isinstance(names, Mapping) else {}
     stated = units if isinstance(units, Mapping) else {}
     about = content.get("about")
-    table = Table({}, about=plain_facts(about) if isinstance(about, Mapping) else {})
+    table = Table(about=plain_facts(about) if isinstance(about, Mapping) else {})
     own = ("names", "units", "about")
     clocks: dict[str, str] = {}
     members: dict[str, str] = {}
@@ -49,16 +51,17 @@ def table_of(content: Mapping[str, object]) -> Table:
         if isinstance(found.leaf, float | int) or (isinstance(found.leaf, np.ndarray) and found.leaf.size == 1):
             _add_fact(table, found)
             continue
-        for name, column in _columns(table, found):
+        for name, values in _columns(table, found):
             unit = found.unit or stated.get(name, "")
-            added = table.add(
-                str(full.get(name, name)), column, tidy_unit(unit) if isinstance(unit, str) else "", found.capture
-            )
+            column = Column(values, tidy_unit(unit) if isinstance(unit, str) else "")
+            unpack(column, found.about)
+            added = table.add(str(full.get(name, name)), column, found.capture)
             if found.capture:
                 members[added] = found.capture
                 if name == "time":
                     clocks[found.capture] = added
-    table.times = {name: clocks[capture] for name, capture in members.items() if capture in clocks}
+    for name, capture in members.items():
+        table.columns[name].clock = clocks.get(capture, "")
     return table
 
 
@@ -74,7 +77,7 @@ def _leaves(node: object, path: str = "", capture: str = "") -> Iterator[Found]:
         for i, item in enumerate(node):
             yield from _leaves(item, f"{path}[{i + 1}]", capture)
     elif isinstance(node, Measured):
-        yield Found(path, node.values, node.unit, capture)
+        yield Found(path, node.values, str(node.about.get("unit", "")), capture, node.about)
     elif isinstance(node, np.ndarray) and node.dtype.fields:
         yield Found(path, None, "", capture)
     elif isinstance(node, np.ndarray) and node.dtype == object:
@@ -88,7 +91,8 @@ def _structure(node: Mapping[str, object], path: str, owner: str) -> Iterator[Fo
         unit = node.get("Unit", "")
         where = node.get("Name") or path
         for found in _leaves(node["Data"], path):
-            yield Found(str(where), found.leaf, found.unit or (unit if isinstance(unit, str) else ""), owner)
+            stated = found.unit or (unit if isinstance(unit, str) else "")
+            yield Found(str(where), found.leaf, stated, owner, found.about)
         return
     capture = isinstance(node.get("Y"), list | Mapping | np.ndarray) and isinstance(node.get("X"), Mapping)
     owner = (path or "capture") if capture else owner
@@ -102,7 +106,8 @@ def _structure(node: Mapping[str, object], path: str, owner: str) -> Iterator[Fo
 def _columns(table: Table, found: Found) -> Iterator[tuple[str, np.ndarray]]:
     """Columns of a leaf by name; other leaves are left out of the table with the reason."""
     path = found.name
-    column = as_column(found.leaf) if found.leaf is not None else None
+    made = as_column(found.leaf) if found.leaf is not None else None
+    column = None if made is None else made.values
     if column is None or column.ndim > 2:
         values = np.asarray(found.leaf)
         # Texts and empty values are no columns.

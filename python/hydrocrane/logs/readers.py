@@ -3,28 +3,36 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane.files.datasets import require_library
+from hydrocrane.files.excel import cell_text, read_sheet
 from hydrocrane.files.mdf import mdf_class
 from hydrocrane.files.netcdf import read_netcdf
-from hydrocrane.files.received import readable, received
-from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import NO_NUMBERS, Table, check_width, plain_facts
+from hydrocrane.files.received import check_values, readable, received
+from hydrocrane.logs.table import AS_FOUND, BOUNDS, NO_NUMBERS, Column, Form, Table, as_column, check_width, plain_facts
 from hydrocrane.logs.units import tidy_unit
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from asammdf import Signal
 
     from hydrocrane.arrays import Array
 
+# Why channels of MDF are left out whose master is no time, by its kind.
+_MASTERS = {
+    kind: f"samples over {what}, not over time" for kind, what in ((2, "an angle"), (3, "a distance"), (4, "an index"))
+}
 
-def read_table(path: Path) -> Table:
-    """Columns of the file at `path`, unchanged.
+
+def read_table(path: Path, form: Form = AS_FOUND) -> Table:
+    """Columns of the file at `path`, unchanged; `form` says how a text writes numbers and dates.
 
     Raises
     ------
@@ -41,7 +49,7 @@ def read_table(path: Path) -> Table:
         raise ResultFileError(f"cannot read `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _READERS)}")
     if not path.stat().st_size:
         raise ResultFileError(f"{path} is empty; copy it again from the logger")
-    table = _READERS[suffix](path)
+    table = _READERS[suffix](path, form)
     check_width(path, len(table.columns))
     if not table.columns:
         raise ResultFileError(
@@ -52,64 +60,129 @@ def read_table(path: Path) -> Table:
 
 def table_of_dataset(data: xr.Dataset) -> Table:
     """Columns of a dataset: its one-dimensional numeric variables, with their `units`."""
-    table = Table({})
+    table = Table()
     for name in data.variables:
-        table.take(str(name), data[name].values, tidy_unit(str(data[name].attrs.get("units", ""))))
+        variable = data[name]
+        # xarray unpacks values, but not their bounds.
+        factor, offset = (
+            variable.encoding.get(key, start) for key, start in (("scale_factor", 1.0), ("add_offset", 0.0))
+        )
+        bounds = {key: np.multiply(variable.attrs[key], factor) + offset for key in BOUNDS if key in variable.attrs}
+        unit = tidy_unit(str(variable.attrs.get("units", "")))
+        table.take(str(name), variable.values, unit, {**variable.attrs, **bounds})
     table.about = plain_facts(data.attrs)
     return table
 
 
-def _text(path: Path) -> Table:
+def table_of_frame(frame: pd.DataFrame, form: Form = AS_FOUND) -> Table:
+    """Columns of a table of pandas or polars, with its index if that has a name or holds dates; names may repeat.
+
+    Units are in ``frame.attrs["units"]`` or in the names. Columns of texts are read like those of a text file.
+    """
+    index = getattr(frame, "index", None)
+    columns = [(name, frame.iloc[:, i] if index is not None else frame[name]) for i, name in enumerate(frame.columns)]
+    if index is not None and (index.name or getattr(index.dtype, "kind", "O") in "mM"):
+        columns.insert(0, (index.name or "time", index))
+    units = getattr(frame, "attrs", {}).get("units", {})
+    return table_of_columns(columns, units if isinstance(units, Mapping) else {}, form)
+
+
+def table_of_columns(
+    columns: Iterable[tuple[object, object]], units: Mapping[object, object], form: Form = AS_FOUND
+) -> Table:
+    """Columns of a program: arrays of numbers, dates, durations, or texts of numbers and dates."""
+    from hydrocrane.logs.text import CELLS, Head, add_lines
+
+    table = Table()
+    for name, values in columns:
+        unit = tidy_unit(str(units.get(name, "")))
+        cells = np.asarray(values)
+        texts = cells.tolist() if cells.ndim == 1 and cells.dtype.kind not in "buifcmM" else []
+        if any(isinstance(cell, str) for cell in texts):
+            add_lines(table, list(map(cell_text, texts)), CELLS, Head([str(name)], [unit], 1, 0), form)
+        else:
+            table.take(str(name), values, unit)
+    return table
+
+
+def _text(path: Path, form: Form) -> Table:
     from hydrocrane.logs.text import read_text
 
-    return read_text(path)
+    return read_text(path, form)
 
 
-def _matlab(path: Path) -> Table:
+def _matlab(path: Path, _: Form) -> Table:
     from hydrocrane.logs.matlab import read_matlab
 
     return read_matlab(path)
 
 
-def _hdf5(path: Path) -> Table:
+def _hdf5(path: Path, _: Form) -> Table:
     from hydrocrane.logs.matlab import read_hdf5
 
     return read_hdf5(path)
 
 
-def _netcdf(path: Path) -> Table:
+def _netcdf(path: Path, _: Form) -> Table:
     return table_of_dataset(read_netcdf(path))
 
 
-def _mdf(path: Path) -> Table:
-    """Measurement data format 4 (ASAM); channels of other rates are interpolated at the times of the fastest one."""
+def _parquet(path: Path, form: Form) -> Table:
+    require_library(".parquet")
+    import pandas as pd
+    from pyarrow import parquet
+
+    with readable(path, "a Parquet file that is whole"):
+        about = parquet.ParquetFile(path).metadata
+        check_values(path, about.num_rows * about.num_columns)
+        return table_of_frame(pd.read_parquet(path), form)
+
+
+def _excel(path: Path, form: Form) -> Table:
+    from hydrocrane.logs.text import CELLS, table_of_lines
+
+    require_library(".xlsx")
+    with readable(path, "an Excel workbook that is whole"):
+        lines = [CELLS.join(row) for row in read_sheet(path)]
+    lines = [line for line in lines if line.strip(CELLS)]
+    if not lines:
+        raise ResultFileError(f"{path} has no cells in its first sheet; a log is a table with a time column")
+    return table_of_lines(path, lines, [], CELLS, form)
+
+
+def _mdf(path: Path, _: Form) -> Table:
+    """Measurement data format 4 (ASAM): every raster has its own clock, and the longest one is that of the log."""
     reader = mdf_class()
+    table = Table(one_recording=True)
+    rasters: list[tuple[Array, list[Signal]]] = []
     with readable(path, "an MDF file that can be read"), reader(path) as stored:
-        about = _header_facts(stored.header.description)
-        signals = list(stored.iter_channels())
-    plain = [s for s in signals if s.samples.dtype.kind in "buif" and s.samples.ndim == 1 and len(s.timestamps)]
-    if not plain:
-        return Table({})
-    time = max((signal.timestamps for signal in plain), key=len).astype(np.float64)
-    table = Table({"time": time}, {"time": "s"}, about=about)
-    for signal in signals:
-        if not len(signal.timestamps):
-            table.leave(signal.name, "no samples")
-        elif signal.samples.dtype.kind not in "buif" or signal.samples.ndim != 1:
-            table.leave(signal.name, NO_NUMBERS)
-        else:
-            _add_channel(table, signal, time)
+        table.about = _header_facts(stored.header.description)
+        for signal in stored.iter_channels():
+            about = signal.master_metadata
+            reason = _MASTERS.get(about[1] if about else 0, "" if len(signal.timestamps) else "no samples")
+            if reason:
+                table.leave(signal.name, reason)
+                continue
+            times = np.asarray(signal.timestamps, np.float64)
+            known = next((raster for raster in rasters if np.array_equal(raster[0], times)), None)
+            if known is None:
+                rasters.append(known := (times, []))
+            known[1].append(signal)
+    # Among those of one duration the fastest.
+    rasters.sort(key=lambda raster: (-np.ptp(raster[0]), -raster[0].size))
+    for i, (times, signals) in enumerate(rasters):
+        clock = f"time.{i + 1}" if i else "time"
+        table.columns[clock] = Column(times, "s", clock)
+        for signal in signals:
+            column = as_column(signal.samples, tidy_unit(str(signal.unit or "")))
+            if column is None or column.values.ndim != 1:
+                table.leave(signal.name, NO_NUMBERS)
+                continue
+            column.clock = clock
+            if signal.invalidation_bits is not None:
+                column.mask(~np.asarray(signal.invalidation_bits, bool))
+            table.add(signal.name, column)
     return table
-
-
-def _add_channel(table: Table, signal: Signal, time: Array) -> None:
-    values = signal.samples.astype(np.float64)
-    if not np.array_equal(signal.timestamps, time):
-        values = np.interp(time, signal.timestamps, values, left=np.nan, right=np.nan)
-    name = table.add(signal.name, values, tidy_unit(str(signal.unit or "")))
-    if not np.array_equal(signal.timestamps, time):
-        message = f"`{name}` has other times than the rest and is interpolated at theirs"
-        table.notes.append(Flag("resampled", name, float(time[0]), float(time[-1]), message))
 
 
 def _header_facts(text: str) -> dict[str, str | float | int]:
@@ -126,5 +199,7 @@ _READERS = {
     **dict.fromkeys((".h5", ".hdf5"), _hdf5),
     ".mat": _matlab,
     ".nc": _netcdf,
+    ".parquet": _parquet,
+    ".xlsx": _excel,
     ".mf4": _mdf,
 }

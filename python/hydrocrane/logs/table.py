@@ -1,21 +1,22 @@
-"""Content of a log file as a reader returns it, before columns are assigned to signals."""
+"""The columns of a log, whatever it came from, before they are assigned to signals."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import ResultFileError
+from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.received import plain
 from hydrocrane.logs.clock import seconds_of_dates
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.units import known_unit, log_unit, tidy_unit
+from hydrocrane.logs.units import tidy_unit
 
 TIME_NAMES = (
     "time", "t", "time [s]", "time_s", "t_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time",
@@ -26,61 +27,106 @@ TIME_NAMES = (
 _NAME_AND_UNIT = re.compile(
     r"^(?P<name>.*\S)\s*(?!\[\d+\]$)(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^()]*(?:\([^()]*\))?)\))$"
 )
-# Least SI value of one unit of a log; its inverse is the greatest. Beyond these bounds its numbers lose precision.
-LEAST_UNIT = 1e-30
 # Most columns that are named per reason when they are left out.
 MOST_NAMED = 8
 # Why a column was left out.
 NO_NUMBERS = "no numbers"
 # Most columns of a log, because checks and summaries process each of them.
 MOST_COLUMNS = 2000
+# Bounds of packed values, as they are packed.
+BOUNDS = ("valid_min", "valid_max", "valid_range")
+# How numbers and dates may be written in texts.
+NUMBER_FORMATS = ("1,234.5", "1.234,5")
+DATE_ORDERS = ("day-month", "month-day")
+
+
+class Form(NamedTuple):
+    """How a text writes numbers, one of `NUMBER_FORMATS`, and dates, one of `DATE_ORDERS`; None where its cells say."""
+
+    numbers: str | None = None
+    dates: str | None = None
+
+    @classmethod
+    def of(cls, numbers: object, dates: object, where: str) -> Form:
+        """Both, or an error of the one that is none of its choices."""
+        for name, given, known in (("number-format", numbers, NUMBER_FORMATS), ("date-order", dates, DATE_ORDERS)):
+            if given is not None and given not in known:
+                raise InputError(f"{where}: {name} is one of {' or '.join(map(repr, known))}; got {given!r}")
+        return cls(*(None if given is None else str(given) for given in (numbers, dates)))
+
+
+AS_FOUND = Form()
+
+
+@dataclass
+class Column:
+    """One column.
+
+    Attributes
+    ----------
+    values : (n,) array
+        In `unit`; NaN where there is no valid value.
+    unit : str
+        As its source states it; empty if it states none.
+    clock : str
+        Full name of the column with its times; empty for the time of the log.
+    dates : bool
+        Whether it holds dates or times of day; the values are then seconds from the first.
+    notes : list of (str, str)
+        What was decided and what is missing: kind of flag, and message without the name.
+    """
+
+    values: Array
+    unit: str = ""
+    clock: str = ""
+    dates: bool = False
+    notes: list[tuple[str, str]] = field(default_factory=list)
+
+    def mask(self, valid: np.ndarray) -> None:
+        """Makes samples missing that their source marks as invalid, and notes how many."""
+        lost = int(valid.size - np.count_nonzero(valid))
+        if lost:
+            self.values = np.where(valid, self.values, np.nan)
+            text = f"has {lost} of {valid.size} samples that its source marks as invalid; they count as missing"
+            self.notes.append(("masked", text))
 
 
 @dataclass
 class Table:
-    """Columns of a file.
+    """Columns of a log.
 
     Attributes
     ----------
-    columns : dict of (n,) arrays
-        By their full names in the file.
-    units : dict of str
-        Unit of a column, if the file states one.
+    columns : dict of Column
+        By their full names.
     notes : list of Flag
         Faults of the file itself.
     in_memory : bool
         Whether it comes from a program, which passes SI values unless it states otherwise.
+    one_recording : bool
+        Whether all clocks have one zero, so that columns with other times than the log's are interpolated at these.
     about : dict
         Statements on the whole log, for example ``payload``: texts and numbers.
-    clocks : list of str
-        Columns that hold dates or times of day; their values are seconds from the first.
     words : dict of str
         Columns that were left out because they hold no numbers, with their first text.
     left_out : dict of str
         Every column that was left out, with the reason.
-    times : dict of str
-        Full name of the time column that a column belongs to, where the file holds several recordings.
     """
 
-    columns: dict[str, Array]
-    units: dict[str, str] = field(default_factory=dict)
+    columns: dict[str, Column] = field(default_factory=dict)
     notes: list[Flag] = field(default_factory=list)
     in_memory: bool = False
+    one_recording: bool = False
     about: dict[str, str | float | int] = field(default_factory=dict)
-    clocks: list[str] = field(default_factory=list)
     words: dict[str, str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
-    times: dict[str, str] = field(default_factory=dict)
 
-    def add(self, name: str, values: Array, unit: str = "", owner: str = "") -> str:
+    def add(self, name: str, column: Column, owner: str = "") -> str:
         """Add a column and return its full name; a repeated name gets its `owner` as prefix, or a number as suffix."""
         full = self._free(name, owner)
         if full != name:
-            message = f"a second column is called `{name}`; it is read as `{full}`"
-            self.notes.append(Flag("renamed", full, np.nan, np.nan, message))
-        self.columns[full] = values
-        if unit:
-            self.units[full] = unit
+            column.notes.append(("renamed", f"is a second column called `{name}`"))
+        self.columns[full] = column
         return full
 
     def _free(self, name: str, owner: str) -> str:
@@ -92,15 +138,16 @@ class Table:
         short = found["name"] if found else name
         return next(n for i in count(2) if (n := f"{short}.{i}{name[len(short) :]}") not in taken)
 
-    def take(self, name: str, values: object, unit: str = "") -> None:
-        """Add a column, or leave it out if it is no series of numbers."""
-        column = as_column(values)
+    def take(self, name: str, values: object, unit: str = "", attributes: Mapping[str, object] | None = None) -> None:
+        """Add a column, or leave it out if it is no series of numbers; `attributes` may say how it is packed."""
+        column = as_column(values, unit)
         if column is None:
             self.leave(name, NO_NUMBERS)
-        elif column.ndim != 1:
-            self.leave(name, f"{column.ndim} dimensions, where a signal has one")
+        elif column.values.ndim != 1:
+            self.leave(name, f"{column.values.ndim} dimensions, where a signal has one")
         else:
-            self.add(name, column, unit)
+            unpack(column, attributes or {})
+            self.add(name, column)
 
     def leave(self, name: str, reason: str, word: str = "") -> None:
         """Leave out a column, and note the reason."""
@@ -117,20 +164,21 @@ class Table:
             return wanted
         return next((name for name in self.columns if split_name(name)[0] == wanted), None)
 
+    def first_of(self, names: Sequence[str], among: Mapping[str, object] | None = None) -> str | None:
+        """Full name of the first column with one of these names, with or without its unit, in any case."""
+        known = list(self.columns if among is None else among)
+        full = {name.lower(): name for name in reversed(known)}
+        short = {split_name(name)[0].lower(): name for name in reversed(known)}
+        return next((found[n.lower()] for n in names for found in (full, short) if n.lower() in found), None)
+
     def time_column(self) -> str | None:
         """Full name of the time column: the one with such a name, or the only one with dates."""
-        names = {name.lower(): name for name in reversed(self.columns)}
-        plain = {split_name(name)[0].lower(): name for name in reversed(self.columns)}
-        named = next((found[known] for known in TIME_NAMES for found in (names, plain) if known in found), None)
-        return named or (self.clocks[0] if len(self.clocks) == 1 else None)
+        dates = [name for name, column in self.columns.items() if column.dates]
+        return self.first_of(TIME_NAMES) or (dates[0] if len(dates) == 1 else None)
 
     def unit_of(self, column: str) -> str:
-        """The unit that the file states for a column; empty if it states none."""
-        return self.units.get(column) or split_name(column)[1]
-
-    def in_si(self) -> dict[str, Array]:
-        """All columns; those with a known unit are converted to SI."""
-        return {name: converted(values, self.unit_of(name)) for name, values in self.columns.items()}
+        """The unit that the source states for a column; empty if it states none."""
+        return self.columns[column].unit or split_name(column)[1]
 
 
 def check_width(path: Path, columns: int) -> None:
@@ -167,21 +215,6 @@ def split_name(text: str) -> tuple[str, str]:
     return (found["name"], tidy_unit(found["unit"] or found["round"] or "")) if found else (text.strip(), "")
 
 
-def converted(values: Array, unit: str) -> Array:
-    """`values` of `unit` in SI; unchanged if the unit is not known."""
-    if not unit or not known_unit(unit):
-        return values
-    found = log_unit(unit)
-    return scaled(values, found.factor) + found.zero
-
-
-def scaled(values: Array, factor: float) -> Array:
-    """`values` times `factor`. If its inverse is a whole number, they are divided by it, which rounds once, as for
-    machine files."""
-    inverse = round(1.0 / factor) if LEAST_UNIT <= factor < 1.0 else 0
-    return values / inverse if inverse and 1.0 / inverse == factor else values * factor
-
-
 def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
     """The texts and numbers among the attributes of a file, as Python objects; others are left out."""
     facts: dict[str, str | float | int] = {}
@@ -198,11 +231,64 @@ def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
     return facts
 
 
-def as_column(values: object) -> Array | None:
-    """Values of a file as a float64 column, or None if they are no numbers."""
+def as_column(values: object, unit: str = "") -> Column | None:
+    """Values as a column of float64, or None if they are no numbers; masked ones are NaN, and durations seconds."""
+    masked = np.ma.getmaskarray(values) if isinstance(values, np.ma.MaskedArray) else None
     array = np.asarray(values)
-    if array.dtype.kind == "M" and array.size:
-        return seconds_of_dates(array)
-    if array.dtype.kind not in "buif" or not array.size:
+    if array.dtype == object:
+        array = _of_objects(array)
+    if array.dtype.kind not in "buifmM" or not array.size:
         return None
-    return array.astype(np.float64)
+    if array.dtype.kind == "M":
+        return Column(seconds_of_dates(array), unit, dates=True)
+    if array.dtype.kind == "m":
+        missing = np.isnat(array)
+        array = np.where(missing, np.nan, array / np.timedelta64(1, "ns") * 1e-9)
+        unit = "s"
+    column = Column(array.astype(np.float64), unit)
+    if masked is not None:
+        column.mask(~masked)
+    return column
+
+
+def _of_objects(array: np.ndarray) -> np.ndarray:
+    """Numbers, or dates with zones, that NumPy holds as objects; the array itself if there is anything else in it."""
+    if any(isinstance(value, str | bytes | bool) for value in array.flat):
+        return array
+    try:
+        kept = [None if value is None or str(value) == "<NA>" or value != value else value for value in array.flat]
+        if all(value is None or hasattr(value, "timestamp") for value in kept):
+            stamps = [np.nan if value is None else value.timestamp() for value in kept]
+            return np.asarray(np.asarray(stamps) * 1e6, "M8[us]").reshape(array.shape)
+        numbers = [np.nan if value is None else float(value) for value in kept]
+    except (TypeError, ValueError):
+        return array
+    return np.asarray(numbers, np.float64).reshape(array.shape)
+
+
+def unpack(column: Column, attributes: Mapping[str, object]) -> None:
+    """Numbers of a file that packs them by the conventions of NetCDF: marks of missing values, then factor and offset.
+
+    Sources
+    -------
+    NetCDF Climate and Forecast Metadata Conventions 1.11, sections 2.5.1 and 8.1.
+    """
+
+    def numbers(name: str) -> Array:
+        stated = np.ravel(np.asarray(attributes.get(name, ())))
+        return stated.astype(np.float64) if stated.dtype.kind in "buif" else np.zeros(0)
+
+    values = column.values
+    marks = np.concatenate([numbers("_FillValue"), numbers("missing_value")])
+    low = [*numbers("valid_min"), *numbers("valid_range")[:1]]
+    high = [*numbers("valid_max"), *numbers("valid_range")[1:2]]
+    valid = ~np.isin(values, marks[np.isfinite(marks)])
+    for bound in low:
+        valid &= ~(values < bound)
+    for bound in high:
+        valid &= ~(values > bound)
+    column.mask(valid)
+    for factor in numbers("scale_factor")[:1]:
+        column.values = column.values * factor
+    for offset in numbers("add_offset")[:1]:
+        column.values = column.values + offset

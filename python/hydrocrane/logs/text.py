@@ -2,36 +2,39 @@
 
 from __future__ import annotations
 
-import csv
 import gzip
 import re
 import zlib
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from hydrocrane import _core
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.received import SHORTER, check_values
 from hydrocrane.files.toml_file import parsed
-from hydrocrane.logs.cells import is_missing, is_number, marks_of, numbers
 from hydrocrane.logs.clock import is_moment, seconds_of
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import Table, check_width, plain_facts, split_name
+from hydrocrane.logs.table import DATE_ORDERS, NUMBER_FORMATS, Column, Form, Table, check_width, plain_facts
 from hydrocrane.logs.units import tidy_unit
 
 # Blanks come last, because they also follow other delimiters and occur within titles.
 BLANK = " "
 DELIMITERS = ("\t", ";", ",", BLANK)
+# Between cells that are no part of a text file.
+CELLS = "\x1f"
 COMMENTS = ("#", "%", "//")
 _LOOKED_AT = 50
 # Largest text, bytes, most lines, and most letters of one.
 LARGEST_TEXT, MOST_LINES, LONGEST_LINE = 2**28, 5_000_000, 2**20
 # Most comments that are looked through for facts.
 _MOST_COMMENTS = 1000
-# 1.234 or 1,234, alone or within a longer number: the mark may be one of thousands.
-_THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}[.,]\d{3}(?!\d)")
+# Why a column that may be read in two ways has no numbers, by the kind of its doubt.
+_UNDECIDED = {
+    "undecided": "`{}` may mean decimals or thousands, and nothing in the file says which; say number_format = {}",
+    "mixed": "`{}` and `{}` have different decimal marks; export it with one of them",
+}
 
 
 class Head(NamedTuple):
@@ -61,7 +64,7 @@ class Head(NamedTuple):
         return cls(full, units, len(names) or size, lines)
 
 
-def read_text(path: Path) -> Table:
+def read_text(path: Path, form: Form) -> Table:
     """Read a text table, packed or not: perhaps titles, a header row, perhaps a row of units, then rows of numbers."""
     stripped = [line.strip() for line in _text(path).splitlines()]
     lines = [line for line in stripped if line and not _is_comment(line)]
@@ -72,21 +75,28 @@ def read_text(path: Path) -> Table:
     if longest > LONGEST_LINE:
         raise ResultFileError(f"{path} has a line of {longest} letters, more than {LONGEST_LINE}; is it a table?")
     delimiter = _delimiter(lines[:_LOOKED_AT])
-    rows = [_cells(line, delimiter) for line in lines[:_LOOKED_AT]]
-    check_width(path, max(map(len, rows)))
-    head = _head(rows, lines, comments, delimiter)
-    if len(lines) == head.lines:
-        raise ResultFileError(f"{path} holds {head.lines} line(s) of text and no row of numbers; is it a CSV log?")
-    table = _numbers(path, lines[head.lines :], delimiter, head)
-    if not table.columns:
-        raise ResultFileError(f"{path} is not a CSV table: no column of numbers in it")
-    table.units |= dict.fromkeys(table.clocks, "s")
+    table = table_of_lines(path, lines, comments, delimiter, form)
     table.about = _facts(comments)
     return table
 
 
+def table_of_lines(path: Path, lines: list[str], comments: list[str], delimiter: str, form: Form) -> Table:
+    """The columns of a table of text; the names are in its first lines, or in the last comment."""
+    rows = [_core.line_cells(line, delimiter) for line in lines[:_LOOKED_AT]]
+    check_width(path, max(map(len, rows)))
+    head = _head(rows, lines, comments, delimiter)
+    if len(lines) == head.lines:
+        raise ResultFileError(f"{path} holds {head.lines} line(s) of text and no row of numbers; is it a CSV log?")
+    table = Table()
+    add_lines(table, _whole(path, table, lines[head.lines :], delimiter), delimiter, head, form)
+    if not table.columns:
+        reasons = "; ".join(dict.fromkeys(table.left_out.values()))
+        raise ResultFileError(f"{path} is not a CSV table: no column of numbers in it{reasons and ': '}{reasons}")
+    return table
+
+
 def _is_comment(line: str) -> bool:
-    return line.startswith(COMMENTS) and not is_missing(line.split(",")[0])
+    return line.startswith(COMMENTS) and not _core.is_missing(line.split(",")[0])
 
 
 def _facts(comments: list[str]) -> dict[str, str | float | int]:
@@ -126,25 +136,16 @@ def _delimiter(lines: list[str]) -> str:
     none."""
     best, score = ",", (0.0, 0)
     for candidate in DELIMITERS:
-        rows = [_cells(line, candidate) for line in lines]
+        rows = [_core.line_cells(line, candidate) for line in lines]
         counts = [len(row) - 1 for row in rows]
         usual = max(set(counts), key=counts.count)
         if not usual or counts.count(usual) <= len(lines) // 2:
             continue
-        cells = [cell for row in rows if len(row) == usual + 1 for cell in row if not is_missing(cell)]
-        share = round(sum(is_number(cell) or is_moment(cell) for cell in cells) / max(len(cells), 1), 1)
+        cells = [cell for row in rows if len(row) == usual + 1 for cell in row if not _core.is_missing(cell)]
+        share = round(sum(_core.is_number(cell) or is_moment(cell) for cell in cells) / max(len(cells), 1), 1)
         if (share, counts.count(usual)) > score and not (candidate == BLANK and not share):
             best, score = candidate, (share, counts.count(usual))
     return best
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
-    if delimiter == BLANK:
-        return line.split()
-    if '"' in line:
-        with suppress(csv.Error):  # A cell is longer than any.
-            return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
-    return [cell.strip() for cell in line.split(delimiter)]
 
 
 def _head(rows: list[list[str]], lines: list[str], comments: list[str], delimiter: str) -> Head:
@@ -153,7 +154,7 @@ def _head(rows: list[list[str]], lines: list[str], comments: list[str], delimite
     The header is the first row of words that is as wide as the rows of numbers, with only titles above it. Without such
     a row it is the last comment, if that has as many names as there are columns.
     """
-    widths = [len(row) for row in rows if any(map(is_number, row))]
+    widths = [len(row) for row in rows if any(map(_core.is_number, row))]
     width = max(set(widths), key=widths.count) if widths else max(map(len, rows))
     first = None
     for i, row in enumerate(rows):
@@ -178,7 +179,7 @@ def _head(rows: list[list[str]], lines: list[str], comments: list[str], delimite
 
 def _named(row: list[str]) -> int:
     """Number of cells of a row that are words; zero if one is a number or all are missing."""
-    if any(is_number(cell) or is_moment(cell) for cell in row) or all(map(is_missing, row)):
+    if any(_core.is_number(cell) or is_moment(cell) for cell in row) or all(map(_core.is_missing, row)):
         return 0
     return sum(1 for cell in row if cell)
 
@@ -187,7 +188,7 @@ def _is_title(row: list[str], width: int) -> bool:
     """A line above the table: narrower than it, or with a word in it."""
     filled = [cell for cell in row if cell]
     return 2 * len(filled) <= width or all(
-        not is_number(cell) and not is_moment(cell) and not is_missing(cell) for cell in filled[:1]
+        not _core.is_number(cell) and not is_moment(cell) and not _core.is_missing(cell) for cell in filled[:1]
     )
 
 
@@ -196,7 +197,7 @@ def _names(line: str, width: int) -> list[str]:
     gaps."""
     for cells in (
         line.split(),
-        *(_cells(line, other) for other in (",", ";", "\t")),
+        *(_core.line_cells(line, other) for other in (",", ";", "\t")),
         re.split(r"\s{2,}", line),
         re.split(r"\s+(?![\[(])", line),
     ):
@@ -207,76 +208,65 @@ def _names(line: str, width: int) -> list[str]:
 
 def _is_unit_row(cells: list[str]) -> bool:
     """Whether all cells are words, except the 1 of a ratio."""
-    words = [cell for cell in cells if not is_number(cell) and not is_missing(cell) or cell == "-"]
+
+    def is_word(cell: str) -> bool:
+        return not (_core.is_number(cell) or _core.is_missing(cell) or is_moment(cell)) or cell == "-"
+
+    words = [cell for cell in cells if is_word(cell)]
     return bool(words) and all(cell in ("", "1", "-", "--") or cell in words for cell in cells)
 
 
-def _numbers(path: Path, lines: list[str], delimiter: str, head: Head) -> Table:
-    """Columns of numbers by name, and faults of the rows."""
-    found = Table({})
-    cells = [len(_cells(line, delimiter)) if delimiter == BLANK else line.count(delimiter) for line in lines]
+def _whole(path: Path, table: Table, lines: list[str], delimiter: str) -> list[str]:
+    """The lines without a last one that is cut off."""
+    cells = [len(line.split()) if delimiter == BLANK else line.count(delimiter) + 1 for line in lines]
     check_width(path, max(cells))
     check_values(path, len(lines) * max(cells))
     if len(lines) > 1 and cells[-1] < min(cells[:-1]):
         message = f"the last line of {path.name} is cut off and left out; was the file copied before it was complete?"
-        found.notes.append(Flag("truncated", "", np.nan, np.nan, message))
-        lines = lines[:-1]
-    # Each column is read separately if commas or points may separate thousands, or with words, which NumPy refuses.
-    plain = delimiter == "," or not any("," in line for line in lines)
-    commas = not plain and not (any("." in line for line in lines) and any(map(_THOUSANDS.search, lines)))
-    try:
-        rows = [line.replace(",", ".") for line in lines] if commas else lines
-        if not plain and not commas:
-            raise ValueError
-        whole = np.loadtxt(rows, delimiter=None if delimiter == BLANK else delimiter, comments=None, ndmin=2)
-    except ValueError:
-        _fill(found, [_cells(line, delimiter) for line in lines], head)
-        return found
-    if whole.shape[1] > head.named:
-        _tell_width(found, len(lines), _cells(lines[0], delimiter)[0], head.named)
-    for i, column in enumerate(whole.T):
-        found.add(head.names[i], column.copy(), head.units[i])
-    return found
+        table.notes.append(Flag("truncated", "", np.nan, np.nan, message))
+        return lines[:-1]
+    return lines
 
 
-def _fill(found: Table, rows: list[list[str]], head: Head) -> None:
-    """Add columns by name; columns of words are left out with the reason, single words among numbers are noted."""
-    wider = [row for row in rows if any(row[head.named :])]
+def add_lines(table: Table, lines: list[str], delimiter: str, head: Head, form: Form) -> None:
+    """Add the columns of lines; those without numbers are left out with the reason, single words are noted."""
+    wider, first, columns = _core.table_columns(lines, delimiter, head.named, form.numbers)
     if wider:
-        _tell_width(found, len(wider), wider[0][0], head.named)
-    head = Head.of(head.names, head.units, max(map(len, rows)), head.lines)
-    columns = [[row[i] if i < len(row) else "" for row in rows] for i in range(len(head.names))]
-    decimal, thousands = marks_of(columns)
-    for i, cells in enumerate(columns):
-        name = head.names[i]
-        clock = seconds_of(cells) if any(map(is_moment, cells[:_LOOKED_AT])) else None
-        if clock is not None:
-            bad, doubt, values = [c for c, v in zip(cells, clock) if np.isnan(v) and not is_missing(c)], "", clock
-        else:
-            values, bad, doubt = numbers(cells, decimal, thousands)
+        start = _core.line_cells(lines[first], delimiter)[0]
+        _tell_width(table, wider, start, head.named)
+    head = Head.of(head.names, head.units, len(columns), head.lines)
+    for name, unit, (values, rows, bad, blank, doubt, told) in zip(head.names, head.units, columns):
+        column = Column(values, unit)
+        moments = seconds_of(bad, form.dates) if any(map(is_moment, bad[:_LOOKED_AT])) else None
+        if moments is not None:
+            column = Column(np.full(values.size, np.nan), "s", dates=True)
+            column.values[rows] = moments.seconds
+            bad = [cell for cell, value in zip(bad, moments.seconds) if np.isnan(value)]
         # Delimiters at the ends of lines make empty columns without a name.
-        if not any(cells) and name == f"column {i + 1}":
+        if blank and name.startswith("column ") and name.removeprefix("column ").isdigit():
             continue
-        if len(bad) * 2 > len(cells) or doubt and bad:
-            reason = doubt or "words, not numbers"
-            found.leave(name, f"{reason}; export it as numbers if it is needed", bad[0])
-            continue
-        added = found.add(name, values, head.units[i])
-        if clock is not None:
-            found.clocks.append(added)
-        signal = split_name(added)[0]
-        if bad:
-            message = f"{len(bad)} cells of `{added}` are not numbers, the first is `{bad[0]}`; they count as missing"
-            found.notes.append(Flag("unreadable-cells", signal, np.nan, np.nan, message))
-        if doubt:
-            message = f"`{added}`: {doubt}; export without thousands separators"
-            found.notes.append(Flag("number-format", signal, np.nan, np.nan, message))
+        if moments is not None and moments.undecided:
+            orders = " or ".join(f'"{order}"' for order in DATE_ORDERS)
+            table.leave(name, f"its dates do not say which number is the day; say [time] date-order = {orders}")
+        elif doubt in _UNDECIDED:
+            formats = " or ".join(f'"{known}"' for known in NUMBER_FORMATS)
+            table.leave(name, _UNDECIDED[doubt].format(*told, formats))
+        elif len(bad) * 2 > values.size:
+            table.leave(name, "words, not numbers; export it as numbers if it is needed", bad[0])
+        else:
+            if bad:
+                text = f"has {len(bad)} cells that are not numbers, the first is `{bad[0]}`; they count as missing"
+                column.notes.append(("unreadable-cells", text))
+            if doubt:
+                text = f"has `{told[0]}`, which is read with marks of thousands, as other columns of the file say"
+                column.notes.append(("number-format", text))
+            table.add(name, column)
 
 
-def _tell_width(found: Table, count: int, first: str, named: int) -> None:
+def _tell_width(table: Table, count: int, first: str, named: int) -> None:
     message = (
         f"{count} rows have more cells than the {named} of the header, the first begins with `{first}`; extra cells "
         "are read without a name. Are there decimal commas while commas also separate the columns? "
         "Export with semicolons"
     )
-    found.notes.append(Flag("ragged-rows", "", np.nan, np.nan, message))
+    table.notes.append(Flag("ragged-rows", "", np.nan, np.nan, message))

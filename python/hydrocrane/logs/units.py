@@ -8,9 +8,12 @@ from functools import cache
 from typing import NamedTuple
 
 from hydrocrane import _core
+from hydrocrane.arrays import Array
 
 # Standard atmosphere, Pa: difference of absolute and gauge pressure if no other is stated.
 ATMOSPHERE = 101325.0
+# Least SI value of one unit of a log; its inverse is the greatest. Beyond these bounds its numbers lose precision.
+LEAST_UNIT = 1e-30
 # Units that loggers and machine files write differently.
 _SPELLINGS = {
     "sec": "s",
@@ -127,6 +130,13 @@ def known_unit(text: str) -> bool:
 def is_pounds(text: str) -> bool:
     """Whether a unit is the pound that may mean mass or force; it is read as force."""
     return text.strip() in ("lb", "lbs")
+
+
+def scaled(values: Array, factor: float) -> Array:
+    """`values` times `factor`. If its inverse is a whole number, they are divided by it, which rounds once, as for
+    machine files."""
+    inverse = round(1.0 / factor) if LEAST_UNIT <= factor < 1.0 else 0
+    return values / inverse if inverse and 1.0 / inverse == factor else values * factor
 
 
 def _translated(unit: str) -> tuple[float, str]:

@@ -12,9 +12,9 @@ import numpy as np
 from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import TIME, Columns
-from hydrocrane.logs import TIME_NAMES, columns_of, time_of
+from hydrocrane.logs import TIME_NAMES, Source, series_of, source_of, table_of
 from hydrocrane.logs.columns import LogLike
-from hydrocrane.logs.table import split_name
+from hydrocrane.logs.table import Table, split_name
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.difference import Difference
@@ -119,30 +119,26 @@ def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None,
     ----------
     run : Run
     log : xarray.Dataset, pandas.DataFrame, mapping, Run, or path of a CSV or NetCDF file
-        With a time column (``time`` or ``t``, s); values in SI like the run.
+        With a time column (``time`` or ``t``); s and SI like the run unless it states other units.
     columns : mapping, optional
         Log column -> name in ``run.data``; by default columns of the same name, perhaps with a unit behind it, are
         compared.
     shift : float
         Added to the log's time, s.
     """
-    table = columns_of(log, every=columns is None)
-    time = time_of(table) + float(shift)
+    table = table_of(log)
     ours = run.columns
-    pairs = _pairs(ours, table, columns)
+    wanted = _pairs(ours, table, columns)
+    units = {name: str(ours[name].attrs.get("units", "")) or "1" for name in wanted}
+    found = series_of(table, wanted, units, source=source_of(log), every=columns is None)
+    time = found["time"] + float(shift)
     start, end = float(ours.time[0]), float(ours.time[-1])
-    back = np.flatnonzero(np.diff(time) < 0.0)
-    if back.size:
-        raise InputError(
-            f"the time of the log goes back from {time[back[0]]:.4g} to {time[back[0] + 1]:.4g} s at sample "
-            f"{back[0] + 1}: it holds more than one drive; compare them one by one"
-        )
     inside = (time >= start) & (time <= end)
     if not inside.any():
         raise InputError(
             f"the log covers {time.min():.4g} .. {time.max():.4g} s and the run {start:.4g} .. {end:.4g} s: no overlap"
         )
-    return Comparison({name: _difference(ours, name, time, table[column], inside) for column, name in pairs.items()})
+    return Comparison({name: _difference(ours, name, time, found[name], inside) for name in wanted})
 
 
 def _difference(ours: Columns, name: str, time: Array, column: Array, inside: np.ndarray) -> Difference:
@@ -155,24 +151,18 @@ def _difference(ours: Columns, name: str, time: Array, column: Array, inside: np
     return Difference(name, str(ours[name].attrs.get("units", "")), time[keep], run, column[keep], left_out)
 
 
-def _pairs(ours: Columns, table: dict[str, Array], columns: Mapping[str, str] | None) -> dict[str, str]:
-    """Log column -> run variable, every name and length checked."""
+def _pairs(ours: Columns, table: Table, columns: Mapping[str, str] | None) -> dict[str, Source]:
+    """Run variable -> log column, every name checked."""
     names = [name for name in ours if name != TIME]
     if columns is None:
         # `tip.z [m]` is the run's `tip.z`.
-        plain = {column: split_name(column)[0] for column in table}
-        pairs = {column: name for column, name in plain.items() if name in names}
+        pairs = {split_name(column)[0]: Source(column) for column in reversed(table.columns)}
+        pairs = {name: pairs[name] for name in names if name in pairs}
         if not pairs:
-            given = ", ".join(n for n in table if n.lower() not in TIME_NAMES)
+            given = ", ".join(n for n in table.columns if n.lower() not in TIME_NAMES)
             raise InputError(f"no column of the log ({given}) is a name of the run; state the pairs with columns=")
-    else:
-        pairs = dict(columns)
-    length = time_of(table).size
-    for column, name in pairs.items():
-        if column not in table:
-            raise InputError(f"the log has no numeric column `{column}`{nearest(column, table)}")
+        return pairs
+    for name in columns.values():
         if name not in names:
             raise InputError(f"the run has no `{name}`{nearest(name, names)}")
-        if table[column].size != length:
-            raise InputError(f"the log's `{column}` has {table[column].size} values for {length} times")
-    return pairs
+    return {name: Source(column) for column, name in columns.items()}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from os import PathLike
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -12,8 +11,11 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, brief, real_array
-from hydrocrane.errors import InputError, translated, unknown
+from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import MachineLike, as_machine
+
+if TYPE_CHECKING:
+    from hydrocrane.logs.columns import LogLike
 
 INTERPOLATIONS = tuple(_core.scenario_choices("command.<cylinder>.interpolation"))
 
@@ -113,7 +115,7 @@ def split_table(commands: object, cylinders: tuple[str, ...]) -> dict[str, Comma
 
 
 def read_commands(
-    log: str | PathLike[str],
+    log: LogLike,
     machine: MachineLike,
     *,
     columns: Mapping[str, str] | None = None,
@@ -121,13 +123,12 @@ def read_commands(
     time: str | None = None,
     interpolation: str = "linear",
 ) -> dict[str, Command]:
-    """Spool commands from a log, as ``[command] log`` of a scenario file reads them.
+    """Spool commands from a log.
 
     Parameters
     ----------
-    log : path
-        CSV file or other text with columns: comma, semicolon, tab or spaces; units behind the names, as in
-        ``lift [mm]``, or in a line of their own.
+    log : path, or anything that :meth:`hydrocrane.Log.of` takes
+        Of any format of :func:`hydrocrane.read_log`; ``[command] log`` of a scenario file reads texts.
     machine : Machine, str or path
         The machine whose cylinders get the commands.
     columns : mapping, optional
@@ -147,8 +148,8 @@ def read_commands(
 
     Raises
     ------
-    MachineFileError
-        States the error of the log, and the cure.
+    InputError
+        If a column is missing, has gaps or is no length, or the times do not increase.
 
     Examples
     --------
@@ -157,13 +158,26 @@ def read_commands(
     >>> commands = hc.read_commands("drive.csv", "rottne-f9-lab", columns={"lift": "u_lift"}, units={"lift": "mm"})
     >>> run = hc.simulate("vertical-lift-open-loop", commands=commands)
     """
+    from hydrocrane.logs import Source, series_of, source_of, table_of
+
     check_interpolation(interpolation)
     own, columns, units = as_machine(machine), columns or {}, units or {}
-    wanted = [cylinder for cylinder in own.cylinder_names if cylinder in columns or cylinder in units]
     for cylinder in (*columns, *units):
         if cylinder not in own.cylinder_names:
             raise unknown("cylinder", cylinder, own.cylinder_names)
-    asked = [(cylinder, columns.get(cylinder), units.get(cylinder)) for cylinder in wanted]
-    with translated():
-        read = _core.read_commands(list(own.cylinder_names), str(log), time, interpolation == "linear", asked)
-    return {cylinder: Command(times, spool, interpolation) for cylinder, times, spool in read}
+    asked = {cylinder for cylinder in own.cylinder_names if cylinder in columns or cylinder in units}
+    table = table_of(log)
+    wanted = {}
+    for cylinder in own.cylinder_names:
+        usual = (cylinder, f"command.{cylinder}", f"cylinder.{cylinder}.command")
+        column = columns.get(cylinder) or table.first_of(usual)
+        if cylinder in asked or (column and not asked):
+            wanted[f"command.{cylinder}"] = Source(column or cylinder, units.get(cylinder))
+    if not wanted:
+        raise InputError(
+            f"the log has no column of a command; it has {', '.join(table.columns)}. Name its columns "
+            f"{', '.join(own.cylinder_names)}, or state which is which with columns="
+        )
+    series = series_of(table, wanted, dict.fromkeys(wanted, "m"), source=source_of(log), time=time, complete=True)
+    times = series.pop("time")
+    return {name.removeprefix("command."): Command(times, spool, interpolation) for name, spool in series.items()}

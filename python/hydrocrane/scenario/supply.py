@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from os import PathLike
 from typing import TYPE_CHECKING, TypeAlias
 
 from numpy.typing import ArrayLike
 
-from hydrocrane import _core
 from hydrocrane.arrays import Array, brief
-from hydrocrane.errors import InputError, translated
+from hydrocrane.errors import InputError
 from hydrocrane.scenario.command import check_interpolation, checked_series
+
+if TYPE_CHECKING:
+    from hydrocrane.logs.columns import LogLike
 
 # What makes a machine take a measured pressure.
 MEASURED = {"supply.measured": "yes"}
@@ -89,23 +90,24 @@ def as_supply(value: SupplyLike | None) -> SupplyPressure | None:
 
 
 def read_supply(
-    log: str | PathLike[str],
+    log: LogLike,
     *,
     column: str | None = None,
     unit: str | None = None,
     time: str | None = None,
     interpolation: str = "linear",
 ) -> SupplyPressure:
-    """The supply pressure from a log, as ``[supply] log`` of a scenario file reads it.
+    """The supply pressure from a log.
 
     Parameters
     ----------
-    log : path
-        CSV file or other text with columns, as :func:`hydrocrane.read_commands` takes it.
+    log : path, or anything that :meth:`hydrocrane.Log.of` takes
+        As :func:`hydrocrane.read_commands` takes it.
     column : str, optional
         Column of the pressures; default is ``supply.pressure``, ``mains.p``, as in saved runs, or ``supply``.
     unit : str, optional
-        Its unit; default is the unit in the log, else Pa. Pressures are gauge.
+        Its unit; default is the unit in the log, else Pa. Pressures are gauge; an absolute one, ``bara``, loses
+        1.01325 bar.
     time : str, optional
         Column of the times; default is ``time`` or ``t``. In s unless the log states another unit.
     interpolation : {"linear", "hold"}
@@ -118,8 +120,8 @@ def read_supply(
 
     Raises
     ------
-    MachineFileError
-        States the error of the log, and the cure.
+    InputError
+        If the column is missing, has gaps or is no pressure, or the times do not increase.
 
     Examples
     --------
@@ -128,7 +130,11 @@ def read_supply(
     >>> supply = hc.read_supply("drive.csv", column="p_s", unit="bar")
     >>> run = hc.simulate("vertical-lift-open-loop", supply=supply)
     """
+    from hydrocrane.logs import Source, series_of, source_of, table_of
+
     check_interpolation(interpolation)
-    with translated():
-        times, pressures = _core.read_supply(str(log), time, column, unit, interpolation == "linear")
-    return SupplyPressure(times, pressures, interpolation)
+    table = table_of(log)
+    found = column or table.first_of((SUPPLY, MAINS, "supply")) or SUPPLY
+    wanted = {SUPPLY: Source(found, unit)}
+    series = series_of(table, wanted, {SUPPLY: "Pa"}, source=source_of(log), time=time, complete=True)
+    return SupplyPressure(series["time"], series[SUPPLY], interpolation)

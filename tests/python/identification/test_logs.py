@@ -15,7 +15,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.io import savemat
 
 import hydrocrane as hc
-from hydrocrane.logs import Log, columns_of
+from hydrocrane.logs import Log
 
 N = 400
 FORMATS = ("csv", "mat", "nc", "h5", "mf4")
@@ -121,7 +121,6 @@ def test_units_come_from_a_row_or_from_the_names(tmp_path):
     np.testing.assert_allclose(log["p1"], np.arange(12) * 1e5)
     np.testing.assert_allclose(log.time, np.arange(12) * 1e-3)
     assert log.data["p1"].attrs["units"] == "Pa"
-    np.testing.assert_allclose(columns_of(tmp_path / "a.csv")["p1 (bar)"], np.arange(12) * 1e5)
 
 
 # --- MATLAB and HDF5 in their habits --------------------------------------------------------------------------------
@@ -298,11 +297,11 @@ def test_texts_without_numbers(tmp_path, text):
 
 
 def test_unknown_suffixes_and_missing_time(tmp_path):
-    (tmp_path / "a.xlsx").write_text("x")
+    (tmp_path / "a.docx").write_text("x")
     with pytest.raises(hc.ResultFileError, match="unknown suffix"):
-        hc.read_log(tmp_path / "a.xlsx")
+        hc.read_log(tmp_path / "a.docx")
     with pytest.raises(hc.ResultFileError, match="unknown suffix"):
-        Log.of(readings()).save(tmp_path / "a.xlsx")
+        Log.of(readings()).save(tmp_path / "a.docx")
     with pytest.raises(hc.InputError, match="no time column.*clock, x"):
         Log.of({"clock": [0.0, 1.0], "x": [0.0, 1.0]})
 

@@ -8,7 +8,6 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.errors import LONGEST_MESSAGE, InputError, MachineFileError
-from hydrocrane.logs import columns_of
 
 STUDY = """
 [study]
@@ -93,7 +92,6 @@ def test_a_unit_in_which_numbers_are_lost_is_refused(tmp_path, unit):
 def test_a_unit_of_a_header_that_is_nothing_in_si_is_no_crash(tmp_path):
     log = tmp_path / "log.csv"
     log.write_text("time,a [um^53]\n" + "".join(f"{i},{i}\n" for i in range(20)), encoding="utf-8")
-    assert columns_of(log)["a [um^53]"][1] == pytest.approx(1e-318, rel=1e-5)
     with pytest.raises(InputError, match=r"column `a \[um\^53\]` unit: one `um\^53` is"):
         hc.read_log(log)
 

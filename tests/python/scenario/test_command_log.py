@@ -74,7 +74,7 @@ def test_the_command_line_takes_a_log(folder, tmp_path):
     run = hc.Run.load(tmp_path / "out/vertical-lift-open-loop.nc")
     assert run.data["cylinder.lift.command"].sel(time=0.1).item() == pytest.approx(8e-3)
     wrong = CliRunner().invoke(app, [*arguments[:2], "--command-log", str(folder / "drive.csv")])
-    assert wrong.exit_code != 0 and "no column `time`" in str(wrong.exception)
+    assert wrong.exit_code != 0 and "no time column" in str(wrong.exception)
 
 
 def test_a_study_varies_the_log(folder):
@@ -87,22 +87,22 @@ def test_a_study_varies_the_log(folder):
     data = hc.sweep(PLAN, {"command.log": logs}, measures=["end(cylinder.lift.x)"])
     moved = data["end(cylinder.lift.x)"].values
     assert moved[0] != moved[1] and np.isfinite(moved).all()
-    with pytest.raises(hc.HydrocraneError, match="no column"):
+    with pytest.raises(hc.HydrocraneError, match="no time column"):
         hc.sweep(PLAN, {"command.log": [str(folder / "drive.csv")]}, measures=["end(tip.z)"])
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({}, "no column `time`"),
+        ({}, "no time column"),
         ({"time": "clock", "columns": {"lift": "lft"}}, "no column `lft`.*did you mean|no column `lft`"),
         ({"time": "clock", "columns": {"lft": "u_lift"}}, "did you mean `lift`"),
-        ({"time": "clock", "columns": {"lift": "u_lift"}, "units": {"lift": "bar"}}, "must be a length"),
+        ({"time": "clock", "columns": {"lift": "u_lift"}, "units": {"lift": "bar"}}, "give one of m"),
         ({"time": "clock", "interpolation": "cubic"}, "interpolation"),
     ],
 )
 def test_what_is_wrong_is_told(folder, options, words):
     with pytest.raises(hc.HydrocraneError, match=words):
         hc.read_commands(folder / "drive.csv", "rottne-f9-lab", **options)
-    with pytest.raises(hc.HydrocraneError, match="cannot be read"):
+    with pytest.raises(hc.HydrocraneError, match="no such file"):
         hc.read_commands(folder / "none.csv", "rottne-f9-lab")

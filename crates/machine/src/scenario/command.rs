@@ -3,7 +3,7 @@
 use super::log::{Files, Log};
 use super::{check_series, known_cylinder, Interpolation, Result, INTERPOLATIONS};
 use crate::columns::Problem;
-use crate::errors::{ErrorKind, Location, MachineError};
+use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::quantities::LENGTH;
 use crate::reader::{Field, Reader};
@@ -104,38 +104,26 @@ fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Fi
 }
 
 /// A log of spool commands with the assignment of its columns.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CommandLog {
+struct CommandLog {
     /// Path of a text file.
-    pub name: String,
+    name: String,
     /// Column of the times; `None`: `time` or `t`.
-    pub time: Option<String>,
-    pub interpolation: Interpolation,
+    time: Option<String>,
+    interpolation: Interpolation,
     /// Empty: all columns named like a cylinder.
-    pub columns: Vec<LoggedColumn>,
+    columns: Vec<LoggedColumn>,
 }
 
 /// Column of the command of a cylinder.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LoggedColumn {
-    pub cylinder: String,
+struct LoggedColumn {
+    cylinder: String,
     /// `None`: the column named like the cylinder.
-    pub column: Option<String>,
+    column: Option<String>,
     /// `None`: the unit in the log, or m.
-    pub unit: Option<String>,
+    unit: Option<String>,
 }
 
 impl CommandLog {
-    /// The commands of these `cylinders`.
-    ///
-    /// # Errors
-    /// An error of the log.
-    pub fn commands(&self, cylinders: &[&str]) -> Result<Vec<SpoolCommand>> {
-        self.read(cylinders, &Files::of_a_caller()).map_err(|(kind, message, cure)| {
-            MachineError::new(kind, Location::Source(self.name.clone()), message).help(cure)
-        })
-    }
-
     fn read(&self, cylinders: &[&str], files: &Files) -> std::result::Result<Vec<SpoolCommand>, Problem> {
         let log = Log::open(&self.name, self.time.as_deref(), files)?;
         let command = |cylinder: &str, spool: Vec<f64>| SpoolCommand {

@@ -14,8 +14,6 @@ use std::path::Path;
 pub struct Files<'a> {
     /// The scenario's own; `None`: it is bundled, or a text in memory, and opens none.
     pub folder: Option<&'a Path>,
-    /// Whether a caller names the files, who may also name what lies in a network.
-    pub of_a_caller: bool,
     /// Names and texts that were passed with it.
     pub given: &'a [(String, String)],
 }
@@ -31,15 +29,10 @@ pub fn is_text(name: &str) -> bool {
 }
 
 impl Files<'_> {
-    /// Those of somebody who names them by path.
-    pub fn of_a_caller() -> Self {
-        Files { folder: Some(Path::new("")), of_a_caller: true, given: &[] }
-    }
-
     /// A path relative to the scenario file.
     pub fn beside(&self, name: &str) -> Result<String, Problem> {
         let Some(folder) = self.folder else { return Ok(name.into()) };
-        match disk::path_fault(name).filter(|_| !self.of_a_caller) {
+        match disk::path_fault(name) {
             None => Ok(folder.join(name).display().to_string()),
             Some((fault, cure)) => Err((ErrorKind::UnreadableFile, format!("`{name}` {fault}"), cure)),
         }

@@ -3,7 +3,7 @@
 use super::log::{Files, Log};
 use super::{check_series, Interpolation, Result, INTERPOLATIONS};
 use crate::columns::Problem;
-use crate::errors::{ErrorKind, Location, MachineError};
+use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::quantities::PRESSURE;
 use crate::reader::{Field, Reader};
@@ -22,20 +22,6 @@ pub struct SupplyPressure {
     pub time: Vec<f64>,
     /// Gauge, Pa.
     pub pressure: Vec<f64>,
-    pub interpolation: Interpolation,
-}
-
-/// A log of the supply pressure with the assignment of its columns.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SupplyLog {
-    /// Path of a text file.
-    pub name: String,
-    /// Column of the times; `None`: `time` or `t`.
-    pub time: Option<String>,
-    /// `None`: one of the usual names.
-    pub column: Option<String>,
-    /// `None`: the unit in the log, or Pa.
-    pub unit: Option<String>,
     pub interpolation: Interpolation,
 }
 
@@ -113,26 +99,13 @@ fn logged<'a>(
     }
     let text = |key: &str| table.optional(key)?.map(|field| field.text().map(str::to_string)).transpose();
     let (time, column, unit) = (text("time-column")?, text("column")?, text("unit")?);
-    let log = SupplyLog { name: field.text()?.into(), time, column, unit, interpolation };
-    let read = log.read(files).map_err(|(kind, message, cure)| field.error(kind, message).help(cure))?;
+    let name = field.text()?;
+    let read = || {
+        let log = Log::open(name, time.as_deref(), files)?;
+        let names = column.as_deref().map_or_else(|| USUAL_NAMES.to_vec(), |column| vec![column]);
+        let pressure = log.column(&names, "the supply pressure", unit.as_deref(), &PRESSURE.quantity())?;
+        Ok(SupplyPressure { time: log.time, pressure, interpolation })
+    };
+    let read = read().map_err(|(kind, message, cure): Problem| field.error(kind, message).help(cure))?;
     Ok((read, field))
-}
-
-impl SupplyLog {
-    /// The pressure that the log holds.
-    ///
-    /// # Errors
-    /// An error of the log.
-    pub fn pressure(&self) -> Result<SupplyPressure> {
-        self.read(&Files::of_a_caller()).map_err(|(kind, message, cure)| {
-            MachineError::new(kind, Location::Source(self.name.clone()), message).help(cure)
-        })
-    }
-
-    fn read(&self, files: &Files) -> std::result::Result<SupplyPressure, Problem> {
-        let log = Log::open(&self.name, self.time.as_deref(), files)?;
-        let names = self.column.as_deref().map_or_else(|| USUAL_NAMES.to_vec(), |column| vec![column]);
-        let pressure = log.column(&names, "the supply pressure", self.unit.as_deref(), &PRESSURE.quantity())?;
-        Ok(SupplyPressure { time: log.time, pressure, interpolation: self.interpolation })
-    }
 }
