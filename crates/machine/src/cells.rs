@@ -216,8 +216,8 @@ pub fn readings(cell: &str) -> u8 {
     let before = |mark| digits.rsplit_once(mark).map_or("", |(before, _)| before);
     match (points, commas) {
         (0, 0) => POINT | COMMA,
-        (1, 0) => POINT | COMMA * thousands('.'),
-        (0, 1) => COMMA | POINT * thousands(','),
+        (1, 0) => POINT | (COMMA * thousands('.')),
+        (0, 1) => COMMA | (POINT * thousands(',')),
         (_, 0) => COMMA * thousands('.'),
         (0, _) => POINT * thousands(','),
         (_, 1) if last == Some(',') => COMMA * u8::from(grouped(before(','), '.')),

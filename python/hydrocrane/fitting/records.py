@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from os import PathLike
 from typing import TypeAlias
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, nearest
-from hydrocrane.logs import Log, noise_of, read_log
+from hydrocrane.logs import Log, noise_of
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.mapping import LogMapping
 
@@ -76,8 +75,7 @@ class Record:
 
 def opened(log: LogLike, mapping: LogMapping | None) -> Log:
     """A checked log whose columns have the names of the model's signals."""
-    found = read_log(log, mapping) if isinstance(log, str | PathLike) else Log.of(log, mapping)
-    return found.usable()
+    return Log.of(log, mapping).usable()
 
 
 def window_of(log: Log, window: tuple[float, float] | None) -> Log:

@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrocrane.errors import InputError
 from hydrocrane.identification.sensors import PRESSURES, largest_error
-from hydrocrane.logs import Log, read_log
+from hydrocrane.logs import Log
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.mapping import MappingLike
 from hydrocrane.machine.machine import Machine
@@ -86,11 +86,8 @@ class Reading:
         return [self._record(each, role) for each in given]
 
     def _record(self, given: LogLike, role: str) -> Record:
-        if isinstance(given, str | PathLike):
-            log = read_log(given, self.mapping)
-        else:
-            experiment = getattr(getattr(given, "data", None), "attrs", {}).get("experiment", "")
-            log = Log.of(given, self.mapping, source=str(experiment))
+        experiment = getattr(getattr(given, "data", None), "attrs", {}).get("experiment", "")
+        log = Log.of(given, self.mapping, source=str(experiment))
         role = _role(log, role)
         signals = ("x", "p1", "p2", *(["force"] if self.load_cell else []))
         for signal in (*signals, *(["command"] if role != STEADY else [])) if role else ():

@@ -86,8 +86,9 @@ class _Assembly:
         table, source = self.table, self.source
         column = table.find(entry.column)
         if column is None:
-            where = self.mapping.origin if self.mapping else source
-            raise InputError(f"{where}: {source} {no_column(table, entry.column)}")
+            origin = self.mapping.origin if self.mapping else source
+            where = "" if origin == source else f"{origin}: "
+            raise InputError(f"{where}{source} {no_column(table, entry.column)}")
         self._decided(name, column)
         values = table.columns[column].values
         own = entry.time or (table.columns[column].clock if table.one_recording else "")
@@ -103,11 +104,17 @@ class _Assembly:
         about = SIGNALS[name].long_name if name in SIGNALS else column
         stated = table.unit_of(column)
         if entry.unit is None and stated and not known_unit(stated):
+            foreign = f"the unit `{stated}` of column `{column}` is not known"
             if name in self.units:
-                raise InputError(f"{source}: {_foreign_unit(column, stated)}")
-            self._flag("unknown-unit", name, _foreign_unit(column, stated), fatal=name in SIGNALS)
+                raise InputError(f"{source}: {foreign}; it must be one of {self.units[name]}")
+            text = f"{foreign}; its numbers are used unchanged. Give it in a mapping"
+            self._flag("unknown-unit", name, text, fatal=name in SIGNALS)
             return values * entry.sign, stated, about
-        where = f"{self.mapping.origin}: [signal.{name}]" if self.mapping else f"{source}: column `{column}`"
+        where = (
+            f"{self.mapping.origin}: [signal.{name}]"
+            if self.mapping and not self.every
+            else f"{source}: column `{column}`"
+        )
         expected = (self.units[name],) if name in self.units else None
         si, unit = si_values(values, entry, stated, name, where, expected)
         self._tell_unit(name, column, entry.unit if entry.unit is not None else stated)
@@ -241,8 +248,8 @@ def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array,
     found: Column = table.columns[column]
     seems = "" if found.dates or stated or (entry is not None and entry.unit is not None) else counted_in(found.values)
     if seems:
-        what = "days" if seems == "86400 s" else seems
-        raise InputError(f'{where} cannot be in seconds, it seems to count {what}; say [time] unit = "{seems}"')
+        cure = f'say [time] unit = "{seems}", or "s" if it is in seconds'
+        raise InputError(f"{where} cannot be in seconds, it seems to count {seems}; {cure}")
     return si_values(found.values, entry or Source(column), stated, "time", where)[0], column
 
 
@@ -259,7 +266,3 @@ def no_column(table: Table, wanted: str | int) -> str:
     if lost in table.left_out:
         return f"cannot read its column `{lost}`: {table.left_out[lost]}"
     return f"has no column `{wanted}`{nearest(wanted, table.columns)}"
-
-
-def _foreign_unit(column: str, unit: str) -> str:
-    return f"the unit `{unit}` of column `{column}` is not known; its numbers are used unchanged. Give it in a mapping"

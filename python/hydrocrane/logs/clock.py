@@ -100,7 +100,7 @@ def counted_in(values: Array) -> str:
     if largest >= _LATEST:
         return "ms" if largest < 1e14 else "1e-6 s" if largest < 1e17 else "1e-9 s"
     day = any(low <= finite.min() and finite.max() <= high for low, high in _SERIAL) if finite.size > 1 else False
-    return "86400 s" if day and 0.0 < float(np.median(np.diff(finite))) < _LEAST_STEP else ""
+    return "d" if day and 0.0 < float(np.median(np.diff(finite))) < _LEAST_STEP else ""
 
 
 def _moment(cell: str, day_first: bool) -> datetime | None:

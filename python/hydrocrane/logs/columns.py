@@ -104,9 +104,10 @@ def series_of(
     steps = np.diff(found["time"])
     back = np.flatnonzero(steps < 0.0)
     if back.size:
-        at, time_at = int(back[0]), found["time"]
+        last = int(back[0])
+        ends = " to ".join(f"{value:.4g}" for value in found["time"][last : last + 2])
         raise InputError(
-            f"the time of {source} goes back from {time_at[at]:.4g} to {time_at[at + 1]:.4g} s at sample {at + 1}: it "
-            "holds more than one drive, or its clock restarts; take one part"
+            f"the time of {source} goes back from {ends} s at sample {last + 1}: it holds more than one drive, or its "
+            "clock restarts; take one part"
         )
     return found

@@ -15,8 +15,7 @@ from hydrocrane.logs.assembly import signals_of
 from hydrocrane.logs.checks import checked, clipped_at, readings, rechecked
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, MappingLike, log_mapping
-from hydrocrane.logs.readers import read_table
-from hydrocrane.logs.table import AS_FOUND, Form, Table
+from hydrocrane.logs.table import Form
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,11 +67,7 @@ class Log:
             return data if mapping is None else cls.of(data.data, mapping, data.source)
         if isinstance(data, str | PathLike):
             return read_log(data, mapping)
-        from hydrocrane.logs.columns import table_of
-
-        chosen = log_mapping(mapping)
-        form = chosen.form if chosen is not None else AS_FOUND
-        return _log(table_of(data, form), chosen, source or type(data).__name__)
+        return _log(data, log_mapping(mapping), source or type(data).__name__)
 
     @property
     def time(self) -> Array:
@@ -91,7 +86,8 @@ class Log:
         """(n,) values of a signal, SI; missing, infinite or absurdly large readings are NaN."""
         if name not in self.data:
             known = [str(n) for n in self.data.variables]
-            cure = f"name its column in a mapping, [signal.{name}]"
+            lost = (flag.message for flag in self.flags if flag.kind == "left-out" and f"`{name}" in flag.message)
+            cure = next(lost, f"name its column in a mapping, [signal.{name}]")
             raise InputError(f"{self.source}: the log has no signal `{name}`{nearest(name, known)}; {cure}")
         return readings(self.data[name].values)
 
@@ -231,12 +227,14 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None, *, number_f
     True 101
     """
     chosen = log_mapping(mapping)
-    form = chosen.form if chosen is not None else AS_FOUND
     if number_format is not None:
-        form = Form.of(number_format, form.dates, "read_log")
-    return _log(read_table(Path(path), form), chosen, str(path))
+        chosen = chosen or LogMapping()
+        chosen = replace(chosen, form=Form.of(number_format, chosen.form.dates, "read_log"))
+    return _log(path, chosen, str(path))
 
 
-def _log(table: Table, mapping: LogMapping | None, source: str) -> Log:
-    data, notes = signals_of(table, mapping, source)
+def _log(log: LogLike, mapping: LogMapping | None, source: str) -> Log:
+    from hydrocrane.logs.columns import table_of
+
+    data, notes = signals_of(table_of(log, (mapping or LogMapping()).form), mapping, source)
     return Log(data, checked(data, notes), source)

@@ -18,6 +18,9 @@ LEAST_UNIT = 1e-30
 _SPELLINGS = {
     "sec": "s",
     "seconds": "s",
+    **dict.fromkeys(("d", "day", "days"), "86400 s"),
+    "hours": "h",
+    "minutes": "min",
     "milliseconds": "ms",
     "microseconds": "1e-6 s",
     "nanoseconds": "1e-9 s",
