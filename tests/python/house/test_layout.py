@@ -50,7 +50,7 @@ ROOMS = {
     "logs": BASE | {"files"},
     "machine": BASE,
     "control": BASE | {"logs", "machine"},
-    "scenario": BASE | {"files", "machine", "control"},
+    "scenario": BASE | {"files", "logs", "machine", "control"},
     "results": BASE | {"files", "logs", "machine", "control", "scenario"},
     "simulation": BASE | {"machine", "control", "scenario", "results"},
     "analysis": BASE | {"machine", "scenario", "results", "simulation"},
