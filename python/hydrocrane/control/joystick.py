@@ -188,7 +188,7 @@ class Joystick:
         >>> print(stick.at(0.5).axes)
         [0.   0.25]
         """
-        from hydrocrane.logs import TIME_NAMES, Source, series_of, source_of, table_of
+        from hydrocrane.logs import TIME_NAMES, Source, series_of, table_of
         from hydrocrane.logs.table import split_name
 
         table = table_of(log)
@@ -211,8 +211,7 @@ class Joystick:
         precision = table.first_of(("stick.precision", "precision"))
         if precision is not None and "precision" not in more:
             wanted["stick.precision"] = Source(precision)
-        units, name = dict.fromkeys(wanted, "1"), source_of(log)
-        series = series_of(table, wanted, units, source=name, every=columns is None, complete=True)
+        series = series_of(table, wanted, dict.fromkeys(wanted, "1"), every=columns is None, complete=True)
         if "stick.precision" in wanted:
             more["precision"] = series.pop("stick.precision")
         time = series.pop("time")

@@ -3,7 +3,7 @@
 :func:`read_log` reads and checks a rig's log; :func:`series_of` gives chosen signals of any log in SI.
 """
 
-from hydrocrane.logs.columns import series_of, source_of, table_of
+from hydrocrane.logs.columns import series_of, table_of
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log, read_log
 from hydrocrane.logs.mapping import LogMapping, Source, log_mapping
@@ -21,6 +21,5 @@ __all__ = [
     "noise_of",
     "read_log",
     "series_of",
-    "source_of",
     "table_of",
 ]

@@ -39,7 +39,9 @@ LogLike: TypeAlias = "str | PathLike[str] | xr.Dataset | pd.DataFrame | Mapping[
 def table_of(log: LogLike, form: Form = AS_FOUND) -> Table:
     """The columns of a file or of data in memory, and those that were left out."""
     if isinstance(log, str | PathLike):
-        return read_table(Path(log), form)
+        table = read_table(Path(log), form)
+        table.source = Path(log).name
+        return table
     held = getattr(log, "data", None)
     data = held if is_dataset(held) else log
     if is_dataset(data):
@@ -56,17 +58,11 @@ def table_of(log: LogLike, form: Form = AS_FOUND) -> Table:
     return table
 
 
-def source_of(log: LogLike) -> str:
-    """What errors call a log."""
-    return Path(log).name if isinstance(log, str | PathLike) else "the log"
-
-
 def series_of(
     table: Table,
     wanted: Mapping[str, Source],
     units: Mapping[str, str],
     *,
-    source: str = "the log",
     time: str | None = None,
     every: bool = False,
     complete: bool = False,
@@ -80,8 +76,6 @@ def series_of(
         Signal -> column.
     units : mapping
         Signal -> its SI unit; a column of another dimension is an error.
-    source : str
-        What errors call the log.
     time : str, optional
         Column of the times; default is one with a usual name, or the only one with dates.
     every : bool
@@ -89,6 +83,7 @@ def series_of(
     complete : bool
         Whether a missing value is an error.
     """
+    source = table.source
     mapping = LogMapping(wanted, None if time is None else Source(time), origin=source)
     data, flags = signals_of(table, mapping, source, units)
     texts = [flag.message for flag in flags if flag.kind != "assumed-unit"]

@@ -93,15 +93,22 @@ def table_of_columns(
     """Columns of a program: arrays of numbers, dates, durations, or texts of numbers and dates."""
     from hydrocrane.logs.text import CELLS, Head, add_lines
 
-    table = Table()
+    table, texts, order = Table(), [], []
     for name, values in columns:
         unit = tidy_unit(str(units.get(name, "")))
+        order.append(str(name))
         cells = np.asarray(values)
-        texts = cells.tolist() if cells.ndim == 1 and cells.dtype.kind not in "buifcmM" else []
-        if any(isinstance(cell, str) for cell in texts):
-            add_lines(table, list(map(cell_text, texts)), CELLS, Head([str(name)], [unit], 1, 0), form)
+        found = cells.tolist() if cells.ndim == 1 and cells.dtype.kind not in "buifcmM" else []
+        if any(isinstance(cell, str) for cell in found):
+            texts.append((str(name), unit, list(map(cell_text, found))))
         else:
             table.take(str(name), values, unit)
+    # Together, because one column may say what the marks of another mean.
+    for size in dict.fromkeys(len(cells) for _, _, cells in texts):
+        names, stated, columns_of_text = zip(*(text for text in texts if len(text[2]) == size))
+        lines = list(map(CELLS.join, zip(*columns_of_text)))
+        add_lines(table, lines, CELLS, Head([*names], [*stated], len(names), 0), form)
+    table.columns = {name: table.columns[name] for name in (*order, *table.columns) if name in table.columns}
     return table
 
 

@@ -19,7 +19,7 @@ from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.units import tidy_unit
 
 TIME_NAMES = (
-    "time", "t", "time [s]", "time_s", "t_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time",
+    "time", "t", "time_s", "t_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time",
     "date_time",
 )  # fmt: skip
 # A name with its unit after it: "x [mm]", "p1 (bar)".
@@ -101,6 +101,8 @@ class Table:
         By their full names.
     notes : list of Flag
         Faults of the file itself.
+    source : str
+        What errors call it.
     in_memory : bool
         Whether it comes from a program, which passes SI values unless it states otherwise.
     one_recording : bool
@@ -115,6 +117,7 @@ class Table:
 
     columns: dict[str, Column] = field(default_factory=dict)
     notes: list[Flag] = field(default_factory=list)
+    source: str = "the log"
     in_memory: bool = False
     one_recording: bool = False
     about: dict[str, str | float | int] = field(default_factory=dict)

@@ -67,8 +67,8 @@ class Head(NamedTuple):
 def read_text(path: Path, form: Form) -> Table:
     """Read a text table, packed or not: perhaps titles, a header row, perhaps a row of units, then rows of numbers."""
     stripped = [line.strip() for line in _text(path).splitlines()]
-    lines = [line for line in stripped if line and not _is_comment(line)]
-    comments = [line for line in stripped if _is_comment(line)]
+    comments = [line for line in stripped if line.startswith(COMMENTS) and _is_comment(line)]
+    lines = [line for line in stripped if line and not (line.startswith(COMMENTS) and _is_comment(line))]
     if not lines:
         raise ResultFileError(f"{path} is empty; a log is a table with a time column")
     longest = max(map(len, lines))
@@ -96,7 +96,8 @@ def table_of_lines(path: Path, lines: list[str], comments: list[str], delimiter:
 
 
 def _is_comment(line: str) -> bool:
-    return line.startswith(COMMENTS) and not _core.is_missing(line.split(",")[0])
+    """Whether a line that begins like a comment is one: a cell may be `#N/A`."""
+    return not _core.is_missing(line.split(",")[0])
 
 
 def _facts(comments: list[str]) -> dict[str, str | float | int]:

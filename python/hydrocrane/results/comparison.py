@@ -12,7 +12,7 @@ import numpy as np
 from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import TIME, Columns
-from hydrocrane.logs import TIME_NAMES, Source, series_of, source_of, table_of
+from hydrocrane.logs import TIME_NAMES, Source, series_of, table_of
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.table import Table, split_name
 from hydrocrane.notebook import card
@@ -130,7 +130,7 @@ def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None,
     ours = run.columns
     wanted = _pairs(ours, table, columns)
     units = {name: str(ours[name].attrs.get("units", "")) or "1" for name in wanted}
-    found = series_of(table, wanted, units, source=source_of(log), every=columns is None)
+    found = series_of(table, wanted, units, every=columns is None)
     time = found["time"] + float(shift)
     start, end = float(ours.time[0]), float(ours.time[-1])
     inside = (time >= start) & (time <= end)

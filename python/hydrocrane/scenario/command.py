@@ -158,7 +158,7 @@ def read_commands(
     >>> commands = hc.read_commands("drive.csv", "rottne-f9-lab", columns={"lift": "u_lift"}, units={"lift": "mm"})
     >>> run = hc.simulate("vertical-lift-open-loop", commands=commands)
     """
-    from hydrocrane.logs import Source, series_of, source_of, table_of
+    from hydrocrane.logs import Source, series_of, table_of
 
     check_interpolation(interpolation)
     own, columns, units = as_machine(machine), columns or {}, units or {}
@@ -175,9 +175,9 @@ def read_commands(
             wanted[f"command.{cylinder}"] = Source(column or cylinder, units.get(cylinder))
     if not wanted:
         raise InputError(
-            f"the log has no column of a command; it has {', '.join(table.columns)}. Name its columns "
+            f"{table.source} has no column of a command; it has {', '.join(table.columns)}. Name its columns "
             f"{', '.join(own.cylinder_names)}, or state which is which with columns="
         )
-    series = series_of(table, wanted, dict.fromkeys(wanted, "m"), source=source_of(log), time=time, complete=True)
+    series = series_of(table, wanted, dict.fromkeys(wanted, "m"), time=time, complete=True)
     times = series.pop("time")
     return {name.removeprefix("command."): Command(times, spool, interpolation) for name, spool in series.items()}

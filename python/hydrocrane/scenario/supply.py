@@ -130,11 +130,11 @@ def read_supply(
     >>> supply = hc.read_supply("drive.csv", column="p_s", unit="bar")
     >>> run = hc.simulate("vertical-lift-open-loop", supply=supply)
     """
-    from hydrocrane.logs import Source, series_of, source_of, table_of
+    from hydrocrane.logs import Source, series_of, table_of
 
     check_interpolation(interpolation)
     table = table_of(log)
     found = column or table.first_of((SUPPLY, MAINS, "supply")) or SUPPLY
     wanted = {SUPPLY: Source(found, unit)}
-    series = series_of(table, wanted, {SUPPLY: "Pa"}, source=source_of(log), time=time, complete=True)
+    series = series_of(table, wanted, {SUPPLY: "Pa"}, time=time, complete=True)
     return SupplyPressure(series["time"], series[SUPPLY], interpolation)

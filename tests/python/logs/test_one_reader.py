@@ -71,9 +71,13 @@ def test_what_nothing_decides_is_refused_until_it_is_said(tmp_path):
 
 
 def test_texts_in_memory_are_read_like_those_of_a_file():
-    held = {"time": T, "p1 [kPa]": ["998,5"] * 15 + ["1.001"] * 15}
+    held = {"time": T, "p1 [kPa]": ["998,5"] * 15 + ["1.001"] * 15, "p2": T}
     for data in (held, pd.DataFrame(held)):
         np.testing.assert_allclose(hc.Log.of(data)["p1"][[0, -1]], [998500.0, 1001000.0])
+        np.testing.assert_allclose(hc.Log.of(data, {"signal": {"x": {"column": 2, "unit": "mm"}}})["x"][-1], 1.001)
+    # The times say what the mark of the pressure means.
+    texts = pd.DataFrame({"p1 [kPa]": ["1.001"] * N, "time": [f"{t:.2f}".replace(".", ",") for t in T]})
+    assert hc.Log.of(texts)["p1"][0] == 1001000.0
 
 
 COMMANDS = {
