@@ -67,7 +67,8 @@ def table_of_dataset(data: xr.Dataset) -> Table:
         factor, offset = (
             variable.encoding.get(key, start) for key, start in (("scale_factor", 1.0), ("add_offset", 0.0))
         )
-        bounds = {key: np.multiply(variable.attrs[key], factor) + offset for key in BOUNDS if key in variable.attrs}
+        stated = {key: np.asarray(variable.attrs[key]) for key in BOUNDS if key in variable.attrs}
+        bounds = {key: value * factor + offset for key, value in stated.items() if value.dtype.kind in "iuf"}
         unit = tidy_unit(str(variable.attrs.get("units", "")))
         table.take(str(name), variable.values, unit, {**variable.attrs, **bounds})
     table.about = plain_facts(data.attrs)
