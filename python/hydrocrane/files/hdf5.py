@@ -151,9 +151,13 @@ SCALES: Mapping[str, Callable[[np.dtype], bool]] = {
 
 
 def attributes(node: Node) -> Mapping[str, object]:
-    """The single texts and numbers among the attributes."""
+    """The single texts and numbers among the attributes, and pairs of numbers, such as bounds."""
     stated = {name: node.attrs.get_id(name) for name in list(node.attrs)[:MOST_OBJECTS]}
-    single = [name for name, a in stated.items() if a.shape in ((), (1,)) and a.dtype.itemsize <= LONGEST]
+    single = [
+        name
+        for name, a in stated.items()
+        if (a.shape in ((), (1,)) and a.dtype.itemsize <= LONGEST) or (a.shape == (2,) and a.dtype.kind in "iuf")
+    ]
     found = {plain(name): node.attrs[name] for name in single}
     return {name: plain(value) if isinstance(value, str) else value for name, value in found.items()}
 

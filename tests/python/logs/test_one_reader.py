@@ -154,6 +154,9 @@ MASKED = {
     "HDF5 in a group": lambda folder: in_hdf5(
         folder / "g.h5", {"unit": "m", "missing_value": np.int16([-999]), "scale_factor": np.float32(1e-3)}
     ),
+    "HDF5 with a range": lambda folder: in_hdf5(
+        folder / "r.h5", {"units": "mm", "valid_range": np.array([0, 5000], "i2")}
+    ),
     "parquet": lambda folder: parquet(folder / "m.parquet"),
 }
 
