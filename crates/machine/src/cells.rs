@@ -36,8 +36,9 @@ pub struct Cells {
     pub decision: Decision,
     /// First cell of each format that no other explains.
     certain: [Option<String>; 2],
-    /// Rows and cells that both formats explain differently; the values are those with decimals.
-    either: Vec<(usize, String)>,
+    /// By mark, point and comma: the first cell that both formats explain differently, and the rows of all of them, whose
+    /// values are those with decimals.
+    either: [Option<(String, Vec<usize>)>; 2],
 }
 
 /// A table that grows row by row.
@@ -118,13 +119,16 @@ impl Cells {
             POINT | COMMA if stated.is_none() => {
                 self.certain[usize::from(found == COMMA)].get_or_insert_with(|| cell.into());
             }
-            3 if cell.contains(['.', ',']) => self.either.push((row, cell.into())),
+            3 if cell.contains(['.', ',']) => {
+                let same = &mut self.either[usize::from(cell.contains(','))];
+                same.get_or_insert_with(|| (cell.into(), Vec::new())).1.push(row);
+            }
             _ => {}
         }
     }
 
     fn has_comma(&self) -> bool {
-        self.either.iter().any(|(_, cell)| cell.contains(','))
+        self.either[1].is_some()
     }
 
     fn decide(&mut self, elsewhere: Option<Format>) {
@@ -134,16 +138,17 @@ impl Cells {
             [None, Some(_)] => Some(Format::Comma),
             [None, None] => None,
         };
-        let Some((_, example)) = self.either.first() else { return };
+        let Some((example, _)) = self.either.iter().flatten().next() else { return };
         let Some(format) = own.or(elsewhere) else {
             return self.refuse(Decision::Undecided(example.clone()));
         };
-        let mark = if format == Format::Point { ',' } else { '.' };
-        for (row, cell) in self.either.iter().filter(|(_, cell)| cell.contains(mark)) {
-            self.values[*row] = value(cell, format);
-            if own.is_none() && self.decision == Decision::Own {
-                self.decision = Decision::Thousands(cell.clone());
-            }
+        let Some((example, rows)) = &self.either[usize::from(format == Format::Point)] else { return };
+        for row in rows {
+            // Three decimals at most, so that the product is a whole number but for its rounding.
+            self.values[*row] = (1e3 * self.values[*row]).round();
+        }
+        if own.is_none() {
+            self.decision = Decision::Thousands(example.clone());
         }
     }
 
