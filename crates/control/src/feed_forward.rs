@@ -212,23 +212,3 @@ fn ports(supply_pressures: &SupplyPressures, m: &Moment) -> PortPressures<f64> {
     let SupplyPressures { supply, tank } = *supply_pressures;
     PortPressures { supply, load: tank, tank, a: m.p[0], b: m.p[1], opening: None }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::opening::tests::{cylinder, fluid, STROKE};
-
-    #[test]
-    fn a_chamber_that_runs_empty_leaves_the_force_to_the_other_one() {
-        // A load pulls the piston out, and its feed is choked: chamber 1 runs empty.
-        let c = cylinder(Compensator::Before(8e5));
-        let supply = SupplyPressures { supply: 140e5, tank: 0.0 };
-        let m = Moment { stroke: 0.0, p: [5e5, 40e5] };
-        let force = |p: [f64; 2]| c.chambers.force(p[0], p[1]);
-        for time in [0.25, 1.0] {
-            let p = c.ahead(&fluid(), &supply, &m, &Ahead { time, force: 0.0, spool: 0.5 * STROKE }).p;
-            assert!(p[0] < 0.1e5, "{time}: {p:?}");
-            assert!((force(p) - force(m.p)).abs() < 1e-6 * force(m.p).abs(), "{time}: {p:?}");
-        }
-    }
-}

@@ -125,9 +125,9 @@ impl CylinderModel {
 }
 
 #[cfg(test)]
-pub mod tests {
+mod tests {
     use super::*;
-    use crate::feed_forward::{Moment, Steady, SupplyPressures};
+    use crate::feed_forward::{Ahead, Moment, Steady, SupplyPressures};
     use crate::signal_chain::SignalChain;
     use crate::valve_answer::ValveDynamics;
     use hydrocrane_num::curve::MonotoneCurve;
@@ -141,10 +141,10 @@ pub mod tests {
     use hydrocrane_physics::hydraulics::orifice::{Orifice, OrificeLaw};
     use hydrocrane_physics::hydraulics::spool_valve::SpoolValve;
 
-    pub const STROKE: f64 = 7e-3;
+    const STROKE: f64 = 7e-3;
 
     /// Notched edges from the supply, wider ones to the tank.
-    pub fn cylinder(compensator: Compensator<f64>) -> CylinderModel {
+    fn cylinder(compensator: Compensator<f64>) -> CylinderModel {
         let edge = Orifice {
             coefficient: 1e-5,
             transition_pressure: 1e4,
@@ -245,7 +245,21 @@ pub mod tests {
         }
     }
 
-    pub fn fluid() -> hydrocrane_physics::hydraulics::fluid::Fluid<f64> {
+    #[test]
+    fn a_chamber_that_runs_empty_leaves_the_force_to_the_other_one() {
+        // A load pulls the piston out, and its feed is choked: chamber 1 runs empty.
+        let c = cylinder(Compensator::Before(8e5));
+        let supply = SupplyPressures { supply: 140e5, tank: 0.0 };
+        let m = Moment { stroke: 0.0, p: [5e5, 40e5] };
+        let force = |p: [f64; 2]| c.chambers.force(p[0], p[1]);
+        for time in [0.25, 1.0] {
+            let p = c.ahead(&fluid(), &supply, &m, &Ahead { time, force: 0.0, spool: 0.5 * STROKE }).p;
+            assert!(p[0] < 0.1e5, "{time}: {p:?}");
+            assert!((force(p) - force(m.p)).abs() < 1e-6 * force(m.p).abs(), "{time}: {p:?}");
+        }
+    }
+
+    fn fluid() -> hydrocrane_physics::hydraulics::fluid::Fluid<f64> {
         hydrocrane_physics::hydraulics::fluid::Fluid {
             density: 870.0,
             bulk_max: 1e9,

@@ -471,9 +471,8 @@ impl<const N: usize> State<N> {
             self.follow_the_stick_back(model, s, &wish, lag, &now, waiting);
             target = self.reference.posture.stroke;
         }
-        let rates = self.reference.rates;
+        let (rates, next) = (self.reference.rates, model.at(&self.reference.q));
         let inertia = modes.torque(&modes.of_motion(&self.reference.acceleration));
-        let next = model.at(&self.reference.q);
         let [load, with_a_kilogram] =
             [0.0, 1.0].map(|more| model.cylinder_force_at(&next, &rates, model.payload + more));
         let mut demands: [Demand; N] = hydrocrane_num::array::from_fn(|c| {

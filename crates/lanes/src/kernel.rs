@@ -4,7 +4,7 @@
 //! same bits.
 
 use crate::crane_step::{CraneStep, Scene};
-use crate::own_numbers::{Bank, Needed, Places};
+use crate::own_numbers::{Bank, Group, Needed, Places, WIDTH};
 use hydrocrane_num::register::Register;
 #[cfg(target_arch = "x86_64")]
 use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
@@ -18,11 +18,6 @@ use hydrocrane_plant::precision::Precision;
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 4.0;
 const SAFETY: f64 = 0.85;
-
-/// Number of cranes of a group, that of the lanes of the widest register; of a group of lanes a narrower register has the first.
-pub const WIDTH: usize = 8;
-/// One number per crane.
-pub type Group = [f64; 8];
 
 /// Trial steps of the cranes of a group, each with its own size.
 #[derive(Debug, Clone, Copy)]

@@ -7,5 +7,5 @@ mod kernel;
 mod own_numbers;
 
 pub use crane_step::{CraneStep, Scene};
-pub use kernel::{Demand, Group, InLanes, StepKernel, StepResult, Trial, WIDTH};
-pub use own_numbers::Needed;
+pub use kernel::{Demand, InLanes, StepKernel, StepResult, Trial};
+pub use own_numbers::{Group, Needed, WIDTH};

@@ -1,6 +1,5 @@
 //! Numbers that differ from crane to crane, exchanged in the laws of a register when its lanes get other cranes.
 
-use crate::kernel::{Group, WIDTH};
 use hydrocrane_num::register::Register;
 use hydrocrane_num::{Field, Lanes};
 use hydrocrane_plant::layout::Layout;
@@ -8,6 +7,11 @@ use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
 use hydrocrane_plant::rhs::Evaluator;
 use std::ptr::from_ref;
+
+/// Number of cranes of a group, that of the lanes of the widest register; of a group of lanes a narrower register has the first.
+pub const WIDTH: usize = 8;
+/// One number per crane.
+pub type Group = [f64; 8];
 
 /// All that a step in one register reads, with the numbers of the crane of each lane.
 pub struct Bank<R, const N: usize> {
