@@ -244,8 +244,13 @@ fn range(seen: Interval, fluid: &Fluid<f64>) -> Interval {
 /// centre a flow is monotone in the spool.
 fn flows(valve: &SpoolValve<f64>, trust: &Trust, spool: Interval, p: &[Interval; 2], ends: &[usize]) -> [Interval; 2] {
     // Copied where it differs alone: it is large.
-    let own = (trust.compensator != valve.compensator).then(|| SpoolValve { compensator: trust.compensator, ..*valve });
-    let valve = own.as_ref().unwrap_or(valve);
+    let own;
+    let valve = if trust.compensator == valve.compensator {
+        valve
+    } else {
+        own = SpoolValve { compensator: trust.compensator, ..*valve };
+        &own
+    };
     let mut flows = [Interval::NONE; 2];
     let held = valve.couples_ports().then(|| held(valve, spool, p, trust.tank[0]));
     for valve in held.as_ref().map_or(core::slice::from_ref(valve), |ends| &ends[..]) {
