@@ -181,9 +181,14 @@ impl Stepper {
         self.global_error = followed.then(|| vec![0.0; self.x.len()]);
     }
 
-    /// Estimated error of the state: the errors of the steps so far, each carried on by the linearised equations.
+    /// Estimated error of the state: the errors of the steps so far, each carried on by the linearised equations. The method of a drive
+    /// alone carries none.
     pub fn global_error(&self) -> Option<&[f64]> {
-        self.global_error.as_deref()
+        if cfg!(feature = "methods") {
+            self.global_error.as_deref()
+        } else {
+            None
+        }
     }
 
     /// Takes no longer steps than `max_step` (s) from now on.
@@ -367,7 +372,7 @@ impl Stepper {
         std::mem::swap(&mut self.x, &mut self.target.x);
         flush(&mut self.x);
         self.quadratures.follow(system, self.method.as_ref(), h, &self.x);
-        if let Some(error) = &mut self.global_error {
+        if let Some(error) = self.global_error.as_mut().filter(|_| cfg!(feature = "methods")) {
             if self.method.carry(h, error) {
                 error.iter_mut().zip(&self.target.error).for_each(|(error, own)| *error += own);
                 flush(error);
