@@ -11,7 +11,7 @@ use std::ptr::from_ref;
 /// Number of cranes of a group, that of the lanes of the widest register; of a group of lanes a narrower register has the first.
 pub const WIDTH: usize = 8;
 /// One number per crane.
-pub type Group = [f64; 8];
+pub type Group = [f64; WIDTH];
 
 /// All that a step in one register reads, with the numbers of the crane of each lane.
 pub struct Bank<R, const N: usize> {
