@@ -42,6 +42,7 @@ impl MonotoneCurve {
     #[inline(always)]
     pub fn eval<T: Real>(&self, x: T) -> T {
         let [start, a0, a1, a2, a3] = x.look_up_row(
+            |i| self.rows[1..self.count].get(i).map(|row| row[0]),
             #[inline(always)]
             |x| self.row(x),
         );

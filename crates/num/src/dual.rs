@@ -184,8 +184,12 @@ impl<S: Real, const N: usize> Field for Dual<S, N> {
 
 impl<S: Real, const N: usize> Real for Dual<S, N> {
     #[inline(always)]
-    fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [Self; K] {
-        self.value.look_up_row(f).map(Self::constant)
+    fn look_up_row<const K: usize>(
+        self,
+        starts: impl Fn(usize) -> Option<f64>,
+        f: impl Fn(f64) -> [f64; K],
+    ) -> [Self; K] {
+        self.value.look_up_row(starts, f).map(Self::constant)
     }
     #[inline(always)]
     fn outlined<O>(f: impl FnMut() -> O) -> O {

@@ -110,7 +110,7 @@ impl<R: Register> Field for Lanes<R> {
 
 impl<R: Register> Real for Lanes<R> {
     #[inline(always)]
-    fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [Self; K] {
+    fn look_up_row<const K: usize>(self, _: impl Fn(usize) -> Option<f64>, f: impl Fn(f64) -> [f64; K]) -> [Self; K] {
         let (mut plain, mut rows) = ([0.0; WIDEST], [[0.0; WIDEST]; K]);
         self.0.store(&mut plain);
         for lane in 0..R::WIDTH {

@@ -44,18 +44,14 @@ pub trait Field:
 /// There is intentionally no ordering and no equality: a law cannot branch on a value, but computes both sides and
 /// [`select`](Real::select)s. So derivatives and lanes take the same path as plain numbers.
 pub trait Real: Field + Add<f64, Output = Self> + Sub<f64, Output = Self> + Div<f64, Output = Self> {
-    /// The constants that `f` gives for the plain value, lane by lane: for values of tables. Their derivatives are
-    /// zero.
-    fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [Self; K];
-    /// One of them.
-    #[inline(always)]
-    fn look_up(self, f: impl Fn(f64) -> f64) -> Self {
-        let [one] = self.look_up_row(
-            #[inline(always)]
-            |plain| [f(plain)],
-        );
-        one
-    }
+    /// The constants that `f` gives for the plain value, lane by lane: for rows of tables. Their derivatives are zero. `starts`
+    /// are the ascending numbers from each of which on `f` gives another row, by their index; only a type that keeps the whole
+    /// table asks for them.
+    fn look_up_row<const K: usize>(
+        self,
+        starts: impl Fn(usize) -> Option<f64>,
+        f: impl Fn(f64) -> [f64; K],
+    ) -> [Self; K];
 
     /// Runs `f` where its code is not copied into every caller, if that matters for this number type: in lanes a law
     /// becomes long code and must know its instruction set. `f` is to be marked as always inlined.
@@ -131,7 +127,7 @@ impl Real for f64 {
         <f64 as Register>::run(f)
     }
     #[inline(always)]
-    fn look_up_row<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [f64; K] {
+    fn look_up_row<const K: usize>(self, _: impl Fn(usize) -> Option<f64>, f: impl Fn(f64) -> [f64; K]) -> [f64; K] {
         f(self)
     }
     #[inline(always)]

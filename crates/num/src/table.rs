@@ -27,8 +27,10 @@ impl QuinticTable {
         let last = self.intervals.len() - 1;
         let position = (x - self.start) / self.spacing;
         let inside = position.clamp(T::c(0.0), T::c(self.intervals.len() as f64));
-        // In one go: each lane reads a row.
+        // In one go: each lane reads a row. Below the first one, the slope at its edge is another.
+        let first = f64::from_bits(1);
         let [i, edge_slope, a0, a1, a2, a3, a4, a5] = position.look_up_row(
+            |i| if i == 0 { Some(first) } else { (i <= last).then_some(i as f64) },
             #[inline(always)]
             |p| {
                 let i = (p as usize).min(last);

@@ -79,7 +79,7 @@ fn operations<R: Register>() {
             "magnitude": p, q => Real::abs(p);
             "smaller": p, q => Real::min(p, q);
             "larger": p, q => Real::max(p, q);
-            "look-up": p, q => Real::look_up(p, |v| if v < 0.5 { 3.0 } else { v });
+            "look-up": p, q => Real::look_up_row(p, |_| None, |v| [if v < 0.5 { 3.0 } else { v }])[0];
         }
     }
 }
