@@ -1,6 +1,6 @@
 //! The number type of a machine: plain, or with derivatives by some values of the file.
 
-use hydrocrane_num::{Dual, Field, Real};
+use hydrocrane_num::{portable, Dual, Field, Real};
 
 /// A value of the file as an independent variable.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,6 +23,14 @@ pub trait Number: Real {
     fn plain(self) -> f64;
     /// Whether it equals `value` for all values of the independent variables.
     fn always(self, value: f64) -> bool;
+    /// Sine and cosine of an angle that the file states; plain values have the bits of [`portable`].
+    fn stated_sin_cos(self) -> (Self, Self) {
+        let plain = self.plain();
+        let (sin, cos) = portable::sin_cos(plain);
+        let (sin, cos, beyond) = (Self::c(sin), Self::c(cos), self - plain);
+        // The linear terms are exact for the derivatives.
+        (sin + cos * beyond, cos - sin * beyond)
+    }
 }
 
 impl Number for f64 {

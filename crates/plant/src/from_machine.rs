@@ -7,7 +7,7 @@ use crate::plant::Plant;
 use crate::supply::{ControlledPump, Supply};
 use hydrocrane_machine::{model as file, Number};
 use hydrocrane_num::curve::MonotoneCurve;
-use hydrocrane_num::{portable, smooth, Real, Vec2};
+use hydrocrane_num::{smooth, Real, Vec2};
 use hydrocrane_physics::dynamics::ground::{Ground, Soil, Support, MOST_SUPPORTS};
 use hydrocrane_physics::dynamics::{Body, Mechanics};
 use hydrocrane_physics::friction::{lugre::LuGre, StaticParameters};
@@ -172,20 +172,11 @@ fn joint<T: Number>(m: &file::Machine<T>, i: usize) -> Joint<T> {
             Joint { at, direction: Vec2::default(), offset, zero, sense: T::c(j.sense), revolute: true }
         }
         file::JointKind::Prismatic { direction } => {
-            let (sin, cos) = sin_cos(direction);
+            let (sin, cos) = direction.stated_sin_cos();
             let direction = Vec2::new(cos * j.sense, sin * j.sense);
             Joint { at, direction, offset: T::c(0.0), zero, sense: T::c(0.0), revolute: false }
         }
     }
-}
-
-/// Sine and cosine; plain values have the bits of [`portable`]. The linear terms are exact for the derivatives of
-/// `angle`.
-fn sin_cos<T: Real>(angle: T) -> (T, T) {
-    let sin = angle.look_up(|plain| portable::sin_cos(plain).0);
-    let cos = angle.look_up(|plain| portable::sin_cos(plain).1);
-    let beyond = angle - angle.look_up(|plain| plain);
-    (sin + cos * beyond, cos - sin * beyond)
 }
 
 /// The inertia about the centre of gravity, by the parallel axis theorem if the file gives that about the frame.
