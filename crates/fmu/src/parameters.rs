@@ -1,7 +1,8 @@
 //! Values of the machine file that a simulation tool can change.
 
 use crate::variable::{Kind, Use, Variable};
-use hydrocrane_machine::model::{Form, Provenance};
+use hydrocrane_machine::by_keys::{name_of, numbers_at};
+use hydrocrane_machine::model::Provenance;
 use hydrocrane_machine::{Machine, OverrideValue};
 
 /// Key of the mass at the tip, which every plant has.
@@ -21,7 +22,7 @@ pub struct Parameter {
 
 impl Parameter {
     pub fn name(&self) -> String {
-        self.element.map_or_else(|| self.key.clone(), |element| format!("{}[{element}]", self.key))
+        name_of(&self.key, self.element)
     }
 
     pub fn variable(&self, index: usize) -> Variable {
@@ -35,29 +36,15 @@ impl Parameter {
 /// # Errors
 /// A key at which there is no number.
 pub fn parameters(machine: &Machine, keys: &[String]) -> Result<Vec<Parameter>, String> {
-    let below = |entry: &Provenance, key: &str| {
-        entry.key.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    };
-    let numbers = |entry: &&Provenance| entry.value.form != Form::List && entry.key != PAYLOAD;
-    if let Some(none) = keys.iter().find(|key| !machine.provenance.iter().any(|entry| below(entry, key))) {
-        return Err(format!("the machine has no number at `{none}`, so it is no parameter"));
-    }
-    let wanted = machine.provenance.iter().filter(|entry| keys.iter().any(|key| below(entry, key)));
-    Ok(wanted.filter(numbers).flat_map(elements).collect())
+    let found = numbers_at(machine, keys)?;
+    Ok(found.into_iter().filter(|(entry, _)| entry.key != PAYLOAD).map(parameter).collect())
 }
 
-fn elements(entry: &Provenance) -> Vec<Parameter> {
-    let value = &entry.value;
-    let one = |element: Option<usize>| {
-        let index = element.unwrap_or(0);
-        let unit = value.units.get(index).or(value.units.first()).map_or(String::new(), |unit| unit.to_string());
-        let si = value.si[index];
-        Parameter { key: entry.key.clone(), element, unit, value: si, start: si }
-    };
-    match value.form {
-        Form::Two => (0..value.si.len()).map(|element| one(Some(element))).collect(),
-        _ => value.si.first().map(|_| one(None)).into_iter().collect(),
-    }
+fn parameter((entry, element): (&Provenance, Option<usize>)) -> Parameter {
+    let (value, index) = (&entry.value, element.unwrap_or(0));
+    let unit = value.units.get(index).or(value.units.first()).map_or(String::new(), |unit| unit.to_string());
+    let si = value.si[index];
+    Parameter { key: entry.key.clone(), element, unit, value: si, start: si }
 }
 
 /// The overrides for the present values.

@@ -1,11 +1,37 @@
 //! Keys of a machine file as parameters: `supply.pressure`, or `friction.test.coulomb[0]` for one value of a pair.
 
-use super::SensitivityError;
-use hydrocrane_machine::model::{Form, Provenance, Recorded};
-use hydrocrane_machine::{ErrorKind, Machine, Number, OverrideValue, Template, Variable};
+use crate::errors::{ErrorKind, MachineError};
+use crate::load::Template;
+use crate::merge::OverrideValue;
+use crate::model::{Form, Machine, Provenance, Recorded};
+use crate::number::{Number, Variable};
 use std::ops::Range;
 
-type Result<T> = std::result::Result<T, SensitivityError>;
+type Result<T> = std::result::Result<T, KeyError>;
+
+/// Why keys or their values do not serve.
+#[derive(Debug, Clone, PartialEq)]
+pub enum KeyError {
+    /// An error of the machine, or an unknown key.
+    Machine(MachineError),
+    /// A key that is no numeric parameter, or a wrong value of one.
+    Key(String),
+}
+
+impl From<MachineError> for KeyError {
+    fn from(error: MachineError) -> Self {
+        KeyError::Machine(error)
+    }
+}
+
+impl std::fmt::Display for KeyError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            KeyError::Machine(error) => error.fmt(f),
+            KeyError::Key(text) => f.write_str(text),
+        }
+    }
+}
 
 /// A parameter with its value in the machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +63,7 @@ impl Keys {
     /// Looks the `keys` up in a machine.
     pub fn new(template: Template, keys: &[String]) -> Result<Self> {
         if keys.is_empty() {
-            return Err(SensitivityError::Key("name at least one key to differentiate by".into()));
+            return Err(KeyError::Key("name at least one key of the machine file".into()));
         }
         let machine = template.build(&[])?;
         let paths: Vec<(&str, Option<usize>)> = keys.iter().map(|key| split(key)).collect::<Result<_>>()?;
@@ -51,7 +77,7 @@ impl Keys {
                 other == path && (e == element || e.is_none() || element.is_none())
             };
             if paths[..i].iter().any(clash) {
-                return Err(SensitivityError::Key(format!("`{key}` is named twice; name each value once")));
+                return Err(KeyError::Key(format!("`{key}` is named twice; name each value once")));
             }
             found.add(key, path, *element, &machine)?;
         }
@@ -72,7 +98,7 @@ impl Keys {
             _ => None,
         };
         if let Some(text) = trouble {
-            return Err(SensitivityError::Key(text));
+            return Err(KeyError::Key(text));
         }
         let i = element.filter(|_| number.form == Form::Two).unwrap_or(0);
         self.parameters.push(Parameter { key: key.into(), value: number.si[i], unit: number.units[i].to_string() });
@@ -81,22 +107,20 @@ impl Keys {
     }
 
     /// The loader's reason why `path` names no number.
-    fn no_number(&self, path: &str, machine: &Machine) -> SensitivityError {
+    fn no_number(&self, path: &str, machine: &Machine) -> KeyError {
         if let Some((pair, element @ ("0" | "1"))) = path.rsplit_once('.') {
             if machine.provenance.iter().any(|entry| entry.key == pair && entry.value.form != Form::List) {
-                return SensitivityError::Key(format!(
-                    "one value of a pair is written `{pair}[{element}]`, not `{path}`"
-                ));
+                return KeyError::Key(format!("one value of a pair is written `{pair}[{element}]`, not `{path}`"));
             }
         }
         let probe = self.template.build(&[(path.into(), OverrideValue::Number(1.0))]);
         match probe.map_err(|error| (error.kind(), error)) {
             Err((ErrorKind::UnknownKey | ErrorKind::UnknownReference, error)) => error.into(),
-            Err((ErrorKind::WrongType, error)) => SensitivityError::Key(format!(
+            Err((ErrorKind::WrongType, error)) => KeyError::Key(format!(
                 "`{path}` is not one number, so a derivative by it does not exist: {}",
                 error.message()
             )),
-            _ => SensitivityError::Key(format!("this machine gives `{path}` no value; give it one by an override")),
+            _ => KeyError::Key(format!("this machine gives `{path}` no value; give it one by an override")),
         }
     }
 
@@ -120,13 +144,13 @@ impl Keys {
     fn changes(&self, values: &[f64]) -> Result<Vec<(String, OverrideValue)>> {
         if values.len() != self.slots.len() {
             let (got, wanted) = (values.len(), self.slots.len());
-            return Err(SensitivityError::Key(format!("{got} values for {wanted} keys; give one for each")));
+            return Err(KeyError::Key(format!("{got} values for {wanted} keys; give one for each")));
         }
         let mut numbers = self.pinned.clone();
         for ((slot, value), parameter) in self.slots.iter().zip(values).zip(&self.parameters) {
             if !value.is_finite() {
                 let text = format!("the value of `{}` must be a finite number, got {value}", parameter.key);
-                return Err(SensitivityError::Key(text));
+                return Err(KeyError::Key(text));
             }
             set(&mut numbers[slot.number].value, slot.element, *value);
         }
@@ -163,8 +187,39 @@ fn split(key: &str) -> Result<(&str, Option<usize>)> {
         None => Ok((key, None)),
         Some((path, "0]")) => Ok((path, Some(0))),
         Some((path, "1]")) => Ok((path, Some(1))),
-        Some((path, _)) => Err(SensitivityError::Key(format!(
-            "`{key}` is not a key: the values of a pair are `{path}[0]` and `{path}[1]`"
-        ))),
+        Some((path, _)) => {
+            Err(KeyError::Key(format!("`{key}` is not a key: the values of a pair are `{path}[0]` and `{path}[1]`")))
+        }
     }
+}
+
+/// The numbers of `machine` at these keys, and at all keys of tables among them, each with the element of a pair that it is.
+///
+/// # Errors
+/// A key at which there is no number.
+pub fn numbers_at<'a>(
+    machine: &'a Machine,
+    keys: &[String],
+) -> std::result::Result<Vec<(&'a Provenance, Option<usize>)>, String> {
+    let below = |entry: &Provenance, key: &str| {
+        entry.key.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    if let Some(none) = keys.iter().find(|key| !machine.provenance.iter().any(|entry| below(entry, key))) {
+        return Err(format!("the machine has no number at `{none}`, so it is no parameter"));
+    }
+    let wanted = machine.provenance.iter().filter(|entry| keys.iter().any(|key| below(entry, key)));
+    Ok(wanted.flat_map(elements).collect())
+}
+
+fn elements(entry: &Provenance) -> Vec<(&Provenance, Option<usize>)> {
+    match entry.value.form {
+        Form::List => Vec::new(),
+        Form::Two => (0..entry.value.si.len()).map(|element| (entry, Some(element))).collect(),
+        _ => entry.value.si.first().map(|_| (entry, None)).into_iter().collect(),
+    }
+}
+
+/// The name of a number, `a.b` or `a.b[1]`.
+pub fn name_of(key: &str, element: Option<usize>) -> String {
+    element.map_or_else(|| key.to_string(), |element| format!("{key}[{element}]"))
 }

@@ -5,6 +5,7 @@
 
 mod at_cylinder;
 mod bundled;
+pub mod by_keys;
 pub mod cells;
 mod circuit;
 mod columns;

@@ -170,6 +170,7 @@ fn overridden<'a>(mut tree: Cow<'a, Node>, overrides: &[Override]) -> Result<Cow
 }
 
 /// A machine file that is read once and built many times, with other values each time.
+#[derive(Clone)]
 pub struct Template {
     tree: Cow<'static, Node>,
     /// Whether it is an unchanged bundled file.

@@ -1,5 +1,6 @@
 //! Errors in a request for sensitivities.
 
+use hydrocrane_machine::by_keys::KeyError;
 use hydrocrane_machine::MachineError;
 use hydrocrane_plant::errors::{BuildError, PoseError};
 
@@ -15,4 +16,13 @@ pub enum SensitivityError {
     /// A key that is no numeric parameter, or a wrong value of one.
     #[error("{0}")]
     Key(String),
+}
+
+impl From<KeyError> for SensitivityError {
+    fn from(error: KeyError) -> Self {
+        match error {
+            KeyError::Machine(error) => SensitivityError::Machine(error),
+            KeyError::Key(text) => SensitivityError::Key(text),
+        }
+    }
 }

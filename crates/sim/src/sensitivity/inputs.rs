@@ -1,7 +1,7 @@
 //! All numbers on which a run with given commands depends, with their derivatives by keys of the machine file.
 
-use super::key::Keys;
 use super::SensitivityError;
+use hydrocrane_machine::by_keys::Keys;
 use hydrocrane_machine::{Machine, Number};
 use hydrocrane_num::Dual;
 use hydrocrane_plant::from_machine::plant;
@@ -40,7 +40,7 @@ impl<T: Number, const N: usize> Inputs<T, N> {
 
 /// Machines at the `values` of the keys, with derivatives by [`WIDTH`] parameters each, in the order of the keys.
 pub fn machines_by(keys: &Keys, values: &[f64]) -> Result<Vec<Machine<Differentiated>>> {
-    let group = |first: usize| keys.machine_with(values, first..values.len().min(first + WIDTH));
+    let group = |first: usize| Ok(keys.machine_with(values, first..values.len().min(first + WIDTH))?);
     (0..values.len()).step_by(WIDTH).map(group).collect()
 }
 

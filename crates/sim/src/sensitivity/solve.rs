@@ -1,7 +1,6 @@
 //! One experiment: a run together with the derivatives of all recorded signals.
 
 use super::inputs::{check_effect, machines_by, Differentiated, Inputs};
-use super::key::{Keys, Parameter};
 use super::tangent_system::{Group, TangentSystem};
 use super::SensitivityError;
 use crate::assembly::{options, RunSettings};
@@ -18,6 +17,7 @@ use crate::payload::{PayloadChange, PayloadEvent};
 use crate::schedule::Schedule;
 use crate::supply::place;
 use crate::warning::Warning;
+use hydrocrane_machine::by_keys::{Keys, Parameter};
 use hydrocrane_machine::scenario::{burst_fault, burst_times, tighten, with_hoses, Burst, Solver, SupplyPressure};
 use hydrocrane_machine::{Machine, Number, OverrideValue, Template};
 use hydrocrane_ode::System;
@@ -101,7 +101,7 @@ fn keys(experiment: &Experiment) -> Result<Keys> {
         return Err(SensitivityError::Key(format!("{message}; {cure}")));
     }
     let overrides = with_hoses(&experiment.bursts, experiment.overrides.clone(), f64::INFINITY);
-    Keys::new(Template::open(&experiment.source, &overrides)?, &experiment.keys)
+    Ok(Keys::new(Template::open(&experiment.source, &overrides)?, &experiment.keys)?)
 }
 
 /// Runs the experiment with these `values` of its keys, or with the machine's own.

@@ -1,10 +1,10 @@
 //! Derivatives of the inputs of a run by keys of the machine file.
 
+use hydrocrane_machine::by_keys::Keys;
 use hydrocrane_machine::model::Form;
 use hydrocrane_machine::{OverrideValue, Template};
 use hydrocrane_plant::hydraulic_axis::FrictionLaw;
 use hydrocrane_sim::sensitivity::inputs::{check_effect, machines_by, Differentiated, Inputs, WIDTH};
-use hydrocrane_sim::sensitivity::key::Keys;
 use std::f64::consts::PI;
 
 /// The rig with one key: its inputs with derivatives, and the value of the key.
