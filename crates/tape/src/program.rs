@@ -1,0 +1,123 @@
+//! Operations in a stable order under names, as writers of other languages need them.
+//!
+//! States are `x0`, `x1`, ..., spool commands `u0`, ..., parameters `p0`, ..., results of operations `t0`, ..., truth values `m0`, ...,
+//! and places in tables `i0`, ...; `c0`, ... are what the prologue keeps. Constants are the shortest decimals that give their bits.
+
+use crate::operation::{Kind, Operand};
+use crate::recorder::{Table, Tape};
+use crate::traced::Traced;
+use std::collections::HashMap;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    pub result: String,
+    pub operation: &'static str,
+    pub operands: Vec<String>,
+}
+
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Function {
+    pub steps: Vec<Step>,
+    pub results: Vec<String>,
+}
+
+/// Functions of states and spool commands with what they share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Program {
+    pub tables: Vec<Table>,
+    /// What depends on parameters alone. Its results are what the functions know as `c0`, `c1`, ...
+    pub prologue: Function,
+    /// These results for the values of the file.
+    pub kept: Vec<f64>,
+    pub functions: Vec<Function>,
+}
+
+/// The operations that each of some lists of results needs.
+pub fn program(tape: &Tape, functions: &[Vec<Traced>]) -> Program {
+    let moving = moving(tape);
+    let rests = |operand: Operand| matches!(operand, Operand::Recorded(at) if !moving[at as usize]);
+    let mut keeps: Vec<Operand> = Vec::new();
+    let mut names: HashMap<Operand, String> = HashMap::new();
+    let mut keep = |operand: Operand| {
+        if rests(operand) && !names.contains_key(&operand) {
+            names.insert(operand, format!("c{}", keeps.len()));
+            keeps.push(operand);
+        }
+    };
+    for results in functions {
+        let results = || results.iter().map(|result| result.operand());
+        let needed = tape.needed(results());
+        for i in (0..needed.len()).filter(|i| needed[*i] && moving[*i]) {
+            tape.operations[i].operands.iter().for_each(|operand| keep(*operand));
+        }
+        results().for_each(&mut keep);
+    }
+    let functions =
+        functions.iter().map(|results| function(tape, results.iter().map(|result| result.operand()).collect(), &names));
+    Program {
+        tables: tape.tables.clone(),
+        functions: functions.collect(),
+        kept: keeps.iter().map(|operand| tape.value(*operand)).collect(),
+        prologue: function(tape, keeps.clone(), &HashMap::new()),
+    }
+}
+
+/// Which operations depend on states or commands.
+fn moving(tape: &Tape) -> Vec<bool> {
+    let mut moving: Vec<bool> = Vec::with_capacity(tape.operations.len());
+    for operation in &tape.operations {
+        let moves = matches!(operation.kind, Kind::State | Kind::Command) || operation.needs().any(|at| moving[at]);
+        moving.push(moves);
+    }
+    moving
+}
+
+/// What `results` need beyond the numbers that have `names` already.
+fn function(tape: &Tape, results: Vec<Operand>, names: &HashMap<Operand, String>) -> Function {
+    let mut names = names.clone();
+    let known: Vec<bool> =
+        (0..tape.operations.len() as u32).map(|at| names.contains_key(&Operand::Recorded(at))).collect();
+    let mut needed = vec![false; tape.operations.len()];
+    let mark = |needed: &mut [bool], at: usize| needed[at] |= !known[at];
+    for operand in &results {
+        if let Operand::Recorded(at) = operand {
+            mark(&mut needed, *at as usize);
+        }
+    }
+    for i in (0..needed.len()).rev() {
+        if needed[i] {
+            tape.operations[i].needs().for_each(|at| mark(&mut needed, at));
+        }
+    }
+    let mut steps = Vec::new();
+    for i in (0..needed.len()).filter(|i| needed[*i]) {
+        let operation = &tape.operations[i];
+        let letter = match operation.kind {
+            Kind::State => 'x',
+            Kind::Command => 'u',
+            Kind::Parameter => 'p',
+            kind => kind.letter(),
+        };
+        let own = Operand::Recorded(i as u32);
+        if let (Kind::State | Kind::Command | Kind::Parameter, Operand::Index(index)) =
+            (operation.kind, operation.operands[0])
+        {
+            names.insert(own, format!("{letter}{index}"));
+            continue;
+        }
+        let operands = operation.operands.iter().filter(|operand| **operand != Operand::None);
+        let operands = operands.map(|operand| text(*operand, &names)).collect();
+        let result = format!("{letter}{}", steps.len());
+        names.insert(own, result.clone());
+        steps.push(Step { result, operation: operation.kind.name(), operands });
+    }
+    Function { steps, results: results.iter().map(|operand| text(*operand, &names)).collect() }
+}
+
+fn text(operand: Operand, names: &HashMap<Operand, String>) -> String {
+    match operand {
+        Operand::Constant(bits) => format!("{:?}", f64::from_bits(bits)),
+        Operand::Index(index) => index.to_string(),
+        _ => names.get(&operand).cloned().unwrap_or_default(),
+    }
+}
