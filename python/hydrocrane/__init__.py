@@ -64,6 +64,7 @@ _HOME = {
     "export_controller": "export.controller",
     "export_fmu": "export.fmu",
     "export_mjcf": "export.mjcf",
+    "export_model": "export.model",
     "export_urdf": "export.urdf",
     "fit": "fitting",
     "identify_friction": "identification",

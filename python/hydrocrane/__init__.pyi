@@ -24,6 +24,7 @@ from hydrocrane.errors import SimulationError as SimulationError
 from hydrocrane.export.controller import export_controller as export_controller
 from hydrocrane.export.fmu import export_fmu as export_fmu
 from hydrocrane.export.mjcf import export_mjcf as export_mjcf
+from hydrocrane.export.model import export_model as export_model
 from hydrocrane.export.urdf import export_urdf as export_urdf
 from hydrocrane.fitting import Fit as Fit
 from hydrocrane.fitting import fit as fit

@@ -23,6 +23,7 @@ from hydrocrane._core_types import (
     SolverEntry,
     StageTable,
     SupplyEntry,
+    TapeTable,
     WarningEntry,
 )
 
@@ -75,6 +76,7 @@ __all__ = [
     "is_number",
     "is_missing",
     "tables_of",
+    "tape",
     "tip_gain_units",
 ]
 
@@ -399,4 +401,5 @@ def resolve_rates(
     preferred: _Array,
     bounds: _Array,
 ) -> tuple[_Array, float]: ...
+def tape(machine: Machine, parameters: list[str], outputs: list[str], derivatives: bool) -> TapeTable: ...
 def tip_gain_units() -> list[tuple[str, str]]: ...

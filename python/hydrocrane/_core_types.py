@@ -25,6 +25,8 @@ FmuVariableEntry: TypeAlias = tuple[
 OutcomeEntry: TypeAlias = tuple[str, float, str]
 # Name, unit, meaning.
 SignalEntry: TypeAlias = tuple[str, str, str]
+# Result, operation and operands of each step of a tape, and its results.
+FunctionEntry: TypeAlias = tuple[list[tuple[str, str, list[str]]], list[str]]
 # Time, payload before and after, velocity of the tip before and after, loss.
 PayloadEntry: TypeAlias = tuple[float, Sequence[float], Sequence[Sequence[float]], float]
 # Cylinder, side, time, opening.
@@ -305,6 +307,18 @@ class ScenarioTable(TypedDict):
     sensor_faults: list[FaultTable]
     bursts: list[BurstEntry]
     solver: SolverTable
+
+
+class TapeTable(TypedDict):
+    """A machine as operations; functions: the derivative, the same with its slopes at `places`, outputs."""
+
+    parameters: list[tuple[str, float, str]]
+    outputs: list[SignalEntry]
+    places: list[list[int]]
+    tables: list[tuple[list[float], list[list[float]]]]
+    prologue: FunctionEntry
+    kept: list[float]
+    functions: list[FunctionEntry]
 
 
 class Passivity(TypedDict):

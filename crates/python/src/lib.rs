@@ -19,6 +19,7 @@ mod sensitivity;
 mod sensors;
 mod simulation;
 mod stepped_controller;
+mod tape;
 mod text_rows;
 
 use hydrocrane_machine::scenario::{FORMER_METHODS, METHODS};
@@ -71,6 +72,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::json_schema, m)?)?;
     m.add_function(wrap_pyfunction!(files::key_list, m)?)?;
     m.add_function(wrap_pyfunction!(files::machine_text, m)?)?;
+    m.add_function(wrap_pyfunction!(tape::tape, m)?)?;
     m.add_function(wrap_pyfunction!(control::resolve_rates, m)?)?;
     m.add_function(wrap_pyfunction!(control::tip_gain_units, m)?)?;
     Ok(())

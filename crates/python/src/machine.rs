@@ -142,7 +142,7 @@ impl Machine {
         py.detach(|| Self::build(&self.source, &self.file, &changes)).map_err(|error| assembly_error(&error))
     }
     #[getter]
-    fn source(&self) -> &str {
+    pub fn source(&self) -> &str {
         &self.source
     }
     #[getter]
@@ -155,7 +155,7 @@ impl Machine {
         self.file.text()
     }
     /// The machine with everything that its file extends and includes, and with its overrides, as the text of one file.
-    fn to_toml(&self) -> PyResult<String> {
+    pub fn to_toml(&self) -> PyResult<String> {
         self.file.to_toml(&self.overrides).map_err(|error| file_error(&error))
     }
     #[getter]

@@ -142,6 +142,43 @@ def mjcf(
     say(f"written: {export_mjcf(loaded, path, payload=payload, linkages=linkages)}")
 
 
+@export.command(epilog="Example:  hydrocrane export model rottne-f9-lab --to c -o crane.c")
+def model(
+    machine: MachineName,
+    to: Annotated[str, typer.Option(help="c, casadi, jax, numpy, matlab or cuda.")] = "c",
+    output: Output = None,
+    parameter: Annotated[
+        list[str],
+        typer.Option(help="Key or table of the machine that becomes parameters; default supply, friction, payload."),
+    ] = [],  # noqa: B006
+    no_parameters: Annotated[bool, typer.Option("--no-parameters", help="All numbers are constants.")] = False,
+    output_name: Annotated[
+        list[str], typer.Option("--output-name", help="Output of the machine; default all but energies.")
+    ] = [],  # noqa: B006
+    derivatives: Annotated[bool, typer.Option(help="Whether derivatives by the states are written.")] = True,
+    settings: Settings = [],  # noqa: B006
+) -> None:
+    """The right-hand side as a function: C, CasADi, JAX, NumPy, MATLAB, CUDA C."""
+    from hydrocrane.app.options import checked_machine, overrides
+    from hydrocrane.errors import InputError
+    from hydrocrane.export.model import LANGUAGES, export_model
+    from hydrocrane.machine.machine import load_machine
+
+    if no_parameters and parameter:
+        raise InputError("--no-parameters leaves no parameters, and --parameter names some; give one of them")
+    loaded = load_machine(checked_machine(machine), overrides(settings))
+    stem = loaded.name.replace("-", "_") if to == "matlab" else loaded.name
+    path = export_model(
+        loaded,
+        output or Path(f"{stem}{LANGUAGES.get(to, '')}"),
+        to=to,
+        parameters=[] if no_parameters else parameter or None,
+        outputs=output_name or None,
+        derivatives=derivatives,
+    )
+    say(f"written: {path}")
+
+
 def _source(target: str, settings: list[str], at: list[str]) -> Machine | Scenario:
     """A scenario, or a machine in a pose."""
     import hydrocrane as hc

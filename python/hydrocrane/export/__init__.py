@@ -1,8 +1,9 @@
-"""Machines and controllers for other programs: FMUs, and kinematic chains for multibody programs."""
+"""Machines and controllers for other programs: FMUs, functions in other languages, kinematic chains."""
 
 from hydrocrane.export.controller import export_controller
 from hydrocrane.export.fmu import export_fmu
 from hydrocrane.export.mjcf import export_mjcf
+from hydrocrane.export.model import export_model
 from hydrocrane.export.urdf import export_urdf
 
-__all__ = ["export_controller", "export_fmu", "export_mjcf", "export_urdf"]
+__all__ = ["export_controller", "export_fmu", "export_mjcf", "export_model", "export_urdf"]

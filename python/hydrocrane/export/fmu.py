@@ -108,7 +108,7 @@ def export_fmu(
         raise InputError("a monitor is a part of a controller; name one by `controller`")
     if sensors not in SENSORS:
         raise unknown("kind of sensors", sensors, SENSORS)
-    keys = _default_keys(machine) if parameters is None and controller is None else list(parameters or ())
+    keys = default_keys(machine) if parameters is None and controller is None else list(parameters or ())
     settings: dict[str, object] = {
         "role": "plant" if controller is None else "controller",
         "controller": controller,
@@ -152,7 +152,7 @@ def _plan(source: MachineLike | Scenario) -> tuple[Machine, Scenario | None]:
     return machine, start
 
 
-def _default_keys(machine: Machine) -> list[str]:
+def default_keys(machine: Machine) -> list[str]:
     """The tables of :data:`PARAMETERS` that the machine has."""
     tables = {key.split(".")[0] for key in machine.keys}
     return [table for table in PARAMETERS if table in tables]

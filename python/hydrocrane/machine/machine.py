@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack, cast
 
 import numpy as np
@@ -257,6 +258,49 @@ class Machine(Mechanics):
         from hydrocrane.linear.linearise import linearise
 
         return linearise(self, q, **options)
+
+    def casadi(self, *, parameters: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> ModuleType:
+        """This machine for CasADi: a module with ``casadi.Function`` objects.
+
+        They are ``derivative(x, u, p)``, ``linearise(x, u, p)`` with the derivatives by the states, and
+        ``outputs(x, u, p)``. ``STATES``, ``INPUTS``, ``PARAMETERS``, ``VALUES`` and ``OUTPUTS`` name their entries. For
+        arguments, and to write it as a file: :func:`hydrocrane.export_model`.
+
+        Raises
+        ------
+        InputError
+            If CasADi is not installed, and as :func:`hydrocrane.export_model`.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> model = crane.casadi(parameters=["payload.mass"])  # doctest: +SKIP
+        >>> model.derivative(state, spool_command, [100.0])  # doctest: +SKIP
+        """
+        from hydrocrane.export.model import model_in
+
+        return model_in(self, "casadi", parameters, outputs)
+
+    def jax(self, *, parameters: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> ModuleType:
+        """This machine for JAX: a module with pure functions, for ``jit``, ``vmap`` and ``grad``.
+
+        They are those of :meth:`casadi`; without ``p`` the parameters have the values of the file. JAX is switched to
+        double precision.
+
+        Raises
+        ------
+        InputError
+            If JAX is not installed, and as :func:`hydrocrane.export_model`.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> model = crane.jax()  # doctest: +SKIP
+        >>> rates = jax.jit(model.derivative)(state, spool_command)  # doctest: +SKIP
+        """
+        from hydrocrane.export.model import model_in
+
+        return model_in(self, "jax", parameters, outputs)
 
     def outputs(self, state: ArrayLike, spool_command: ArrayLike, *, payload: float | None = None) -> dict[str, Array]:
         """Everything derived from the state by name: tip, piston, forces, flows, power; each of shape (...).

@@ -1,0 +1,1 @@
+"""Writers of a tape, one per language."""
