@@ -77,9 +77,13 @@ def random_states(random_poses):
                     return rng.normal(size=count) * 0.2
                 case "z":
                     return rng.normal(size=count) * 1e-3
+                case "p" | "load":
+                    return rng.uniform(-0.5e5, 1.2 * crane.supply_pressure, count)
+                case "compensator" | "displacement":
+                    return rng.uniform(0.0, 1.0, count)
             raise ValueError(kind)
 
-        states = np.stack([column(*name.split(".")[1:]) for name in crane.state_names], axis=-1)
+        states = np.stack([column(*name.partition(".")[2].rpartition(".")[::2]) for name in crane.state_names], axis=-1)
         return states, rng.uniform(-1, 1, (count, len(strokes))) * crane.spool_strokes
 
     return draw

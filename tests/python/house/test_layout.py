@@ -26,13 +26,14 @@ MAY_USE = {
     "plant": {"num", "ode", "machine", "physics"},
     "control": {"num", "physics"},
     "lanes": {"num", "ode", "plant"},
+    "tape": {"num", "machine", "plant"},
     "sim": {"num", "ode", "machine", "physics", "plant", "lanes", "control"},
     "web": {"machine", "ode", "sim"},
     "evidence": {"num", "ode", "machine", "sim", "web"},
     "fmu": {"machine", "ode", "sim"},
     "fmi": {"fmu"},
     "embedded": {"physics", "control"},
-    "python": {"machine", "ode", "sim", "fmu"},
+    "python": {"machine", "ode", "sim", "fmu", "tape"},
 }
 
 # Each room of the Python package, and each module beside the rooms, with what it may use of the others. They stand from
@@ -81,7 +82,7 @@ DRAW = {
     "hydrocrane.fitting.result",
 }
 # What a machine makes of itself when it is asked to, in a room to its right.
-MAKES = {"hydrocrane.machine.machine": "hydrocrane.linear"}
+MAKES = {"hydrocrane.machine.machine": ("hydrocrane.linear", "hydrocrane.export")}
 
 
 def source_files(folder: str, suffix: str) -> list[Path]:
@@ -285,7 +286,7 @@ def test_what_draws_itself_imports_the_plots_only_when_asked(module):
     assert not any(name.startswith("hydrocrane.plots") for name in imported_at_top(MODULES[module]))
 
 
-@pytest.mark.parametrize(("module", "room"), MAKES.items())
+@pytest.mark.parametrize(("module", "room"), [(module, room) for module, rooms in MAKES.items() for room in rooms])
 def test_what_a_machine_makes_is_imported_only_when_asked(module, room):
     assert any(name.startswith(room) for name in package_imports(MODULES[module]))
     assert not any(name.startswith(room) for name in imported_at_top(MODULES[module]))
