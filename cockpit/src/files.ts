@@ -23,9 +23,21 @@ export async function askedBy(files: Iterable<File>): Promise<Request> {
 
 async function read(file: File): Promise<[string, string]> {
   try {
-    return [file.name, await file.text()];
+    return [file.name, /\.toml$/i.test(file.name) ? await file.text() : decoded(await file.arrayBuffer())];
   } catch {
     throw new Error(`${file.name} cannot be read: choose files, not folders.`);
+  }
+}
+
+/** The text of a log: UTF-8, UTF-16 with its mark, or else the encoding of older loggers. */
+function decoded(bytes: ArrayBuffer): string {
+  const [first, second] = new Uint8Array(bytes);
+  if (first === 0xff && second === 0xfe) return new TextDecoder("utf-16le").decode(bytes);
+  if (first === 0xfe && second === 0xff) return new TextDecoder("utf-16be").decode(bytes);
+  try {
+    return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
   }
 }
 

@@ -71,10 +71,9 @@ __all__ = [
     "command_table",
     "csv_rows",
     "scenario_text",
-    "table_columns",
-    "line_cells",
-    "is_number",
-    "is_missing",
+    "TIME_NAMES",
+    "read_text",
+    "split_name",
     "tables_of",
     "tape",
     "tip_gain_units",
@@ -378,12 +377,19 @@ def machine_changes(machine: Machine, scenario: ScenarioEntry) -> list[tuple[flo
 def start_state(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, list[WarningEntry]]: ...
 def command_table(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, _Array, bool]: ...
 def scenario_text(machine: Machine, scenario: ScenarioEntry, head: tuple[str, str, str, str]) -> str: ...
-def table_columns(
-    lines: list[str], delimiter: str, named: int, number_format: str | None
-) -> tuple[int, int, list[tuple[_Array, list[int], list[str], bool, str, list[str]]]]: ...
-def line_cells(line: str, delimiter: str) -> list[str]: ...
-def is_number(cell: str) -> bool: ...
-def is_missing(cell: str) -> bool: ...
+
+TIME_NAMES: list[str]
+
+def read_text(
+    data: bytes,
+    numbers: str | None = None,
+    dates: str | None = None,
+    delimiter: int | None = None,
+    names: list[str] = ...,
+) -> tuple[
+    list[tuple[str, str, _Array | None, str, str, bool, list[tuple[str, str]]]], list[str], list[tuple[str, str]]
+]: ...
+def split_name(text: str) -> tuple[str, str]: ...
 def measure(
     machine: Machine,
     times: _Array,

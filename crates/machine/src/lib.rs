@@ -6,9 +6,7 @@
 mod at_cylinder;
 mod bundled;
 pub mod by_keys;
-pub mod cells;
 mod circuit;
-mod columns;
 mod disk;
 mod document;
 mod errors;

@@ -38,6 +38,7 @@ use crate::nearest::suggestion;
 use crate::reader::{Field, Log, Reader};
 
 use log::Files;
+pub use log::LOGS;
 
 type Result<T> = std::result::Result<T, MachineError>;
 

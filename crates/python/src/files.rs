@@ -1,20 +1,16 @@
 //! Machine and scenario files.
 
 use crate::answers::warnings_of;
-use crate::arrays::vector;
 use crate::errors::{assembly_error, file_error};
 use crate::machine::Machine;
 use crate::overrides::{overrides, pairs_of};
-use hydrocrane_machine::cells::{self, each_cell, readings, Cells, Decision, Format, Table};
 use hydrocrane_machine::scenario::{
     Burst, ControllerChoice, FaultKind, Interpolation, Joystick, Phase, Pressures, SensorFault, SensorQuality,
     SupplyPressure,
 };
 use hydrocrane_machine::FileKind;
-use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::pybacked::PyBackedStr;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 #[pyfunction]
@@ -88,63 +84,6 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     solver.set_item("step", s.solver.step)?;
     out.set_item("solver", solver)?;
     Ok(out)
-}
-
-/// Values, rows that hold no numbers and their cells, whether all cells are empty, and how the marks were decided, with its
-/// cells.
-type ReadColumn<'py> = (Bound<'py, PyArray1<f64>>, Vec<usize>, Vec<String>, bool, &'static str, Vec<String>);
-
-/// The lines of a table of numbers as columns; `named` columns have a name, and rows beyond are counted: the number of
-/// these, the first of them, and the columns. `number_format` is "1,234.5", "1.234,5" or `None`.
-#[pyfunction]
-pub fn table_columns<'py>(
-    py: Python<'py>,
-    lines: Vec<PyBackedStr>,
-    delimiter: char,
-    named: usize,
-    number_format: Option<&str>,
-) -> (usize, usize, Vec<ReadColumn<'py>>) {
-    let stated = number_format.map(|text| if text == "1.234,5" { Format::Comma } else { Format::Point });
-    let (wider, first, columns) = py.detach(|| {
-        let (mut table, mut wider, mut first) = (Table::new(delimiter, stated), 0, 0);
-        for (row, line) in lines.iter().enumerate() {
-            if table.push(line).1 > named {
-                (wider, first) = (wider + 1, if wider == 0 { row } else { first });
-            }
-        }
-        (wider, first, table.finish())
-    });
-    let read = |cells: Cells| {
-        let (rows, bad) = cells.bad.into_iter().unzip();
-        let (kind, told) = match cells.decision {
-            Decision::Own => ("", vec![]),
-            Decision::Thousands(cell) => ("thousands", vec![cell]),
-            Decision::Undecided(cell) => ("undecided", vec![cell]),
-            Decision::Mixed(point, comma) => ("mixed", vec![point, comma]),
-        };
-        (vector(py, cells.values), rows, bad, cells.blank, kind, told)
-    };
-    (wider, first, columns.into_iter().map(read).collect())
-}
-
-/// The cells of a line of text.
-#[pyfunction]
-pub fn line_cells(line: &str, delimiter: char) -> Vec<String> {
-    let mut cells = Vec::new();
-    each_cell(line, delimiter, |cell| cells.push(cell.to_string()));
-    cells
-}
-
-/// Whether a cell of a text is a number, in any format.
-#[pyfunction]
-pub fn is_number(cell: &str) -> bool {
-    readings(cell) > 0
-}
-
-/// Whether a cell of a text says that there is no number.
-#[pyfunction]
-pub fn is_missing(cell: &str) -> bool {
-    cells::is_missing(cell)
 }
 
 fn supply_of(py: Python<'_>, supply: SupplyPressure) -> PyResult<Bound<'_, PyDict>> {

@@ -4,7 +4,7 @@ use crate::friction_level;
 use crate::problem::{problem, Problem};
 use crate::request::{Request, HEIGHT};
 use crate::scenario::{solver, SETTINGS};
-use hydrocrane_machine::scenario::{without_hoses, Burst, Scenario, SensorQuality, Stage, StickMode};
+use hydrocrane_machine::scenario::{without_hoses, Burst, Scenario, SensorQuality, Stage, StickMode, LOGS};
 use hydrocrane_machine::{bundled_machines, parse_scenario_with, whole_text_of, OverrideValue};
 use hydrocrane_sim::assembly::{assemble, Assembly, Machines};
 use hydrocrane_sim::controllers::LEVER;
@@ -22,6 +22,9 @@ pub struct Replay {
 /// What a scenario repeats. `asked` brings the files that it names: its machine, where it is one of somebody's own, and its
 /// logs.
 pub fn of(text: &str, asked: &Request) -> Result<Replay, Problem> {
+    if !LOGS && asked.files.keys().any(|name| !name.ends_with(".toml")) {
+        return Err(Problem::named("chain", "this core reads no logs"));
+    }
     let files: Vec<(String, String)> = asked.files.iter().map(|(name, text)| (name.clone(), text.clone())).collect();
     let parsed = parse_scenario_with(text, asked.scenario_name.as_deref().unwrap_or("drive.toml"), &files);
     let mut scenario = parsed.map_err(|error| Problem::file(&error))?;

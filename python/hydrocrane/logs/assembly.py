@@ -9,7 +9,6 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
-from hydrocrane.logs.clock import counted_in
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, Source, expected_units, is_gauge, si_values
 from hydrocrane.logs.signals import SIGNALS
@@ -18,6 +17,13 @@ from hydrocrane.logs.units import ATMOSPHERE, is_pounds, known_unit, log_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+
+# A time column with larger numbers is not in seconds: they would be 3000 years.
+_LATEST = 1e11
+# Days of 1900 to 2100 as MATLAB and Excel count them.
+_SERIAL = ((693962.0, 767010.0), (25569.0, 73051.0))
+# Days that count as these have steps of less: more than a thousand samples per second if they were seconds.
+_LEAST_STEP = 1e-3
 
 
 def signals_of(
@@ -246,11 +252,24 @@ def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array,
     stated = table.unit_of(column)
     where = f"{source}: time column `{column}`"
     found: Column = table.columns[column]
-    seems = "" if found.dates or stated or (entry is not None and entry.unit is not None) else counted_in(found.values)
+    seems = "" if found.dates or stated or (entry is not None and entry.unit is not None) else _counted_in(found.values)
     if seems:
         cure = f'say [time] unit = "{seems}", or "s" if it is in seconds'
         raise InputError(f"{where} cannot be in seconds, it seems to count {seems}; {cure}")
     return si_values(found.values, entry or Source(column), stated, "time", where)[0], column
+
+
+def _counted_in(values: Array) -> str:
+    """The likely unit of times without a unit, if they cannot be seconds; else empty.
+
+    Times since 1970 are too large for seconds; serial days of MATLAB and Excel have too small steps.
+    """
+    finite = values[np.isfinite(values)]
+    largest = np.abs(finite).max(initial=0.0)
+    if largest >= _LATEST:
+        return "ms" if largest < 1e14 else "1e-6 s" if largest < 1e17 else "1e-9 s"
+    day = any(low <= finite.min() and finite.max() <= high for low, high in _SERIAL) if finite.size > 1 else False
+    return "d" if day and 0.0 < float(np.median(np.diff(finite))) < _LEAST_STEP else ""
 
 
 def no_column(table: Table, wanted: str | int) -> str:

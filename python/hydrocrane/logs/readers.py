@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import gzip
 import json
-from collections.abc import Iterable, Mapping
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane import _core
+from hydrocrane.errors import InputError, ResultFileError, nearest
 from hydrocrane.files.datasets import require_library
 from hydrocrane.files.excel import cell_text, read_sheet
 from hydrocrane.files.mdf import mdf_class
 from hydrocrane.files.netcdf import read_netcdf
-from hydrocrane.files.received import check_values, readable, received
+from hydrocrane.files.received import SHORTER, check_values, readable, received
+from hydrocrane.files.toml_file import parsed
+from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.table import AS_FOUND, BOUNDS, NO_NUMBERS, Column, Form, Table, as_column, check_width, plain_facts
 from hydrocrane.logs.units import tidy_unit
 
@@ -25,6 +30,10 @@ if TYPE_CHECKING:
 
     from hydrocrane.arrays import Array
 
+# Largest text, bytes.
+LARGEST_TEXT = 2**28
+# Between cells that are no part of a text file.
+_CELLS = "\x1f"
 # Why channels of MDF are left out whose master is no time, by its kind.
 _MASTERS = {
     kind: f"samples over {what}, not over time" for kind, what in ((2, "an angle"), (3, "a distance"), (4, "an index"))
@@ -92,8 +101,6 @@ def table_of_columns(
     columns: Iterable[tuple[object, object]], units: Mapping[object, object], form: Form = AS_FOUND
 ) -> Table:
     """Columns of a program: arrays of numbers, dates, durations, or texts of numbers and dates."""
-    from hydrocrane.logs.text import CELLS, Head, add_lines
-
     table, texts, order = Table(), [], []
     for name, values in columns:
         unit = tidy_unit(str(units.get(name, "")))
@@ -101,22 +108,88 @@ def table_of_columns(
         cells = np.asarray(values)
         found = cells.tolist() if cells.ndim == 1 and cells.dtype.kind not in "buifcmM" else []
         if any(isinstance(cell, str) for cell in found):
-            texts.append((str(name), unit, list(map(cell_text, found))))
+            texts.append((str(name), unit, [_one_line(cell_text(cell)) for cell in found]))
         else:
             table.take(str(name), values, unit)
     # Together, because one column may say what the marks of another mean.
     for size in dict.fromkeys(len(cells) for _, _, cells in texts):
         names, stated, columns_of_text = zip(*(text for text in texts if len(text[2]) == size))
-        lines = list(map(CELLS.join, zip(*columns_of_text)))
-        add_lines(table, lines, CELLS, Head([*names], [*stated], len(names), 0), form)
+        lines = (_CELLS.join(cells) + "\n" for cells in zip(*columns_of_text))
+        add_text(table, "".join(lines), form, _CELLS, names, stated)
     table.columns = {name: table.columns[name] for name in (*order, *table.columns) if name in table.columns}
     return table
 
 
-def _text(path: Path, form: Form) -> Table:
-    from hydrocrane.logs.text import read_text
+def add_text(
+    table: Table,
+    text: str | bytes,
+    form: Form,
+    delimiter: str | None = None,
+    names: Sequence[str] = (),
+    units: Sequence[str] = (),
+) -> None:
+    """Add the columns of a text; those without numbers are left out with the reason, single words are noted.
 
-    return read_text(path, form)
+    With `names`, and their `units`, every line is a row; else the text has a head.
+
+    Raises
+    ------
+    ValueError
+        If it is no table.
+    """
+    data = text.encode("utf-8", "replace") if isinstance(text, str) else text
+    mark = None if delimiter is None else ord(delimiter)
+    columns, comments, notes = _core.read_text(data, form.numbers, form.dates, mark, list(names))
+    for i, (name, unit, values, reason, word, dates, said) in enumerate(columns):
+        if values is None:
+            table.leave(name, reason, word)
+        else:
+            stated = units[i] if i < len(units) else tidy_unit(unit)
+            table.add(name, Column(values, "s" if dates else stated, dates=dates, notes=said))
+    table.about = _facts(comments)
+    table.notes += [Flag(kind, "", np.nan, np.nan, message) for kind, message in notes]
+
+
+def _one_line(cell: str) -> str:
+    return cell.replace("\n", " ").replace("\r", " ").replace(_CELLS, " ")
+
+
+def _facts(comments: Sequence[str]) -> dict[str, str | float | int]:
+    """Facts from comment lines like ``# payload = 20``, read as TOML; other comments are ignored."""
+    facts: dict[str, object] = {}
+    for line in comments:
+        try:
+            facts |= parsed(line.lstrip("#%/"), "a comment")
+        except InputError:
+            continue
+    return plain_facts(facts)
+
+
+def _text(path: Path, form: Form) -> Table:
+    packed = path.suffix.lower() == ".gz"
+    try:
+        with gzip.open(path) if packed else path.open("rb") as stream:
+            data = stream.read(LARGEST_TEXT + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        reason = f"cannot be {'unpacked' if packed else 'read'}: {error}"
+        raise ResultFileError(f"{path} {reason}; copy it again from the logger") from None
+    if len(data) > LARGEST_TEXT:
+        most = f"{LARGEST_TEXT >> 20} MiB of text"
+        raise ResultFileError(f"{path} has more than {most}. {SHORTER}, or save it as .h5 or .nc")
+    return _table_of_text(path, data, form)
+
+
+def _table_of_text(path: Path, text: str | bytes, form: Form, delimiter: str | None = None) -> Table:
+    """The columns of a text with a head, of which one at least has numbers."""
+    table = Table()
+    try:
+        add_text(table, text, form, delimiter)
+    except ValueError as error:
+        raise ResultFileError(f"{path} {error}") from None
+    if not table.columns:
+        reasons = "; ".join(dict.fromkeys(table.left_out.values()))
+        raise ResultFileError(f"{path} is not a CSV table: no column of numbers in it{reasons and ': '}{reasons}")
+    return table
 
 
 def _matlab(path: Path, _: Form) -> Table:
@@ -147,15 +220,13 @@ def _parquet(path: Path, form: Form) -> Table:
 
 
 def _excel(path: Path, form: Form) -> Table:
-    from hydrocrane.logs.text import CELLS, table_of_lines
-
     require_library(".xlsx")
     with readable(path, "an Excel workbook that is whole"):
-        lines = [CELLS.join(row) for row in read_sheet(path)]
-    lines = [line for line in lines if line.strip(CELLS)]
+        lines = [_CELLS.join(map(_one_line, row)) for row in read_sheet(path)]
+    lines = [line for line in lines if line.strip(_CELLS)]
     if not lines:
         raise ResultFileError(f"{path} has no cells in its first sheet; a log is a table with a time column")
-    return table_of_lines(path, lines, [], CELLS, form)
+    return _table_of_text(path, "\n".join(lines), form, _CELLS)
 
 
 def _mdf(path: Path, _: Form) -> Table:

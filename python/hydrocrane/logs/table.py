@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
@@ -11,22 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.received import plain
-from hydrocrane.logs.clock import seconds_of_dates
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.units import tidy_unit
 
-TIME_NAMES = (
-    "time", "t", "time_s", "t_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time",
-    "date_time",
-)  # fmt: skip
-# A name with its unit after it: "x [mm]", "p1 (bar)".
-# A number in brackets counts the columns of a matrix.
-_NAME_AND_UNIT = re.compile(
-    r"^(?P<name>.*\S)\s*(?!\[\d+\]$)(?:\[(?P<unit>[^\]]*)\]|\((?P<round>[^()]*(?:\([^()]*\))?)\))$"
-)
+TIME_NAMES = tuple(_core.TIME_NAMES)
 # Most columns that are named per reason when they are left out.
 MOST_NAMED = 8
 # Why a column was left out.
@@ -137,8 +128,7 @@ class Table:
         owned = f"{owner}.{name}" if owner else name
         if name not in taken or owned not in taken:
             return name if name not in taken else owned
-        found = _NAME_AND_UNIT.match(name.strip())
-        short = found["name"] if found else name
+        short = split_name(name)[0]
         return next(n for i in count(2) if (n := f"{short}.{i}{name[len(short) :]}") not in taken)
 
     def take(self, name: str, values: object, unit: str = "", attributes: Mapping[str, object] | None = None) -> None:
@@ -214,8 +204,8 @@ def said_of(left_out: Mapping[str, str]) -> list[str]:
 
 def split_name(text: str) -> tuple[str, str]:
     """``"x [mm]"`` as name and unit; the unit is empty if there is none."""
-    found = _NAME_AND_UNIT.match(text.strip())
-    return (found["name"], tidy_unit(found["unit"] or found["round"] or "")) if found else (text.strip(), "")
+    name, unit = _core.split_name(text)
+    return name, tidy_unit(unit)
 
 
 def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
@@ -243,7 +233,7 @@ def as_column(values: object, unit: str = "") -> Column | None:
     if array.dtype.kind not in "buifmM" or not array.size:
         return None
     if array.dtype.kind == "M":
-        return Column(seconds_of_dates(array), unit, dates=True)
+        return Column(_seconds_of_dates(array), unit, dates=True)
     if array.dtype.kind == "m":
         missing = np.isnat(array)
         array = np.where(missing, np.nan, array / np.timedelta64(1, "ns") * 1e-9)
@@ -252,6 +242,14 @@ def as_column(values: object, unit: str = "") -> Column | None:
     if masked is not None:
         column.mask(~masked)
     return column
+
+
+def _seconds_of_dates(values: np.ndarray) -> Array:
+    """Seconds (n,) from the first of ``datetime64`` values; NaN where there is none."""
+    real = values[~np.isnat(values)]
+    if not real.size:
+        return np.full(values.shape, np.nan)
+    return np.asarray((values - real[0]) / np.timedelta64(1, "ns"), dtype=np.float64) * 1e-9
 
 
 def _of_objects(array: np.ndarray) -> np.ndarray:

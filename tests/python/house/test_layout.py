@@ -20,7 +20,8 @@ LONGEST = 600
 # Each crate and what it may use of the others.
 MAY_USE = {
     "num": set(),
-    "machine": {"num"},
+    "logs": set(),
+    "machine": {"num", "logs"},
     "ode": {"num"},
     "physics": {"num"},
     "plant": {"num", "ode", "machine", "physics"},
@@ -33,7 +34,7 @@ MAY_USE = {
     "fmu": {"machine", "ode", "sim"},
     "fmi": {"fmu"},
     "embedded": {"physics", "control"},
-    "python": {"machine", "ode", "sim", "fmu", "tape"},
+    "python": {"logs", "machine", "ode", "sim", "fmu", "tape"},
 }
 
 # Each room of the Python package, and each module beside the rooms, with what it may use of the others. They stand from
@@ -131,7 +132,7 @@ def test_numerics_need_no_other_library(crate):
 
 def test_the_core_neither_prints_nor_reads_files():
     """Only the description crate opens files; nothing prints."""
-    for crate in ("num", "ode", "physics", "plant", "lanes", "control", "sim"):
+    for crate in ("num", "logs", "ode", "physics", "plant", "lanes", "control", "sim"):
         for path in source_files(f"crates/{crate}/src", ".rs"):
             code = without_comments(path.read_text(encoding="utf-8"))
             assert not re.search(r"std::fs|std::net|println!|eprintln!|dbg!", code), name_of(path)
@@ -202,7 +203,7 @@ ORACLES = {f"crates/plant/src/reference{file}.rs" for file in ("", "/laws", "/su
 
 def test_runs_have_the_same_bits_on_every_platform():
     """Elementary functions come from `hydrocrane_num`, or from `libm`, never from the platform."""
-    for crate in ("num", "ode", "physics", "machine", "plant", "lanes", "control", "sim", "web"):
+    for crate in ("num", "logs", "ode", "physics", "machine", "plant", "lanes", "control", "sim", "web"):
         for path in source_files(f"crates/{crate}/src", ".rs"):
             if name_of(path) in ORACLES or path.name.endswith("_tests.rs"):
                 continue

@@ -411,8 +411,9 @@ def test_the_reference_names_every_flag():
     """Kinds that the sources raise, either way round."""
     root = Path(__file__).resolve().parents[3]
     sources = [*root.glob("python/hydrocrane/logs/*.py"), root / "python/hydrocrane/signals/window_checks.py"]
+    sources.append(root / "crates/logs/src/table.rs")
     text = "".join(path.read_text(encoding="utf-8") for path in sources)
-    raised = set(re.findall(r'(?:Flag|append|return \[|_flag|_whole)\(\s*\(?"([a-z]+(?:-[a-z]+)+|[a-z]+)",', text))
+    raised = set(re.findall(r'(?:Flag|append|push|return \[|_flag|_whole)\(\s*\(?"([a-z]+(?:-[a-z]+)+|[a-z]+)",', text))
     page = (root / "docs/reference/log-files.md").read_text(encoding="utf-8").split("## Flags")[1]
     rows = "".join(line.split("|")[1] for line in page.splitlines() if line.startswith("| `"))
     assert raised == set(re.findall(r"`([a-z-]+)`", rows))

@@ -109,8 +109,39 @@ def test_commands_and_supplies_are_read_by_the_same_rules(head, rows, tmp_path):
     with pytest.raises(hc.InputError, match=r"`1,000` may mean"):
         hc.read_commands(undecided, "rottne-f9-lab", columns={"lift": "u"})
     scenario.write_text(scenario.read_text().replace("log.csv", "u.csv"))
-    with pytest.raises(hc.HydrocraneError, match=r"`1,000`, which may mean"):
+    with pytest.raises(hc.HydrocraneError, match=r"`1,000` may mean"):
         hc.load_scenario(scenario)
+
+
+# What loggers write for times 0 and 0.5 s and 2 and -1.5 mm.
+WRITTEN = {
+    "Latin-1": ("time [s];lift [µm]\n0,0;2000,0\n0,5;-1500,0\n", "latin-1"),
+    "UTF-16": ("time\tlift\ns\tmm\n0.0\t2.0\n0.5\t-1.5\n", "utf-16"),
+    "UTF-16 of another byte order": ("\ufefftime\tlift\ns\tmm\n0.0\t2.0\n0.5\t-1.5\n", "utf-16-be"),
+    "a mark before UTF-8": ("time,lift (mm)\n0,2\n0.5,-1.5\n", "utf-8-sig"),
+    "a stated delimiter": ("sep=;\ntime;lift [mm]\n0;2\n0,5;-1,5\n", "utf-8"),
+    "ends of old lines": ("time,lift [mm]\r0,2\r0.5,-1.5\r", "utf-8"),
+    "titles": ("Rig 7;;\n;;\ntime;lift [mm];\n0;2;\n0.5;-1.5;\n", "utf-8"),
+    "quotes": ('"time","lift [um]"\n"0.0","2,000"\n"0.5","-1,500"\n', "utf-8"),
+    "dates": ("lift [mm],when\n2,2024-05-01T12:30:00.25Z\n-1.5,2024-05-01T14:30:00.75+02:00\n", "utf-8"),
+    "a time of day": ("time;lift [mm]\n23:59:59,75;2\n00:00:00,25;-1.5\n", "utf-8"),
+    "a column that begins late": ("note\ttime\tlift [mm]\n\t0.0\t2.0\n\t0.5\t-1.5\n", "utf-8"),
+    "a comment as header": ("# made by hand\n% time lift\n0.0 2e-3\n0.5 -1.5e-3\n", "utf-8"),
+}
+
+
+@pytest.mark.parametrize(("content", "encoding"), WRITTEN.values(), ids=WRITTEN)
+def test_what_python_reads_a_scenario_file_reads(content, encoding, tmp_path):
+    (tmp_path / "log.csv").write_bytes(content.encode(encoding))
+    log = hc.read_log(tmp_path / "log.csv")
+    np.testing.assert_allclose([log.time, log["lift"]], [[0.0, 0.5], [2e-3, -1.5e-3]])
+    scenario = tmp_path / "s.toml"
+    scenario.write_text(
+        '[scenario]\nname = "s"\nmachine = "rottne-f9-lab"\nduration = "0.1 s"\n[initial.joint]\nboom = "1.7 rad"\n'
+        'jib = "1.7 rad"\nextension = "0 m"\n[command]\nlog = "log.csv"\n'
+    )
+    command = hc.load_scenario(scenario).commands["lift"]
+    np.testing.assert_array_equal([command.time, command.spool], [log.time, log["lift"]])
 
 
 def test_commands_come_from_any_log():

@@ -1,8 +1,7 @@
 //! `[controller]` and `[joystick]` of a scenario: the controller and the operator's input.
 
-use super::log::{is_text, Files, Log};
+use super::log::{is_text, Files, Log, Problem};
 use super::{check_series, overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS};
-use crate::columns::Problem;
 use crate::errors::ErrorKind;
 use crate::keys::{CONTROLLERS, LEVER, TIP_AXES};
 use crate::merge::{Override, OverrideValue};
@@ -312,6 +311,7 @@ fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Resul
         false => Vec::new(),
     };
     check_shares(field, &precision)?;
+    log.tell(field);
     Ok(Deflections { time: log.time, axes: deflections, precision, log: None, interpolation })
 }
 

@@ -1,8 +1,7 @@
 //! `[command]` of a scenario: spool commands against time, by numbers or from a log.
 
-use super::log::{Files, Log};
+use super::log::{Files, Log, Problem};
 use super::{check_series, known_cylinder, Interpolation, Result, INTERPOLATIONS};
-use crate::columns::Problem;
 use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::quantities::LENGTH;
@@ -99,7 +98,7 @@ fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Fi
     };
     let cylinders: Vec<&str> = machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect();
     let commands =
-        asked.read(&cylinders, files).map_err(|(kind, message, cure)| field.error(kind, message).help(cure))?;
+        asked.read(&field, &cylinders, files).map_err(|(kind, message, cure)| field.error(kind, message).help(cure))?;
     Ok(commands.into_iter().map(|command| (command, field.clone())).collect())
 }
 
@@ -124,7 +123,12 @@ struct LoggedColumn {
 }
 
 impl CommandLog {
-    fn read(&self, cylinders: &[&str], files: &Files) -> std::result::Result<Vec<SpoolCommand>, Problem> {
+    fn read(
+        &self,
+        field: &Field,
+        cylinders: &[&str],
+        files: &Files,
+    ) -> std::result::Result<Vec<SpoolCommand>, Problem> {
         let log = Log::open(&self.name, self.time.as_deref(), files)?;
         let command = |cylinder: &str, spool: Vec<f64>| SpoolCommand {
             cylinder: cylinder.to_string(),
@@ -142,16 +146,14 @@ impl CommandLog {
             let what = format!("the command of `{cylinder}`");
             commands.push(command(cylinder, log.column(&names, &what, unit.as_deref(), &LENGTH.quantity())?));
         }
-        if !self.columns.is_empty() {
-            return Ok(commands);
-        }
-        for cylinder in cylinders {
+        for cylinder in cylinders.iter().filter(|_| self.columns.is_empty()) {
             let usual = usual_names(cylinder);
             let names: Vec<&str> = usual.iter().map(String::as_str).collect();
             if log.has(&names) {
                 commands.push(command(cylinder, log.column(&names, "a command", None, &LENGTH.quantity())?));
             }
         }
+        log.tell(field);
         if commands.is_empty() {
             return Err(log.without_columns(cylinders.iter().copied(), "command"));
         }

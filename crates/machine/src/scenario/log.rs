@@ -1,13 +1,21 @@
 //! Logs that a scenario names: text files with columns, beside the scenario or passed with it.
 
-use crate::columns::{Columns, Problem};
 use crate::disk;
 use crate::errors::ErrorKind;
+use crate::field::{Field, MOST_ROWS};
 use crate::load::given;
 use crate::nearest::suggestion;
 use crate::quantities::TIME;
-use crate::units::Quantity;
+use crate::units::{parse_unit, with_article, Quantity};
+use hydrocrane_logs::{split_name, time_column, Column, Content, Form, Loss, Table};
+use std::cell::RefCell;
 use std::path::Path;
+
+/// An error of a log: kind, message and cure.
+pub type Problem = (ErrorKind, String, String);
+
+/// Whether this build reads logs; the page's first core does not.
+pub const LOGS: bool = cfg!(feature = "logs");
 
 /// Places of the files that a scenario names.
 #[derive(Clone, Copy)]
@@ -20,8 +28,6 @@ pub struct Files<'a> {
 
 /// Suffixes of logs that are text.
 const TEXTS: [&str; 5] = ["csv", "txt", "tsv", "dat", "log"];
-/// Names of a column of times.
-const TIMES: [&str; 2] = ["time", "t"];
 
 /// Whether a log is text by the suffix of its name.
 pub fn is_text(name: &str) -> bool {
@@ -43,29 +49,51 @@ impl Files<'_> {
         given(self.given, name).map(|(_, text)| text.as_str())
     }
 
-    /// The text of the file `name`.
-    fn text(&self, name: &str) -> Result<String, Problem> {
-        if let Some(text) = self.given(name) {
-            return Ok(text.into());
-        }
+    /// The table in the file `name`.
+    fn table(&self, name: &str) -> Result<Table, Problem> {
         let wrong = |what: String| {
             (ErrorKind::UnreadableFile, format!("`{name}` {what}"), "check the name and the folder".into())
         };
+        if let Some(text) = self.given(name) {
+            return table_of(text);
+        }
         if self.folder.is_none() {
             let cure = format!("choose `{name}` together with the file that names it");
             return Err((ErrorKind::UnreadableFile, format!("`{name}` is not among the files at hand"), cure));
         }
         let bytes =
             disk::read(Path::new(&self.beside(name)?)).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-        String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text".into()))
+        let text = hydrocrane_logs::decoded(&bytes).map_err(|what| wrong(what.into()))?;
+        table_of(&text)
     }
+}
+
+/// The table of a text. What its reader would only note is an error, without a cell of a file that may be no log.
+fn table_of(text: &str) -> Result<Table, Problem> {
+    if !LOGS {
+        return Err((ErrorKind::UnreadableFile, "logs are not read here".into(), "choose another program".into()));
+    }
+    let table = hydrocrane_logs::read(text.trim_start_matches('\u{feff}'), &Form::default())
+        .map_err(|fault| (ErrorKind::BadSeries, format!("the log {}", fault.what), fault.cure.into()))?;
+    if table.rows > MOST_ROWS {
+        let message = format!("the log has {} rows, more than {MOST_ROWS}", table.rows);
+        return Err((ErrorKind::TooLarge, message, "save fewer samples, or only a part of the log".into()));
+    }
+    let Some((kind, _)) = table.notes.first() else { return Ok(table) };
+    let (message, cure) = match *kind {
+        "truncated" => ("the last line of the log is cut off", "complete it, or leave it out"),
+        _ => ("rows of the log have more cells than its header", "give each column a name, and export with semicolons"),
+    };
+    Err((ErrorKind::BadSeries, message.into(), cure.into()))
 }
 
 /// A log with its times.
 pub struct Log {
-    columns: Columns,
+    columns: Vec<Column>,
     /// s
     pub time: Vec<f64>,
+    /// What was decided on the columns that were read.
+    decided: RefCell<Vec<String>>,
 }
 
 impl Log {
@@ -76,26 +104,41 @@ impl Log {
             let cure = format!("save it as CSV; suffixes of texts are {}", TEXTS.join(", "));
             return Err((ErrorKind::UnreadableFile, message, cure));
         }
-        let columns = Columns::read(&files.text(name)?)?;
-        let names = time.map_or_else(|| TIMES.to_vec(), |time| vec![time]);
-        let index = columns.find(&names).ok_or_else(|| without_times(&columns, names[0]))?;
-        let time = columns.column(index, None, &TIME.quantity())?;
-        if time.is_empty() {
-            let cure = "give a line of numbers for each time".to_string();
-            return Err((ErrorKind::BadSeries, "the log has no rows".into(), cure));
-        }
-        if let Some(pair) = time.windows(2).find(|pair| pair[1] <= pair[0]) {
+        let mut log = Log { columns: files.table(name)?.columns, time: Vec::new(), decided: RefCell::default() };
+        let found = time.map_or_else(|| time_column(&log.columns), |time| log.find(&[time]));
+        let index = found.ok_or_else(|| log.without_times(time.unwrap_or("time")))?;
+        log.time = log.values(index, None, &TIME.quantity())?;
+        if let Some(pair) = log.time.windows(2).find(|pair| pair[1] <= pair[0]) {
             let message = format!("the times of the log do not increase: {} s follows {} s", pair[1], pair[0]);
             return Err((ErrorKind::BadSeries, message, "sort its rows, each time once".into()));
         }
-        Ok(Log { columns, time })
+        Ok(log)
+    }
+
+    /// Warns on what was decided on the columns that were read.
+    pub fn tell(&self, field: &Field) {
+        for text in self.decided.borrow().iter() {
+            field.warn(format!("a log: {text}"), "write its numbers without marks of thousands".into());
+        }
     }
 
     pub fn has(&self, names: &[&str]) -> bool {
-        self.columns.find(names).is_some()
+        self.find(names).is_some()
     }
 
-    /// The column of one of these names, in SI; `what` states its purpose.
+    /// The column with one of these names, with or without its unit, in any case.
+    fn find(&self, wanted: &[&str]) -> Option<usize> {
+        wanted.iter().find_map(|wanted| {
+            let is = |name: &str| name.eq_ignore_ascii_case(wanted);
+            self.columns.iter().position(|own| is(&own.name) || is(split_name(&own.name).0))
+        })
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.columns.iter().map(|column| split_name(&column.name).0).collect()
+    }
+
+    /// The column of one of these names, in SI; `what` states its purpose. Its unit is the given `unit`, else that of the log, else SI.
     pub fn column(
         &self,
         names: &[&str],
@@ -103,23 +146,119 @@ impl Log {
         unit: Option<&str>,
         quantity: &Quantity,
     ) -> Result<Vec<f64>, Problem> {
-        self.columns.column(self.columns.index(names, what)?, unit, quantity)
+        let index = self.find(names).ok_or_else(|| {
+            let message = format!("the log has no column `{}` for {what}", names[0]);
+            (ErrorKind::UnknownReference, message, suggestion(names[0], self.names()))
+        })?;
+        self.values(index, unit, quantity)
+    }
+
+    fn values(&self, index: usize, unit: Option<&str>, quantity: &Quantity) -> Result<Vec<f64>, Problem> {
+        let column = &self.columns[index];
+        let (name, of_name) = split_name(&column.name);
+        let values = match &column.content {
+            Content::Numbers { values, notes, .. } => {
+                self.decided.borrow_mut().extend(notes.iter().map(|(_, text)| format!("column `{name}` {text}")));
+                values
+            }
+            Content::Lost(loss) => {
+                let message = format!("column `{name}` of the log has no numbers: {}", loss.text());
+                return Err((ErrorKind::BadSeries, message, cure_of(loss).into()));
+            }
+        };
+        let bare = column.unit.trim_matches(['[', ']', '(', ')', ' ']);
+        let stated = unit.unwrap_or(if bare.is_empty() { of_name } else { bare });
+        let scale = match stated {
+            "" | "1" | "-" => None,
+            _ => Some(parse_unit(stated).map_err(|_| {
+                let message = format!("column `{name}` of the log has the unknown unit `{stated}`");
+                (ErrorKind::UnknownUnit, message, format!("state its unit, for example \"{}\"", quantity.unit))
+            })?),
+        };
+        if scale.is_some_and(|scale| scale.dimension != quantity.dimension) {
+            let message =
+                format!("column `{name}` of the log is in `{stated}`; it must be {}", with_article(quantity.name));
+            let cure = format!("give a column in {}, or state the right unit", quantity.example());
+            return Err((ErrorKind::WrongDimension, message, cure));
+        }
+        let values: Vec<f64> = values.iter().map(|value| scale.map_or(*value, |scale| scale.to_si(*value))).collect();
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(row) => {
+                let message = format!("column `{name}` of the log has no number in row {}", row + 1);
+                Err((ErrorKind::NotFinite, message, "fill the gap, or cut the log there".into()))
+            }
+            None => Ok(values),
+        }
     }
 
     /// The error of a log that has no column of any of these names.
     pub fn without_columns<'n>(&self, wanted: impl Iterator<Item = &'n str>, what: &str) -> Problem {
         let wanted: Vec<&str> = wanted.collect();
-        let message = format!("the log has no column of a {what}; it has {}", self.columns.names.join(", "));
+        let message = format!("the log has no column of a {what}; it has {}", self.names().join(", "));
         let cure = format!("name its columns {}, or state which is which", wanted.join(", "));
+        (ErrorKind::UnknownReference, message, cure)
+    }
+
+    /// The error of a log without times. That may be any file, whose first line is not for those who named it: only a near name is told.
+    fn without_times(&self, wanted: &str) -> Problem {
+        let message = format!("the log has no column `{wanted}` for the times");
+        let near = Some(suggestion(wanted, self.names())).filter(|near| near.starts_with("did"));
+        let cure = near.unwrap_or_else(|| "is it a log? Call the column `time`, or state its name".into());
         (ErrorKind::UnknownReference, message, cure)
     }
 }
 
-/// The error of a log without times. That may be any file, whose first line is not for those who named it: only a near name is told.
-fn without_times(columns: &Columns, wanted: &str) -> Problem {
-    let message = format!("the log has no column `{wanted}` for the times");
-    let near =
-        Some(suggestion(wanted, columns.names.iter().map(String::as_str))).filter(|near| near.starts_with("did"));
-    let cure = near.unwrap_or_else(|| "is it a log? Call the column `time`, or state its name".into());
-    (ErrorKind::UnknownReference, message, cure)
+fn cure_of(loss: &Loss) -> &'static str {
+    match loss {
+        Loss::Undecided(_) | Loss::Mixed(..) => "write decimals with a point everywhere, and no marks of thousands",
+        Loss::Dates => "write dates as 2024-05-01T12:30:00.25",
+        Loss::Words(_) | Loss::NoCells => "give one number for each time",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantities::LENGTH;
+
+    fn lift(text: &str, unit: Option<&str>) -> Result<Vec<f64>, Problem> {
+        let given = [("a.csv".to_string(), text.to_string())];
+        let log = Log::open("a.csv", None, &Files { folder: None, given: &given })?;
+        log.column(&["lift"], "a test", unit, &LENGTH.quantity())
+    }
+
+    #[test]
+    fn units_are_those_of_a_row_or_of_the_names() {
+        for text in [
+            "time [s],lift [mm]\n0,1\n1,-2\n",
+            "\u{feff}t\tLift (mm)\r\n0\t1\r\n1\t-2\r\n",
+            "time;lift\n[s];[mm]\n0;1,0\n\n1;-2,0\n",
+            "timestamp,lift\n2024-05-01T12:00:00Z,0.001\n2024-05-01T12:00:01Z,-0.002\n",
+            "time;lift [um]\n0.0;1,000\n1.0;-2,000\n",
+        ] {
+            assert_eq!(lift(text, None).unwrap_or_else(|e| panic!("{text}: {e:?}")), [0.001, -0.002], "{text}");
+        }
+        assert_eq!(lift("t,lift [mm]\n0,1\n1,2\n", Some("cm")).unwrap(), [0.01, 0.02]);
+    }
+
+    #[test]
+    fn what_is_no_log_is_told() {
+        for (text, told) in [
+            ("", "empty"),
+            ("0,1\n1,2\n", "no column `time` for the times"),
+            ("time,tilt\n0,1\n", "no column `lift`"),
+            ("time,lift\n0,1\n1\n", "the last line of the log is cut off"),
+            ("time,lift\n0,0,1\n1,0,2\n", "rows of the log have more cells than its header"),
+            ("time,lift [bar]\n0,1\n", "must be a"),
+            ("time,lift [furlong]\n0,1\n", "unknown unit"),
+            ("time,lift\n0,1\n1,\n", "row 2"),
+            ("time,lift\n0,1\n1,on\n2,3\n", "row 2"),
+            ("time;lift\n0;1,500\n1;2,500\n", "`1,500` may mean decimals or thousands"),
+            ("time;lift\n0;1.500\n1;2,5\n2;2.5\n", "different decimal marks"),
+            ("time,lift\n0,1\n0,2\n", "do not increase"),
+        ] {
+            let (_, message, cure) = lift(text, None).expect_err(text);
+            assert!(message.contains(told) && !cure.is_empty(), "{text}: {message}");
+        }
+    }
 }

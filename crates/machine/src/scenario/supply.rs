@@ -1,8 +1,7 @@
 //! `[supply]` of a scenario: a measured supply pressure against time, by numbers or from a log.
 
-use super::log::{Files, Log};
+use super::log::{Files, Log, Problem};
 use super::{check_series, Interpolation, Result, INTERPOLATIONS};
-use crate::columns::Problem;
 use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::quantities::PRESSURE;
@@ -104,6 +103,7 @@ fn logged<'a>(
         let log = Log::open(name, time.as_deref(), files)?;
         let names = column.as_deref().map_or_else(|| USUAL_NAMES.to_vec(), |column| vec![column]);
         let pressure = log.column(&names, "the supply pressure", unit.as_deref(), &PRESSURE.quantity())?;
+        log.tell(&field);
         Ok(SupplyPressure { time: log.time, pressure, interpolation })
     };
     let read = read().map_err(|(kind, message, cure): Problem| field.error(kind, message).help(cure))?;

@@ -1,0 +1,75 @@
+//! One column of a table, and which one holds the times.
+
+use crate::names::split_name;
+
+/// Names of a column of times, in any case, the likeliest first.
+pub const TIME_NAMES: [&str; 10] =
+    ["time", "t", "time_s", "t_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time"];
+
+/// What was decided, or is missing: a stable short name of its kind, and the message.
+pub type Note = (&'static str, String);
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// As its source writes it, perhaps with a unit; without a name `column 3`.
+    pub name: String,
+    /// From a row of units, as it stands there; empty if there is none.
+    pub unit: String,
+    pub content: Content,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Content {
+    Numbers {
+        /// NaN where a cell is missing or no number.
+        values: Vec<f64>,
+        /// Whether they are seconds from the first of dates or times of day.
+        dates: bool,
+        /// Without the name of the column.
+        notes: Vec<Note>,
+    },
+    Lost(Loss),
+}
+
+/// Why a column has no numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Loss {
+    /// This cell may have decimals or marks of thousands.
+    Undecided(String),
+    /// These two cells have different decimal marks.
+    Mixed(String, String),
+    /// Its dates may have the day or the month first.
+    Dates,
+    /// Most of its cells are words, this one first.
+    Words(String),
+    /// The header names it, and no row reaches it.
+    NoCells,
+}
+
+impl Loss {
+    pub fn text(&self) -> String {
+        match self {
+            Loss::Undecided(cell) => {
+                format!("`{cell}` may mean decimals or thousands, and nothing in the file says which")
+            }
+            Loss::Mixed(one, other) => format!("`{one}` and `{other}` have different decimal marks"),
+            Loss::Dates => "its dates do not say which number is the day".into(),
+            Loss::Words(_) => "words, not numbers".into(),
+            Loss::NoCells => "no row has a cell of it".into(),
+        }
+    }
+}
+
+/// Index of the time column: the one with such a name, or the only one with dates.
+pub fn time_column(columns: &[Column]) -> Option<usize> {
+    let named = |wanted: &str| {
+        let is = |name: &str| name.eq_ignore_ascii_case(wanted);
+        columns.iter().position(|column| is(&column.name) || is(split_name(&column.name).0))
+    };
+    TIME_NAMES.into_iter().find_map(named).or_else(|| {
+        let dated = |(_, column): &(usize, &Column)| matches!(column.content, Content::Numbers { dates: true, .. });
+        let mut found = columns.iter().enumerate().filter(dated);
+        let (first, _) = found.next()?;
+        found.next().is_none().then_some(first)
+    })
+}

@@ -1,0 +1,352 @@
+//! A text as a table.
+
+use crate::cells::{is_missing, Cells, Decision, Format, Grid};
+use crate::clock::{seconds_of, DateOrder, Moment};
+use crate::column::{Column, Content, Loss, Note};
+use crate::head::{delimiter, Head};
+use crate::split::{cells_of, lines};
+use std::fmt;
+
+/// How a text is written; `None`, or no names, where it says so itself.
+#[derive(Debug, Clone, Default)]
+pub struct Form {
+    pub numbers: Option<Format>,
+    pub dates: Option<DateOrder>,
+    pub delimiter: Option<u8>,
+    /// Of the columns: every line is then a row.
+    pub names: Vec<String>,
+}
+
+/// The columns of a text.
+#[derive(Debug)]
+pub struct Table {
+    pub columns: Vec<Column>,
+    /// Rows of every column.
+    pub rows: usize,
+    /// The first comment lines, with their marks.
+    pub comments: Vec<String>,
+    /// On the whole file.
+    pub notes: Vec<Note>,
+}
+
+/// Why a text is no table, as the end of a sentence, and the cure.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Fault {
+    pub what: String,
+    pub cure: &'static str,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; {}", self.what, self.cure)
+    }
+}
+
+const COMMENTS: [&str; 3] = ["#", "%", "//"];
+/// Lines that are looked at for delimiter, names and units.
+const LOOKED_AT: usize = 50;
+/// Most columns, lines, letters of a line, and numbers.
+const MOST_COLUMNS: usize = 2000;
+const MOST_LINES: usize = 5_000_000;
+const LONGEST_LINE: usize = 1 << 20;
+const MOST_VALUES: usize = 1 << 26;
+/// Most comments that are kept.
+const MOST_COMMENTS: usize = 1000;
+const SHORTER: &str = "keep the signals that are needed, or a part of the time, or save it as .h5 or .nc";
+
+/// Reads a table: perhaps titles, a row of names, perhaps a row of units, then rows of numbers.
+///
+/// # Errors
+/// If it is empty, too large, or has no row of numbers.
+pub fn read(text: &str, form: &Form) -> Result<Table, Fault> {
+    let mut comments = Vec::new();
+    let stated = form.delimiter.is_some();
+    let mut rows = lines(text).filter(|line| {
+        if line.as_bytes().first().is_some_and(u8::is_ascii_digit) {
+            return true;
+        }
+        let bare = line.trim();
+        let comment = !stated && is_comment(bare);
+        if comment && comments.len() < MOST_COMMENTS {
+            comments.push(bare.to_string());
+        }
+        stated || !(comment || bare.is_empty())
+    });
+    let mut sample: Vec<&str> = rows.by_ref().take(LOOKED_AT).collect();
+    if sample.is_empty() {
+        return Err(Fault { what: "is empty".into(), cure: "a log is a table with a time column" });
+    }
+    sample.iter().try_for_each(|line| checked(line))?;
+    let said = sample.first().and_then(|line| separator(line));
+    if said.is_some() {
+        sample.remove(0);
+    }
+    let delimiter = form.delimiter.or(said).unwrap_or_else(|| delimiter(&sample));
+    let head = if form.names.is_empty() {
+        Head::of(&sample, delimiter, |line| comment_above(text, line))
+    } else {
+        Head { width: form.names.len(), names: form.names.clone(), units: Vec::new(), lines: 0 }
+    };
+    if sample.len() == head.lines {
+        let what = format!("holds {} line(s) of text and no row of numbers", head.lines);
+        return Err(Fault { what, cure: "is it a CSV log?" });
+    }
+    let mut filling = Filling::new(delimiter, form.numbers, head.width);
+    for line in sample[head.lines..].iter().copied().chain(rows) {
+        filling.add(line)?;
+    }
+    let (cells, notes, count) = filling.finish()?;
+    let columns = columns(cells, head, count, form.dates);
+    Ok(Table { columns, rows: count, comments, notes })
+}
+
+fn is_comment(line: &str) -> bool {
+    // A cell may be `#N/A`.
+    COMMENTS.iter().any(|mark| line.starts_with(mark)) && !line.split(',').next().is_some_and(is_missing)
+}
+
+/// The delimiter of a line `sep=;`, which Excel takes.
+fn separator(line: &str) -> Option<u8> {
+    let (name, mark) = line.split_at_checked(4)?;
+    let mark = mark.strip_prefix('"').unwrap_or(mark).as_bytes();
+    mark.first().copied().filter(|mark| name.eq_ignore_ascii_case("sep=") && mark.is_ascii())
+}
+
+/// The last comment above a line of the text, without its marks.
+fn comment_above(text: &str, line: &str) -> Option<String> {
+    let at = (line.as_ptr() as usize).checked_sub(text.as_ptr() as usize)?;
+    let above = lines(text.get(..at)?).map(str::trim).filter(|line| is_comment(line)).last()?;
+    Some(above.trim_start_matches(['#', '%', '/', ' ']).to_string())
+}
+
+fn checked(line: &str) -> Result<(), Fault> {
+    if line.len() <= LONGEST_LINE || line.trim().chars().count() <= LONGEST_LINE {
+        return Ok(());
+    }
+    let what = format!("has a line of {} letters, more than {LONGEST_LINE}", line.trim().chars().count());
+    Err(Fault { what, cure: "is it a table?" })
+}
+
+/// Rows on their way into columns.
+struct Filling<'a> {
+    grid: Grid,
+    delimiter: u8,
+    /// Columns with names, or the usual number of cells.
+    named: usize,
+    /// The line that is not yet a row: the last one may be cut off.
+    waiting: Option<&'a str>,
+    rows: usize,
+    /// Fewest cells of a row.
+    narrowest: usize,
+    /// Rows with more cells than there are names, and the first cell of the first of them.
+    wider: (usize, String),
+}
+
+impl<'a> Filling<'a> {
+    fn new(delimiter: u8, numbers: Option<Format>, named: usize) -> Self {
+        let grid = Grid::new(delimiter, numbers);
+        Filling { grid, delimiter, named, waiting: None, rows: 0, narrowest: usize::MAX, wider: (0, String::new()) }
+    }
+
+    fn add(&mut self, line: &'a str) -> Result<(), Fault> {
+        match self.waiting.replace(line) {
+            Some(before) => self.push(before),
+            None => Ok(()),
+        }
+    }
+
+    fn push(&mut self, line: &str) -> Result<(), Fault> {
+        checked(line)?;
+        let (width, filled) = self.grid.push(line);
+        self.rows += 1;
+        self.narrowest = self.narrowest.min(width);
+        if filled > self.named {
+            if self.wider.0 == 0 {
+                self.wider.1 = cells_of(line, self.delimiter).first().map(ToString::to_string).unwrap_or_default();
+            }
+            self.wider.0 += 1;
+        }
+        let columns = self.grid.columns.len();
+        let (what, cure) = if columns > MOST_COLUMNS {
+            let cure = "keep those that are needed, or turn a table that has its signals in rows";
+            (format!("has {columns} columns, more than {MOST_COLUMNS}"), cure)
+        } else if self.rows > MOST_LINES {
+            (format!("has more than {MOST_LINES} lines"), SHORTER)
+        } else if columns * self.rows > MOST_VALUES {
+            (format!("has more than {MOST_VALUES} numbers"), SHORTER)
+        } else {
+            return Ok(());
+        };
+        Err(Fault { what, cure })
+    }
+
+    /// The columns, notes on the rows, and their number.
+    fn finish(mut self) -> Result<(Vec<Cells>, Vec<Note>, usize), Fault> {
+        let mut notes = Vec::new();
+        if let Some(last) = self.waiting.take() {
+            if self.rows > 0 && cells_of(last, self.delimiter).len() < self.narrowest {
+                let text = "the last line is cut off and left out; was the file copied before it was complete?";
+                notes.push(("truncated", text.into()));
+            } else {
+                self.push(last)?;
+            }
+        }
+        let (count, first) = &self.wider;
+        if *count > 0 {
+            let text = format!(
+                "{count} rows have more cells than the {} of the header, the first begins with `{first}`; extra cells are read without a \
+                 name. Are there decimal commas while commas also separate the columns? Export with semicolons",
+                self.named
+            );
+            notes.push(("ragged-rows", text));
+        }
+        Ok((self.grid.finish(), notes, self.rows))
+    }
+}
+
+/// Cells with their names, and those names that have no cells. Delimiters at the ends of lines make empty columns without a name.
+fn columns(cells: Vec<Cells>, head: Head, rows: usize, dates: Option<DateOrder>) -> Vec<Column> {
+    let (width, named) = (cells.len(), head.names.len());
+    let mut units = head.units.into_iter();
+    let mut names = head.names.into_iter();
+    let mut found = Vec::new();
+    for (index, cells) in cells.into_iter().enumerate() {
+        let (name, unit) = (names.next().unwrap_or_default(), units.next().unwrap_or_default());
+        if name.is_empty() && cells.blank {
+            continue;
+        }
+        let name = if name.is_empty() { format!("column {}", index + 1) } else { name };
+        found.push(Column { name, unit, content: content(cells, rows, dates) });
+    }
+    let lost = |name| Column { name, unit: String::new(), content: Content::Lost(Loss::NoCells) };
+    found.extend(names.filter(|name| width < named && !name.is_empty()).map(lost));
+    found
+}
+
+/// The numbers of a column, or why there are none.
+fn content(cells: Cells, rows: usize, order: Option<DateOrder>) -> Content {
+    let (mut values, (mut bad, first)) = (cells.values, cells.bad);
+    let (mut notes, mut dates) = (Vec::new(), false);
+    if 2 * cells.moments.len() > bad && bad > 0 {
+        let moments: Vec<Moment> = cells.moments.iter().map(|(_, moment)| *moment).collect();
+        let seconds = seconds_of(&moments, order);
+        if seconds.undecided {
+            return Content::Lost(Loss::Dates);
+        }
+        values.fill(f64::NAN);
+        for ((row, _), second) in cells.moments.iter().zip(&seconds.values) {
+            values[*row as usize] = *second;
+        }
+        (dates, bad) = (true, bad - seconds.values.iter().filter(|second| second.is_finite()).count());
+    }
+    if let Decision::Undecided(cell) = cells.decision {
+        return Content::Lost(Loss::Undecided(cell));
+    }
+    if let Decision::Mixed(point, comma) = cells.decision {
+        return Content::Lost(Loss::Mixed(point, comma));
+    }
+    if 2 * bad > rows {
+        return Content::Lost(Loss::Words(first));
+    }
+    if bad > 0 {
+        let first = if first.is_empty() { "a date that there is not" } else { &first };
+        let text = format!("has {bad} cells that are not numbers, the first is `{first}`; they count as missing");
+        notes.push(("unreadable-cells", text));
+    }
+    if let Decision::Thousands(cell) = cells.decision {
+        let text = format!("has `{cell}`, which is read with marks of thousands, as other columns of the file say");
+        notes.push(("number-format", text));
+    }
+    Content::Numbers { values, dates, notes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> Table {
+        read(text, &Form::default()).unwrap_or_else(|fault| panic!("{text}: {fault}"))
+    }
+
+    fn numbers<'a>(table: &'a Table, name: &str) -> &'a [f64] {
+        let found = table.columns.iter().find(|column| column.name == name);
+        match found.map(|column| &column.content) {
+            Some(Content::Numbers { values, .. }) => values,
+            other => panic!("{name}: {other:?} in {:?}", table.columns),
+        }
+    }
+
+    #[test]
+    fn usual_ways_to_write_a_log_say_the_same() {
+        for (text, units) in [
+            ("time,lift\n0,1\n1,-2\n", ["", ""]),
+            ("# made by hand\ntime,lift\r\n0,1\r\n1,-2\r\n", ["", ""]),
+            ("time,lift\r0,1\r1,-2\r", ["", ""]),
+            ("sep=;\ntime;lift\ns;mm\n0;1,0\n\n1;-2,0\n", ["s", "mm"]),
+            ("Rig 7;\n;\nRate;1000\ntime;lift\n[s];[mm]\n0;1,0\n1;-2,0\n", ["[s]", "[mm]"]),
+            ("time  lift\n 0.0  1\n 1.0 -2\n", ["", ""]),
+            ("% time lift\n0 1\n1 -2\n", ["", ""]),
+            ("\"time\",\"lift\",\n0,1,\n1,-2,\n", ["", ""]),
+            ("time\tlift\t\n0\t1\t\n1\t-2\t\n", ["", ""]),
+            ("lift,time\n1,2024-05-01T12:00:00Z\n-2,2024-05-01T12:00:01Z\n", ["", ""]),
+        ] {
+            let table = of(text);
+            assert_eq!([numbers(&table, "time"), numbers(&table, "lift")], [[0.0, 1.0], [1.0, -2.0]], "{text}");
+            assert_eq!(
+                table.columns.iter().map(|c| c.unit.as_str()).collect::<Vec<_>>(),
+                units[..table.columns.len()],
+                "{text}"
+            );
+            assert!(table.notes.is_empty() && table.rows == 2, "{table:?}");
+        }
+        let bare = of("0 1\n1 -2\n");
+        assert_eq!([numbers(&bare, "column 1"), numbers(&bare, "column 2")], [[0.0, 1.0], [1.0, -2.0]]);
+        assert!(numbers(&of("a\tb\n\t2\n"), "a")[0].is_nan());
+        // An empty cell at the start of a line is a cell.
+        assert!(numbers(&of("a\tb\tc\n1\t2\t3\n\t2\t3\n"), "a")[1].is_nan());
+    }
+
+    #[test]
+    fn what_is_lost_is_told() {
+        let lost = |text: &str| match &of(text).columns.last().unwrap().content {
+            Content::Lost(loss) => loss.clone(),
+            other => panic!("{text}: {other:?}"),
+        };
+        assert_eq!(lost("t;x\n0;on\n1;off\n"), Loss::Words("on".into()));
+        assert_eq!(lost("t;x\n0;1.500\n1;2.500\n"), Loss::Undecided("1.500".into()));
+        assert_eq!(lost("t;x\n0;1.5\n1;2,5\n"), Loss::Mixed("1.5".into(), "2,5".into()));
+        assert_eq!(lost("t;x;y\n0;1\n1;2\n"), Loss::NoCells);
+        assert_eq!(lost("t;x\n0;1/3/2024 1:00:00\n1;4/6/2024 1:00:00\n"), Loss::Dates);
+        let kinds = |text: &str| of(text).notes.into_iter().map(|(kind, _)| kind).collect::<Vec<_>>();
+        assert_eq!(kinds("t,x\n0,0\n1,5\n2\n"), ["truncated"]);
+        assert_eq!(kinds("t,x\n0,0\n1,0,5\n"), ["ragged-rows"]);
+        let Content::Numbers { values, notes, .. } = &of("t,x\n0,0\n1,off\n2,1\n").columns[1].content else { panic!() };
+        assert!(
+            values[1].is_nan() && notes[0].1.contains("1 cells that are not numbers, the first is `off`"),
+            "{notes:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_table_is_told() {
+        let long = format!("t,x\n0,{}\n1,2\n", "7".repeat(LONGEST_LINE));
+        let wide = format!("t,x\n0,1\n0{}\n1,2\n", ",1".repeat(MOST_COLUMNS));
+        for (text, told) in [
+            ("", "is empty"),
+            ("# nothing\n", "is empty"),
+            ("time,x\n", "holds 1 line(s) of text and no row of numbers"),
+            (&long, "a line of 1048578 letters"),
+            (&wide, "2001 columns, more than 2000"),
+        ] {
+            let fault = read(text, &Form::default()).expect_err(told);
+            assert!(fault.what.contains(told), "{fault}");
+        }
+    }
+
+    #[test]
+    fn stated_names_leave_only_rows() {
+        let form = Form { delimiter: Some(0x1f), names: vec!["t".into(), "x".into()], ..Form::default() };
+        let table = read("0\u{1f}# 1\n\u{1f}\n2\u{1f}3", &form).unwrap();
+        assert_eq!((table.rows, numbers(&table, "x")[2]), (3, 3.0));
+    }
+}
