@@ -72,31 +72,26 @@ impl Grid {
         let (mut width, mut filled) = (0, 0);
         if self.delimiter == BLANK {
             for cell in line.split_whitespace() {
-                self.cell(width, cell, plain(cell, false).filter(|number| number.length == cell.len()));
+                self.cell(width, cell, number(cell));
                 width += 1;
             }
             filled = width;
         } else {
             let mut rest = Some(line);
             while let Some(text) = rest {
-                let number = plain(text, self.delimiter == b',');
-                let after = number.as_ref().and_then(|number| text.as_bytes().get(number.length));
-                // Most cells are numbers alone, which need no look at quotes and blanks.
-                let cell = match number {
-                    Some(number) if after.is_none_or(|byte| *byte == self.delimiter) => {
-                        let (cell, left) = text.split_at(number.length);
-                        self.cell(width, cell, Some(number));
-                        rest = left.get(1..);
-                        filled = width + 1;
-                        width += 1;
-                        continue;
-                    }
-                    _ => first_cell(text, self.delimiter),
-                };
-                self.cell(width, &cell.0, plain(&cell.0, false).filter(|number| number.length == cell.0.len()));
-                rest = cell.1;
                 width += 1;
-                filled = if cell.0.is_empty() { filled } else { width };
+                let found = plain(text, self.delimiter == b',');
+                let after = found.as_ref().map(|found| text.as_bytes().get(found.length));
+                // Most cells are numbers alone, which need no look at quotes and blanks.
+                if after.is_some_and(|after| after.is_none_or(|byte| *byte == self.delimiter)) {
+                    let (cell, left) = text.split_at(found.as_ref().map_or(0, |found| found.length));
+                    self.cell(width - 1, cell, found);
+                    (rest, filled) = (left.get(1..), width);
+                } else {
+                    let (cell, left) = first_cell(text, self.delimiter);
+                    self.cell(width - 1, &cell, number(&cell));
+                    (rest, filled) = (left, if cell.is_empty() { filled } else { width });
+                }
             }
         }
         for short in self.columns.iter_mut().skip(width) {
@@ -107,7 +102,7 @@ impl Grid {
     }
 
     #[inline]
-    fn cell(&mut self, index: usize, cell: &str, number: Option<Plain>) {
+    fn cell(&mut self, index: usize, cell: &str, number: Option<Number>) {
         let row = self.rows;
         if self.columns.len() == index {
             let values = vec![f64::NAN; row as usize];
@@ -137,36 +132,29 @@ impl Grid {
 }
 
 impl Cells {
-    fn push(&mut self, row: u32, cell: &str, number: Option<Plain>, stated: Option<Format>) {
+    fn push(&mut self, row: u32, cell: &str, number: Option<Number>, stated: Option<Format>) {
         self.blank &= cell.is_empty();
-        let every = number.as_ref().map_or_else(|| readings(cell), |number| number.readings);
-        let found = every & stated.map_or(POINT | COMMA, |format| [POINT, COMMA][format as usize]);
-        let format = match found {
-            POINT => Format::Point,
-            COMMA => Format::Comma,
-            _ if cell.contains(',') => Format::Comma,
-            _ => Format::Point,
+        let allowed = stated.map_or(POINT | COMMA, |format| [POINT, COMMA][format as usize]);
+        let Some(number) = number.filter(|number| number.readings & allowed != 0) else {
+            self.values.push(f64::NAN);
+            if !is_missing(cell) {
+                self.push_bad(row, cell);
+            }
+            return;
         };
-        self.values.push(match number {
-            _ if found == 0 => f64::NAN,
-            // One mark that this format takes for that of decimals.
-            Some(Plain { value, mark, .. }) if mark.is_none_or(|mark| (mark == b',') == (format == Format::Comma)) => {
-                value
-            }
-            _ => value(cell, format),
-        });
-        match found {
-            0 if !is_missing(cell) => self.push_bad(row, cell),
-            POINT | COMMA if stated.is_none() => {
-                self.certain[format as usize].get_or_insert_with(|| cell.into());
-            }
-            3 if cell.contains(['.', ',']) => {
-                let same = self.either[format as usize].get_or_insert_with(|| (cell.into(), Vec::new()));
-                if self.certain[format as usize].is_none() {
+        let found = number.readings & allowed;
+        let comma = number.mark.map_or(found == COMMA, |mark| mark == b',');
+        let thousands = number.mark.is_some() && found & [POINT, COMMA][usize::from(comma)] == 0;
+        self.values.push(if thousands { in_thousands(number.value) } else { number.value });
+        if found == POINT | COMMA {
+            if number.mark.is_some() {
+                let same = self.either[usize::from(comma)].get_or_insert_with(|| (cell.into(), Vec::new()));
+                if self.certain[usize::from(comma)].is_none() {
                     same.1.push(row);
                 }
             }
-            _ => {}
+        } else if stated.is_none() {
+            self.certain[usize::from(comma)].get_or_insert_with(|| cell.into());
         }
     }
 
@@ -196,9 +184,8 @@ impl Cells {
         };
         let Some((example, rows)) = &self.either[usize::from(format == Format::Point)] else { return };
         for row in rows {
-            // Three decimals at most, so that the product is a whole number but for its rounding.
             let value = &mut self.values[*row as usize];
-            *value = (1e3 * *value).round();
+            *value = in_thousands(*value);
         }
         if own.is_none() {
             self.decision = Decision::Thousands(example.clone());
@@ -216,15 +203,27 @@ pub fn is_missing(cell: &str) -> bool {
     MISSING.iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// A number of digits with at most one mark and a power of ten.
-struct Plain {
+/// A cell that is a number.
+pub struct Number {
     /// Its letters.
     length: usize,
-    /// As [`readings`].
+    /// Formats that explain it, as a set of [`POINT`] and [`COMMA`].
     readings: u8,
+    /// The mark that is that of decimals, or parts off three digits.
     mark: Option<u8>,
-    /// With its mark as that of decimals.
+    /// With this mark as that of decimals.
     value: f64,
+}
+
+/// The number that a cell is, in any format.
+pub fn number(cell: &str) -> Option<Number> {
+    plain(cell, false).filter(|number| number.length == cell.len()).or_else(|| in_groups(cell))
+}
+
+/// A number with three decimals whose mark is one of thousands.
+fn in_thousands(value: f64) -> f64 {
+    // The product is a whole number but for its rounding.
+    (1e3 * value).round()
 }
 
 /// Powers of ten that a double holds exactly.
@@ -237,7 +236,7 @@ const MOST_DIGITS: usize = 19;
 
 /// The plain number that a text begins with; `commas_part`: a comma ends it.
 #[inline]
-fn plain(text: &str, commas_part: bool) -> Option<Plain> {
+fn plain(text: &str, commas_part: bool) -> Option<Number> {
     let bytes = text.as_bytes();
     let digits = |from: usize, start: u64| {
         let (mut at, mut sum) = (from, start);
@@ -277,48 +276,33 @@ fn plain(text: &str, commas_part: bool) -> Option<Plain> {
         (false, Some(b',')) => text[..length].replace(',', ".").parse().ok()?,
         (false, _) => text[..length].parse().ok()?,
     };
-    Some(Plain { length, readings, mark, value })
+    Some(Number { length, readings, mark, value })
 }
 
-/// Formats that explain a cell, as a set of [`POINT`] and [`COMMA`]; none: it is no number.
-pub fn readings(cell: &str) -> u8 {
+/// A number whose digits are parted by threes, and perhaps has decimals behind another mark.
+fn in_groups(cell: &str) -> Option<Number> {
     let unsigned = cell.strip_prefix(['+', '-']).unwrap_or(cell);
-    let (digits, power) = match unsigned.split_once(['e', 'E']) {
-        Some((digits, power)) => (digits, Some(power.strip_prefix(['+', '-']).unwrap_or(power))),
-        None => (unsigned, None),
+    let last = unsigned.rfind(['.', ',']);
+    let gap = unsigned.chars().find(|letter| GAPS.contains(letter));
+    // The only mark of its kind at the end is that of decimals.
+    let decimal =
+        last.map(|at| unsigned.as_bytes()[at]).filter(|mark| unsigned.matches(char::from(*mark)).count() == 1);
+    let (whole, part) = match (decimal, last) {
+        (Some(_), Some(at)) => (&unsigned[..at], &unsigned[at + 1..]),
+        _ => (unsigned, ""),
     };
-    if power.is_some_and(|power| power.is_empty() || !power.bytes().all(|b| b.is_ascii_digit())) {
-        return 0;
+    let mark = gap.or_else(|| whole.chars().find(|letter| matches!(letter, '.' | ',')))?;
+    if !grouped(whole, mark) || !part.bytes().all(|b| b.is_ascii_digit()) {
+        return None;
     }
-    let gap = digits.chars().find(|letter| GAPS.contains(letter));
-    let (mut points, mut commas, mut last) = (0, 0, None);
-    for letter in digits.chars() {
-        match letter {
-            '.' => (points, last) = (points + 1, Some('.')),
-            ',' => (commas, last) = (commas + 1, Some(',')),
-            _ if letter.is_ascii_digit() || Some(letter) == gap => {}
-            _ => return 0,
-        }
-    }
-    if !digits.contains(|letter: char| letter.is_ascii_digit()) {
-        return 0;
-    }
-    let whole = digits.split(['.', ',']).next().unwrap_or(digits);
-    if gap.is_some_and(|gap| !grouped(whole, gap) || digits[whole.len()..].contains(gap) || points + commas > 1) {
-        return 0;
-    }
-    let thousands = |mark| u8::from(power.is_none() && gap.is_none() && grouped(digits, mark));
-    let before = |mark| digits.rsplit_once(mark).map_or("", |(before, _)| before);
-    match (points, commas) {
-        (0, 0) => POINT | COMMA,
-        (1, 0) => POINT | (COMMA * thousands('.')),
-        (0, 1) => COMMA | (POINT * thousands(',')),
-        (_, 0) => COMMA * thousands('.'),
-        (0, _) => POINT * thousands(','),
-        (_, 1) if last == Some(',') => COMMA * u8::from(grouped(before(','), '.')),
-        (1, _) if last == Some('.') => POINT * u8::from(grouped(before('.'), ',')),
-        _ => 0,
-    }
+    let readings = match (decimal, mark) {
+        (Some(b'.'), _) | (None, ',') => POINT,
+        (Some(_), _) | (None, '.') => COMMA,
+        _ => POINT | COMMA,
+    };
+    let value: f64 = format!("{}.{part}", whole.replace(mark, "")).parse().ok()?;
+    let value = if cell.starts_with('-') { -value } else { value };
+    Some(Number { length: cell.len(), readings, mark: None, value })
 }
 
 /// Whether the mark parts digits by threes, `1.234.567`.
@@ -330,106 +314,4 @@ fn grouped(digits: &str, mark: char) -> bool {
         && number(first)
         && !first.starts_with('0')
         && groups.all(|group| group.len() == 3 && number(group))
-}
-
-/// The number that a cell is in a format that explains it.
-fn value(cell: &str, format: Format) -> f64 {
-    if let Ok(value) = cell.parse() {
-        if format == Format::Point {
-            return value;
-        }
-    }
-    let thousands = if format == Format::Point { ',' } else { '.' };
-    let plain: String = cell.chars().filter(|letter| *letter != thousands && !GAPS.contains(letter)).collect();
-    plain.replace(',', ".").parse().unwrap_or(f64::NAN)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read(delimiter: u8, lines: &[&str]) -> Vec<Cells> {
-        let mut table = Grid::new(delimiter, None);
-        lines.iter().for_each(|line| {
-            table.push(line);
-        });
-        table.finish()
-    }
-
-    #[test]
-    fn every_cell_of_a_column_is_evidence() {
-        for (delimiter, lines, wanted) in [
-            (b';', &["998,5", "1.001"][..], &[998.5, 1001.0][..]),
-            (b',', &["\"998.5\"", "\"1,001\""], &[998.5, 1001.0]),
-            (b'\t', &["1.001", "998,5", "-12"], &[1001.0, 998.5, -12.0]),
-            (b';', &["0.500", "1.250"], &[0.5, 1.25]),
-            (b';', &["1.250", "0.500", "1.250"], &[1.25, 0.5, 1.25]),
-            (b';', &["1 234,5", "1'234,5", "1\u{202f}234\u{a0}567"], &[1234.5, 1234.5, f64::NAN]),
-            (b';', &["1.234.567,5", "1.5e3"], &[f64::NAN, f64::NAN]),
-            (b';', &["1.234e3", "2.000", "5.", ".5"], &[1234.0, 2.0, 5.0, 0.5]),
-            (b';', &["1,234e3", "2,5E-1", "1.000"], &[1234.0, 0.25, 1000.0]),
-            (b' ', &["1234.567", "1.001"], &[1234.567, 1.001]),
-        ] {
-            let found = read(delimiter, lines).remove(0);
-            let same = found.values.iter().zip(wanted).all(|(a, b)| a == b || a.is_nan() && b.is_nan());
-            assert!(same, "{lines:?}: {found:?}");
-        }
-    }
-
-    #[test]
-    fn other_columns_decide_where_a_column_cannot() {
-        let of = |delimiter, lines: &[&str]| read(delimiter, lines).pop().unwrap();
-        let thousands = of(b';', &["0.5;2,500", "1.0;-1,250"]);
-        assert_eq!(thousands.values, [2500.0, -1250.0]);
-        assert_eq!(thousands.decision, Decision::Thousands("2,500".into()));
-        assert_eq!(of(b';', &["0,5;2,500", "1,0;-1,250"]).values, [2.5, -1.25]);
-        assert_eq!(of(b';', &["0,5;2.500", "1,0;-1.250"]).values, [2500.0, -1250.0]);
-        assert_eq!(of(b',', &["0,1.500", "1,1.250"]).values, [1.5, 1.25]);
-        assert_eq!(of(b';', &["0;1.500", "1;1.250"]).decision, Decision::Undecided("1.500".into()));
-        assert_eq!(of(b',', &["0,\"1,500\"", "1,\"1,250\""]).decision, Decision::Undecided("1,500".into()));
-        assert_eq!(of(b';', &["0;1,5", "1;2.5"]).decision, Decision::Mixed("2.5".into(), "1,5".into()));
-    }
-
-    #[test]
-    fn a_stated_format_decides_and_refuses_what_it_does_not_explain() {
-        let mut table = Grid::new(b';', Some(Format::Comma));
-        for line in ["1.234", "0,5", "0.5", "x", ""] {
-            table.push(line);
-        }
-        let found = table.finish().remove(0);
-        assert_eq!(found.values[..2], [1234.0, 0.5]);
-        assert_eq!(found.bad, (2, "0.5".into()));
-    }
-
-    #[test]
-    fn short_rows_and_empty_cells() {
-        let columns = read(b',', &["1", "2,3", "4,", ""]);
-        assert_eq!((columns.len(), columns[1].values[1], columns[1].values.len()), (2, 3.0, 4));
-        let mut grid = Grid::new(b';', None);
-        assert_eq!([grid.push("1;x;;"), grid.push(" 2 ; 3"), grid.push("")], [(4, 2), (2, 2), (1, 0)]);
-    }
-
-    #[test]
-    fn plain_numbers_have_the_same_bits_as_those_of_the_standard_library() {
-        let mut seed = 1_u64;
-        for digits in 1..25 {
-            for _ in 0..200 {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                let text = format!("{seed:020}{seed:020}");
-                let at = (seed >> 32) as usize % (digits + 1);
-                let text = format!("-{}.{}", &text[..at], &text[at..digits]);
-                for text in [format!("{text}e-07"), format!("{text}E12"), text] {
-                    let Some(found) = plain(&text, false) else { panic!("{text}") };
-                    assert_eq!(
-                        (found.value.to_bits(), found.length),
-                        (text.parse::<f64>().unwrap().to_bits(), text.len())
-                    );
-                    assert_eq!(found.readings, readings(&text), "{text}");
-                }
-            }
-        }
-        for text in ["", "-", ".", "e5", "1e", "1e+", "+.e1", "x1"] {
-            assert!(plain(text, false).is_none(), "{text}");
-        }
-    }
 }

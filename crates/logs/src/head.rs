@@ -1,6 +1,6 @@
 //! What stands above the numbers: the delimiter, titles, names and units.
 
-use crate::cells::{is_missing, readings};
+use crate::cells::{is_missing, number};
 use crate::clock::Moment;
 use crate::names::names_of;
 use crate::split::{cells_of, BLANK};
@@ -62,7 +62,7 @@ impl Head {
     /// titles above it. Without such a row it is the comment above the numbers, if that has as many names as there are columns.
     pub fn of(lines: &[&str], delimiter: u8, comment: impl Fn(&str) -> Option<String>) -> Self {
         let rows: Vec<_> = lines.iter().map(|line| cells_of(line, delimiter)).collect();
-        let numbers = rows.iter().filter(|row| row.iter().any(|cell| readings(cell) > 0)).map(Vec::len);
+        let numbers = rows.iter().filter(|row| row.iter().any(|cell| number(cell).is_some())).map(Vec::len);
         let width = match usual(numbers) {
             (_, 0) => rows.iter().map(Vec::len).max().unwrap_or(1),
             (width, _) => width,
@@ -95,7 +95,7 @@ impl Head {
 }
 
 fn is_value(cell: &str) -> bool {
-    readings(cell) > 0 || Moment::parse(cell).is_some()
+    number(cell).is_some() || Moment::parse(cell).is_some()
 }
 
 /// Number of cells of a row that are words; zero if one is a number or all are missing.

@@ -55,39 +55,3 @@ pub fn names_of(line: &str, delimiter: u8, width: usize) -> Vec<String> {
     let ways = [by(b','), by(b';'), by(b'\t'), words.clone(), gaps, joined];
     ways.into_iter().find(|names| names.len() == width).unwrap_or(words)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_stand_behind_names() {
-        for (text, wanted) in [
-            ("x [mm]", ("x", "mm")),
-            ("time[s]", ("time", "s")),
-            (" p1 (bar(g)) ", ("p1", "bar(g)")),
-            ("q (l/min)", ("q", "l/min")),
-            ("p[2]", ("p[2]", "")),
-            ("[mm]", ("[mm]", "")),
-            ("x", ("x", "")),
-            ("x [ ]", ("x", "")),
-            ("a) b)", ("a) b)", "")),
-            ("U (°F)", ("U", "°F")),
-        ] {
-            assert_eq!(split_name(text), wanted);
-        }
-    }
-
-    #[test]
-    fn names_between_blanks() {
-        for (line, width, wanted) in [
-            ("time x p", 3, &["time", "x", "p"][..]),
-            ("time [s]   x [m]", 2, &["time [s]", "x [m]"]),
-            ("time [s] x [m]", 2, &["time [s]", "x [m]"]),
-            ("time(s), x, p", 3, &["time(s)", "x", "p"]),
-            ("piston way  load", 2, &["piston way", "load"]),
-        ] {
-            assert_eq!(names_of(line, BLANK, width), wanted);
-        }
-    }
-}

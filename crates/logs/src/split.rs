@@ -57,27 +57,3 @@ pub fn cells_of(line: &str, delimiter: u8) -> Vec<Cow<'_, str>> {
     }
     cells
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quotes_keep_delimiters_and_end_with_the_line() {
-        for (line, wanted) in [
-            ("a, \"b, \"\"c\"\"\",\"d", &["a", "b, \"c\"", "d"][..]),
-            ("", &[""]),
-            (",x\t,", &["", "x", ""]),
-            ("x [\"],1", &["x [\"]", "1"]),
-            ("\" a \"\"\", b", &["a \"", "b"]),
-        ] {
-            assert_eq!(cells_of(line, b','), wanted, "{line}");
-        }
-        assert_eq!(cells_of("  a \u{a0} b\t", BLANK), ["a", "b"]);
-    }
-
-    #[test]
-    fn every_end_of_a_line() {
-        assert_eq!(lines("a\nb\r\nc\rd\r\r\n\ne").collect::<Vec<_>>(), ["a", "b", "c", "d", "", "", "e"]);
-    }
-}

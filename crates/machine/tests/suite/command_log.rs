@@ -54,3 +54,47 @@ fn what_is_wrong_is_told_at_its_place() {
     let alone = HEAD.replace("log = \"drive.csv\"", "time = \"t\"");
     assert_eq!(parse_scenario_with(&alone, "t.toml", &[]).unwrap_err().slug(), "missing-key");
 }
+
+fn lift(log: &str) -> Result<Vec<f64>, MachineError> {
+    read("[command.lift]\n", log).map(|scenario| scenario.commands[0].spool.clone())
+}
+
+#[test]
+fn units_are_those_of_a_row_or_of_the_names() {
+    for text in [
+        "time [s],lift [mm]\n0,1\n1,-2\n",
+        "\u{feff}t\tLift (mm)\r\n0\t1\r\n1\t-2\r\n",
+        "time;lift\n[s];[mm]\n0;1,0\n\n1;-2,0\n",
+        "timestamp,lift\n2024-05-01T12:00:00Z,0.001\n2024-05-01T12:00:01Z,-0.002\n",
+        "time;lift [um]\n0.0;1,000\n1.0;-2,000\n",
+    ] {
+        assert_eq!(lift(text).unwrap_or_else(|error| panic!("{text}: {error}")), [0.001, -0.002], "{text}");
+    }
+}
+
+#[test]
+fn what_is_no_log_is_told() {
+    for (text, told) in [
+        ("", "empty"),
+        ("0,1\n1,2\n", "no column `time` for the times"),
+        ("time,tilt\n0,1\n", "no column `lift`"),
+        ("time,lift\n0,1\n1\n", "the last line of the log is cut off"),
+        ("time,lift\n0,0,1\n1,0,2\n", "rows of the log have more cells than its header"),
+        ("time,lift [bar]\n0,1\n", "must be a"),
+        ("time,lift [furlong]\n0,1\n", "unknown unit"),
+        ("time,lift\n0,0.01\n1,\n", "row 2"),
+        ("time,lift\n0,1\n1,on\n2,3\n", "row 2"),
+        ("time;lift\n0;1,500\n1;2,500\n", "`1,500` may mean decimals or thousands"),
+        ("time;lift\n0;1.500\n1;2,5\n2;2.5\n", "different decimal marks"),
+        ("time,lift\n0,1\n0,2\n", "do not increase"),
+    ] {
+        let error = lift(text).expect_err(text);
+        assert!(error.to_string().contains(told) && error.cure().is_some(), "{text}: {error}");
+    }
+}
+
+#[test]
+fn what_other_columns_decide_is_told() {
+    let scenario = read("", "time;lift [um]\n0.0;1,000\n1.0;-2,000\n").unwrap();
+    assert!(scenario.warnings[0].text.contains("column `lift` has `1,000`"), "{:?}", scenario.warnings);
+}
