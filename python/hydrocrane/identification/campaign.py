@@ -222,11 +222,17 @@ class _Campaign:
         return [self._bias(record) for record in self.steady]
 
     def _bias(self, record: Record) -> float:
-        """Standard deviation of the constant error of a log's friction, N."""
-        parameters = self._parameters(record)
+        """Standard deviation of the constant error of a log's friction, N.
+
+        A load cell carries the weight all the time: the error of its span adds to that of its zero.
+        """
+        rig, parameters, load_cell = self.found.rig, self._parameters(record), self.load_cell
         if record.zero is None:
-            return bias_without_zero(self.found.rig, parameters, load_cell=self.load_cell)
-        return record.zero.force_error(parameters, load_cell=self.load_cell)
+            bias = bias_without_zero(rig, parameters, load_cell=load_cell)
+        else:
+            bias = record.zero.force_error(parameters, load_cell=load_cell)
+        weight = (parameters.mass - parameters.rod_mass) * parameters.gravity if load_cell else 0.0
+        return float(np.hypot(bias, span_error(rig, ("force",)) * weight))
 
     def _parameters(self, record: Record) -> RigParameters:
         return RigParameters.of(self.found.rig, payload=record.payload, rod_mass=self.rod_mass)
@@ -289,9 +295,17 @@ class _Campaign:
 
     def _compare(self) -> FrictionComparison:
         self.tell("comparing loads and pressures")
-        # The same sensors read all logs, so their constant error is the same in all groups.
-        groups = {name: self._points(numbers) for name, numbers in self._groups().items()}
-        found = compare_friction(groups, margin=MARGIN, exponents=self.exponents, held=held_exponents(self.found.rig))
+        numbers = self._groups()
+        biases = self._biases()
+        found = compare_friction(
+            {name: self._points(logs) for name, logs in numbers.items()},
+            margin=MARGIN,
+            exponents=self.exponents,
+            held=held_exponents(self.found.rig),
+            bias=biases if isinstance(biases, float) else [biases[i] for logs in numbers.values() for i in logs],
+            span=span_error(self.found.rig),
+            linearity_error=linearity_error(self.found.rig),
+        )
         if found.conclusion.startswith("different"):
             self.found.warnings.append(f"one map was fitted to all logs, but: {found.sentence}")
         return found

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.form import Exponents
-from hydrocrane.identification.least_squares import Loss, level_means
+from hydrocrane.identification.form import Exponents, Form
+from hydrocrane.identification.least_squares import Loss, Problem, invert, level_means
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.setup import FLOOR_SHARE
+from hydrocrane.identification.setup import FLOOR_SHARE, Bias, sensor_errors
 from hydrocrane.identification.static_fit import fit_static
-from hydrocrane.identification.static_map import Coordinates
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +29,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Difference:
     """Friction of one group less that of the reference group, against motion; arrays of shape (n,).
+
+    The maps compared are those of the joint fit, in which all groups share the errors of the sensors.
 
     Attributes
     ----------
@@ -139,14 +140,9 @@ class FrictionComparison:
             ),
             "undecided": (
                 f"No difference found (p = {self.p_value:.2g}), but one of {margin} is not ruled out either "
-                f"(p = {self.equivalence_p:.2g}): {size}. More windows would decide."
+                f"(p = {self.equivalence_p:.2g}): {size}. More windows, or sensors with less error, would decide."
             ),
         }[self.conclusion]
-
-    @property
-    def verdict(self) -> str:
-        """The same as `conclusion`, under its former name."""
-        return self.conclusion
 
     def plot(self) -> Figure:
         """Maps and points of the groups, and their differences with the margin."""
@@ -162,9 +158,14 @@ def compare_friction(
     significance: float = 0.05,
     exponents: Exponents = "chosen",
     held: Mapping[str, ArrayLike] | None = None,
-    offset_deviation: float = 0.0,
+    bias: Bias = None,
+    span: float = 0.0,
+    linearity_error: float = 0.0,
 ) -> FrictionComparison:
     """Test whether groups of points (loads, supply pressures, days) share one friction map.
+
+    Errors of the sensors are common to all groups but affect them differently: at another supply pressure a wrong span
+    shifts the friction, and each zero calibration has its own error. They are unknowns of both models.
 
     Parameters
     ----------
@@ -176,24 +177,46 @@ def compare_friction(
         Accepted probability of a wrong conclusion.
     exponents, held
         As for :func:`fit_static`; a choice is made once, from the points of all groups.
-    offset_deviation : float
-        Standard deviation, N, of a constant force error that differs between groups and between directions, such as the
-        effect of a span error of the pressure transmitters at another load or supply pressure, or of an inexact weight.
-        Zero: all groups have the same error.
+    bias, span, linearity_error
+        Errors of the sensors, as for :func:`fit_static`. A list of `bias` has one entry for each log of all groups, in
+        their order. Without them the sensors count as exact.
     """
-    _check(groups, margin, significance, offset_deviation)
+    _check(groups, margin, significance)
     everything = np.concatenate([points.force for points in groups.values()])
     floor = FLOOR_SHARE * float(np.median(np.abs(everything)))
     together = FrictionPoints.joined(list(groups.values()))
-    form = fit_static(together, exponents=exponents, held=held, floor=floor).form
+    sensors = sensor_errors(together, bias, span, linearity_error)
 
-    def fitted(points: FrictionPoints, loss: Loss = "soft_l1") -> StaticFit:
-        return fit_static(points, exponents=exponents, held=held, form=form, floor=floor, loss=loss)
+    def fitted(points: FrictionPoints, of: Bias, form: Form | None, loss: Loss = "soft_l1") -> StaticFit:
+        return fit_static(
+            points,
+            exponents=exponents,
+            held=held,
+            form=form,
+            bias=of,
+            span=span,
+            linearity_error=linearity_error,
+            loss=loss,
+            floor=floor,
+        )
 
-    fits = {name: fitted(points) for name, points in groups.items()}
+    form = fitted(together, bias, None).form
+    starts = np.cumsum([0, *(points.logs for points in groups.values())])
+    fits, apart = {}, []
+    for (name, points), first in zip(groups.items(), starts, strict=False):
+        own = bias[first : first + points.logs] if isinstance(bias, Sequence) else bias
+        fits[name] = fitted(points, own, form)
+        problem = _solved(fits[name]).problem
+        kept = replace(problem.points, of_log=problem.points.log + first)
+        apart.append(replace(problem, points=kept, sensors=sensors))
     reference, *others = fits
-    differences = tuple(_difference(fits, name, reference, offset_deviation) for name in others)
-    statistic, freedom = _nested_test(list(fits.values()), lambda points: fitted(points, "linear"), offset_deviation)
+    places = {name: _common_velocities(fits, name, reference) for name in others}
+    used = FrictionPoints.joined([problem.points for problem in apart])
+    used = replace(used, of_log=np.concatenate([problem.points.log for problem in apart]))
+    whole = fitted(used, bias, form, "linear")
+    one = replace(_solved(whole).problem, points=used, start=_solved(whole).problem.coordinates.of_map(whole.law))
+    separate, statistic, freedom = _nested_test(list(fits.values()), apart, one)
+    differences = tuple(_difference(list(fits), separate, v, name, reference) for name, v in places.items())
     return FrictionComparison(
         fits=fits,
         differences=differences,
@@ -206,15 +229,13 @@ def compare_friction(
     )
 
 
-def _check(groups: Mapping[str, FrictionPoints], margin: float, significance: float, deviation: float) -> None:
+def _check(groups: Mapping[str, FrictionPoints], margin: float, significance: float) -> None:
     if len(groups) < 2:
         raise InputError(f"a comparison needs two groups of points or more, got {len(groups)}")
     if not 0.0 < margin < 1.0:
         raise InputError(f"margin is a share of the friction between 0 and 1, got {margin:g}; 0.1 means 10 %")
     if not 0.0 < significance < 0.5:
         raise InputError(f"significance must lie between 0 and 0.5, got {significance:g}; 0.05 is usual")
-    if not (np.isfinite(deviation) and deviation >= 0.0):
-        raise InputError(f"offset_deviation must be a force of zero or more, N, got {deviation}")
 
 
 def _solved(fit: StaticFit) -> Solved:
@@ -222,99 +243,135 @@ def _solved(fit: StaticFit) -> Solved:
     return fit.solved
 
 
-def _nested_test(
-    fits: list[StaticFit], fitted: Callable[[FrictionPoints], StaticFit], deviation: float
-) -> tuple[float, tuple[int, int]]:
-    """F statistic of one common map against one map per group. The scatter of the levels about the separate maps is the
-    scale."""
+@dataclass(frozen=True)
+class _Joint:
+    """Fit of several problems that share the errors of the sensors.
+
+    Attributes
+    ----------
+    problems : list of Problem
+    found : OptimizeResult
+        Unknowns of each problem's map in turn, then the errors of the sensors.
+    degrees_of_freedom : float
+        Of the scale of the errors.
+    """
+
+    problems: list[Problem]
+    found: OptimizeResult
+    degrees_of_freedom: float
+
+    @classmethod
+    def of(cls, problems: list[Problem], sigma: Sequence[Array], freedom: float) -> _Joint:
+        """Least squares with points of standard deviation `sigma`, N, (n,) for each problem."""
+        joint = cls(problems, OptimizeResult(), freedom)
+        priors = list(problems[0].priors.values())
+        mean, deviation = np.array([p.mean for p in priors]), np.array([p.deviation for p in priors])
+
+        def residual(u: Array) -> Array:
+            of_points = [p.residuals(joint.unknowns(k, u))[0] / s for k, (p, s) in enumerate(zip(problems, sigma))]
+            return np.concatenate([*of_points, (u[joint.ends[-1] :] - mean) / deviation])
+
+        def slopes(u: Array) -> Array:
+            rows = []
+            for k, (p, s) in enumerate(zip(problems, sigma)):
+                rows.append(np.zeros((s.size, u.size)))
+                rows[-1][:, joint.columns(k, u)] = p.residuals(joint.unknowns(k, u))[1] / s[:, None]
+            rows.append(np.eye(u.size)[joint.ends[-1] :] / deviation[:, None])
+            return np.vstack(rows)
+
+        begins = [np.clip(p.begin(p.start), *p.bounds())[: p.unknowns] for p in problems]
+        bounds = [[end[: p.unknowns] for end in p.bounds()] for p in problems]
+        free = np.full(mean.size, np.inf)
+        low, high = (
+            np.concatenate([*(ends[side] for ends in bounds), sign * free]) for side, sign in ((0, -1), (1, 1))
+        )
+        begin = np.concatenate([*begins, mean])
+        return replace(joint, found=least_squares(residual, begin, jac=slopes, bounds=(low, high), x_scale="jac"))
+
+    @property
+    def ends(self) -> Array:
+        """Numbers of the first unknown of each problem's map, and of the sensors."""
+        return np.cumsum([0, *(problem.unknowns for problem in self.problems)])
+
+    def columns(self, k: int, u: Array) -> Array:
+        """Numbers of the unknowns of one problem."""
+        ends = self.ends
+        return np.concatenate([np.arange(ends[k], ends[k + 1]), np.arange(ends[-1], u.size)])
+
+    def unknowns(self, k: int, u: Array) -> Array:
+        """Unknowns of one problem."""
+        return u[self.columns(k, u)]
+
+    def force(self, k: int, v: Array) -> tuple[Array, Array]:
+        """Friction (n,), N, of one map at velocities v, m/s, and its derivatives by all unknowns."""
+        problem, u = self.problems[k], self.found.x
+        theta = problem.theta(self.unknowns(k, u))
+        force, _, over_parameters = problem.coordinates.to_map(theta).evaluate(v)
+        over_theta = over_parameters @ problem.coordinates.slopes(theta)
+        slopes = np.zeros((v.size, u.size))
+        for i in np.flatnonzero(problem.column >= 0):
+            slopes[:, self.ends[k] + problem.column[i]] += over_theta[:, i]
+        return force, slopes
+
+    def error(self, slopes: Array) -> Array:
+        """Standard error (n,) of a quantity with the derivatives `slopes` (n, unknowns)."""
+        deviation = np.array([prior.deviation for prior in self.problems[0].priors.values()])
+        inverse = invert(self.found.jac[: self.found.jac.shape[0] - deviation.size], deviation)
+        variance = np.einsum("ni,ij,nj->n", slopes, inverse.whole, slopes)
+        variance[(slopes[:, inverse.undetermined] != 0.0).any(axis=1)] = np.inf
+        return np.sqrt(np.maximum(variance, 0.0))
+
+
+def _nested_test(fits: list[StaticFit], apart: list[Problem], one: Problem) -> tuple[_Joint, float, tuple[int, int]]:
+    """F statistic of one common map against one map per group, with the fit of the latter.
+
+    The scatter of the levels about the separate maps is the scale.
+    """
     solved = [_solved(fit) for fit in fits]
-    levels = [s.problem.points.levels.count.size for s in solved]
-    unknowns = [s.problem.unknowns for s in solved]
+    levels = [problem.points.levels.count.size for problem in apart]
+    unknowns = [problem.unknowns for problem in apart]
     spare = sum(levels) - sum(unknowns)
     if spare < 1:
         raise InputError(
             f"{sum(levels)} velocity levels for {sum(unknowns)} parameters: nothing is left to compare with; add levels"
         )
     expected = [s.sigma / max(fit.spread.scale, 1e-9) for s, fit in zip(solved, fits, strict=True) if fit.spread]
-    separate = 0.0
+    scatter = 0.0
     for s, sigma in zip(solved, expected, strict=True):
         weight, mean, _ = level_means(s.problem.points, s.problem.residuals(s.x)[0], sigma)
-        separate += float(np.sum(weight * mean**2))
-    scale = float(np.sqrt(separate / spare)) or 1e-9
-    sigma = np.concatenate(expected) * scale
-    apart = sum(float(np.sum((s.problem.residuals(s.x)[0] / (e * scale)) ** 2)) for s, e in zip(solved, expected))
-    together, free = _pooled(solved, sigma, fitted, deviation)
-    extra = sum(unknowns) - free
-    return max(together - apart, 0.0) / extra, (extra, spare)
+        scatter += float(np.sum(weight * mean**2))
+    scale = float(np.sqrt(scatter / spare)) or 1e-9
+    sigmas = [sigma * scale for sigma in expected]
+    separate = _Joint.of([replace(p, start=p.theta(s.x)) for p, s in zip(apart, solved, strict=True)], sigmas, spare)
+    common = _Joint.of([one], [np.concatenate(sigmas)], spare)
+    extra = sum(unknowns) - one.unknowns
+    gained = 2.0 * float(common.found.cost - separate.found.cost)
+    return separate, max(gained, 0.0) / extra, (extra, spare)
 
 
-def _pooled(
-    solved: list[Solved], sigma: Array, fitted: Callable[[FrictionPoints], StaticFit], deviation: float
-) -> tuple[float, int]:
-    """Least sum of squares of one map for all groups. All groups but the first may have an offset per direction."""
-    groups = [s.problem.points for s in solved]
-    points = FrictionPoints.joined(groups)
-    first = fitted(points)
-    coordinates = Coordinates(float(points.speed.max()))
-    start = coordinates.of_map(first.law)
-    problem = replace(_solved(first).problem, points=points, coordinates=coordinates, start=start)
-    member = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
-    # Number of the offset of each point; below zero for those of the first group.
-    shifted = len(DIRECTIONS) * (member - 1) + points.direction
-    offsets = len(DIRECTIONS) * (len(groups) - 1) if deviation > 0.0 else 0
-    of_shift = (shifted[:, None] == np.arange(offsets)).astype(float)
-    low, high = problem.bounds()
-
-    def residual(u: Array) -> Array:
-        shift = u[problem.unknowns :]
-        residuals = problem.residuals(u[: problem.unknowns])[0] + of_shift @ shift
-        return np.append(residuals / sigma, shift / deviation if offsets else [])
-
-    def slopes(u: Array) -> Array:
-        of_map = problem.residuals(u[: problem.unknowns])[1] / sigma[:, None]
-        if not offsets:
-            return of_map
-        prior = np.hstack([np.zeros((offsets, problem.unknowns)), np.eye(offsets) / deviation])
-        return np.vstack([np.hstack([of_map, of_shift / sigma[:, None]]), prior])
-
-    wide = np.full(offsets, np.inf)
-    begin = np.append(np.clip(problem.begin(start), low, high), np.zeros(offsets))
-    found = least_squares(
-        residual, begin, jac=slopes, bounds=(np.append(low, -wide), np.append(high, wide)), x_scale="jac"
-    )
-    return 2.0 * float(found.cost), problem.unknowns
-
-
-def _difference(fits: Mapping[str, StaticFit], name: str, reference: str, deviation: float) -> Difference:
-    one, other = fits[reference], fits[name]
-    v = _common_velocities(one, other)
-    if v.size == 0:
-        raise InputError(f"groups `{name}` and `{reference}` have no velocities in common")
-    sign = np.sign(v)
-    errors = [other.force_error(v), one.force_error(v)]
-    freedoms = [fit.spread.degrees_of_freedom for fit in (other, one) if fit.spread]
-    # Welch: degrees of freedom of a sum of two estimated variances; the least over all velocities counts.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        total = errors[0] ** 2 + errors[1] ** 2
-        freedom = total**2 / sum(e**4 / f for e, f in zip(errors, freedoms, strict=True))
+def _difference(names: list[str], separate: _Joint, v: Array, name: str, reference: str) -> Difference:
+    (other, over_other), (one, over_one) = (separate.force(names.index(group), v) for group in (name, reference))
     return Difference(
         group=name,
         reference=reference,
         velocity=v,
-        force=(other.force(v) - one.force(v)) * sign,
-        error=np.sqrt(total + deviation**2),
-        reference_force=np.abs(one.force(v)),
-        degrees_of_freedom=float(np.min(np.nan_to_num(freedom, nan=min(freedoms), posinf=1e9))),
+        force=(other - one) * np.sign(v),
+        error=separate.error(over_other - over_one),
+        reference_force=np.abs(one),
+        degrees_of_freedom=separate.degrees_of_freedom,
     )
 
 
-def _common_velocities(one: StaticFit, other: StaticFit) -> Array:
-    """Levels of the first fit within the velocity range of the second, m/s."""
+def _common_velocities(fits: Mapping[str, StaticFit], name: str, reference: str) -> Array:
+    """Levels of the reference within the velocity range of the other group, m/s."""
     found = []
     for side in range(len(DIRECTIONS)):
-        speeds = [np.abs(f.points.levels.velocity[f.points.levels.direction == side]) for f in (one, other)]
+        levels = [fits[group].points.levels for group in (reference, name)]
+        speeds = [np.abs(each.velocity[each.direction == side]) for each in levels]
         if all(s.size for s in speeds):
             # A level of the other within a tenth still counts as the same.
             inside = (speeds[0] >= 0.9 * speeds[1].min()) & (speeds[0] <= 1.1 * speeds[1].max()) & (speeds[0] > 0.0)
             found.append(speeds[0][inside] * (1.0 if side == 0 else -1.0))
-    return np.concatenate(found) if found else np.array([])
+    if not any(part.size for part in found):
+        raise InputError(f"groups `{name}` and `{reference}` have no velocities in common")
+    return np.concatenate(found)

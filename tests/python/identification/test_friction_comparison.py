@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import foreign_rig
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.identification import FrictionPoints, StaticMap, compare_friction, synthetic_points
+from hydrocrane import rig
+from hydrocrane.identification import FrictionComparison, StaticMap, compare_friction, synthetic_points
 
 pytestmark = pytest.mark.evidence
 
@@ -77,10 +81,12 @@ def test_a_small_difference_is_found_and_called_small():
 def test_a_shift_of_the_sensors_is_no_difference_of_friction():
     shifted = {"a": synthetic_points(UNLOADED, seed=1), "b": synthetic_points(UNLOADED, seed=2, offset=15.0)}
     assert compare_friction(shifted).p_value < 1e-3
-    allowed = compare_friction(shifted, offset_deviation=15.0)
+    allowed = compare_friction(shifted, bias=[0.0, 15.0])
     assert allowed.p_value > 0.05
     low, high = allowed.effect.interval()
     assert (low <= 0.0).all() and (high >= 0.0).all()
+    # An error that all logs share shifts no group against another.
+    assert compare_friction(shifted, bias=15.0).p_value < 1e-3
 
 
 @pytest.mark.parametrize(
@@ -88,7 +94,8 @@ def test_a_shift_of_the_sensors_is_no_difference_of_friction():
     [
         ({"margin": 10}, "0.1 means 10 %"),
         ({"significance": 0.0}, "significance"),
-        ({"offset_deviation": -1.0}, "offset_deviation"),
+        ({"bias": -1.0}, "bias"),
+        ({"span": 0.002}, "chambers"),
     ],
 )
 def test_wrong_wishes_are_named(wish, said):
@@ -108,15 +115,53 @@ def test_what_cannot_be_compared_is_said():
         compare_friction({"a": few, "b": few})
 
 
-def test_span_errors_that_go_with_the_direction_are_no_difference():
+def test_span_errors_that_go_with_the_pressures_are_no_difference():
     """At another supply pressure transmitters with wrong spans shift the directions by different forces."""
-    base, other = (synthetic_points(UNLOADED, seed=s) for s in (1, 2))
-    shifted = FrictionPoints.of(
-        other.velocity,
-        other.force + np.where(other.direction == 0, 2.0, 8.0),
-        velocity_error=other.velocity_error,
-        force_error=other.force_error,
-    )
-    groups = {"140 bar": base, "100 bar": shifted}
-    assert compare_friction(groups).p_value < 0.01
-    assert compare_friction(groups, offset_deviation=8.0).p_value > 0.2
+    spans = np.array([2e-3, -2e-3])
+    groups = {}
+    for name, seed, back in (("140 bar", 1, 6e4), ("100 bar", 2, 3e4)):
+        points = synthetic_points(UNLOADED, seed=seed)
+        second = np.where(points.direction == 0, 0.5 * back, back)
+        chambers = np.stack([second + points.force, second], axis=-1) * (1.0 + spans)
+        groups[name] = replace(points, force=chambers[:, 0] - chambers[:, 1], chambers=chambers)
+    assert compare_friction(groups).p_value < 1e-6
+    assert compare_friction(groups, span=2e-3).p_value > 0.05
+
+
+def pressures_compared(seed: int, **change) -> FrictionComparison:
+    """Logs of a foreign rig at two pressures, read by the same sensors, in the default call."""
+    truth = foreign_rig.drawn(seed, **change)
+    logs = []
+    for k, (back, supply) in enumerate(((5e5, 140e5), (60e5, 200e5))):
+        motion = foreign_rig.imposed(truth, back=back, seconds=2.0, seed=seed)
+        logs.append(foreign_rig.read(motion, seed, earlier=k, source=f"{k}"))
+        logs[-1].data.attrs.update(supply=supply, payload=0.0)
+    found = hc.identify_friction(logs, "rig-rottne", zero=(0, 1)).comparison
+    assert found is not None
+    return found
+
+
+def test_equal_friction_at_two_pressures_raises_no_alarm():
+    """More than two of six false alarms happen in 0.2 % of all studies at 5 %; sensors taken as exact make six."""
+    alarms = [pressures_compared(seed).conclusion.startswith("different") for seed in range(6)]
+    assert sum(alarms) <= 2, alarms
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_friction_that_grows_with_pressure_is_found(seed):
+    """10 % per 100 bar are 5.5 % in slow motion, and less in fast."""
+    assert pressures_compared(seed, by_pressure=0.1).p_value < 1e-4
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("name", ["pressure-variation", "load-variation"])
+def test_false_alarms_of_the_whole_command(name):
+    """The rig has one friction. Of 40 studies at 5 % more than five false alarms happen in one study of 70."""
+    runs = rig.series(name, "rig-rottne", calibration=1.0, load_cell=False)
+    earlier = np.cumsum([0, *(run.data.sizes["time"] for run in runs)])
+    alarms = 0
+    for seed in range(40):
+        logs = [run.reread(seed, earlier=int(before)) for run, before in zip(runs, earlier, strict=False)]
+        found = hc.identify_friction(logs, "rig-rottne").comparison
+        alarms += found.conclusion.startswith("different")
+    assert alarms <= 5
