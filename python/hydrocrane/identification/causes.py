@@ -21,8 +21,11 @@ from hydrocrane.identification.residual_analysis import Cause, ResidualAnalysis
 PLACES, SPARE = 4, 3
 # Cosines over the logarithm of the speed, in each direction, that stand for another form of the map.
 WAVES = (1, 2, 3)
-# Chamber forces contain the friction: their part independent of it must exceed the residuals by this factor.
-APART = 10.0
+# Where a valve sets the pressures, the chamber that resists the motion follows the friction, by less than friction
+# changes. What the map does not explain of its force must exceed the residuals by this factor.
+APART = 3.0
+# The straight line of a cause ends at no friction if the change over its range is this share of the friction.
+VANISHES = 2.0
 
 
 def residual_analysis(problem: Problem, x: Array) -> ResidualAnalysis:
@@ -45,7 +48,10 @@ def residual_analysis(problem: Problem, x: Array) -> ResidualAnalysis:
     # Errors with a prior keep their fitted values: if left free, they would absorb the causes.
     free = slopes[:, : problem.unknowns + len(problem.sensors.offsets)]
     left = -residuals
-    causes = [_cause(name, values, left, free, sigma, points, size) for name, values in _candidates(points, free, left)]
+    causes = [
+        _cause(name, values, left, free, sigma, points, size)
+        for name, values in _candidates(points, slopes[:, : problem.unknowns], left)
+    ]
     # A floor that was given is one of the stated errors.
     stated = np.maximum(own if problem.free_floor else problem.standard_deviation(theta), 1e-9 * size)
     weight, means, _ = level_means(points, residuals, stated)
@@ -64,7 +70,7 @@ def residual_analysis(problem: Problem, x: Array) -> ResidualAnalysis:
     )
 
 
-def _candidates(points: FrictionPoints, free: Array, left: Array) -> Iterator[tuple[str, Array]]:
+def _candidates(points: FrictionPoints, of_map: Array, left: Array) -> Iterator[tuple[str, Array]]:
     """Names and values (n,) of the possible causes that the points have."""
     yield "velocity", points.speed
     if points.position is not None:
@@ -72,10 +78,11 @@ def _candidates(points: FrictionPoints, free: Array, left: Array) -> Iterator[tu
     if points.time is not None:
         yield "time", points.time
     if points.chambers is not None:
-        both = points.chambers.sum(axis=1)
-        apart = both - free @ np.linalg.lstsq(free, both, rcond=None)[0]
+        # The force of the chamber that resists the motion: the other one carries the friction.
+        resists = 0.5 * (points.chambers.sum(axis=1) - points.sign * points.force)
+        apart = resists - of_map @ np.linalg.lstsq(of_map, resists, rcond=None)[0]
         if np.std(apart) > APART * np.std(left):
-            yield "pressure", both
+            yield "pressure", resists
     if points.load is not None:
         yield "load", points.load
 
@@ -106,6 +113,8 @@ def _cause(
         fitted = extra @ (extra.T @ rest) * sigma * points.sign / size
         return Cause(name, values, p_value, float(np.sqrt(np.mean(fitted**2))), fitted)
     change = float(new[:, 0] @ rest / (new[:, 0] @ new[:, 0]))
+    if abs(change) > VANISHES:
+        return unknown
     return Cause(name, values, p_value, change, change * shares[:, 0])
 
 

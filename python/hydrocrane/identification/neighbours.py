@@ -101,5 +101,6 @@ def succession(order: str, white: Array, rows: Iterable[NDArray[np.intp]]) -> Su
     variance = (2.0 * square + trace**2) / (freedom * (freedom + 2.0)) - mean**2
     excess = float(residuals @ (neighbours @ residuals)) / power - mean
     # A chain of n has n - 1 pairs: their sum is scaled to the n squares.
-    correlation = excess * residuals.size / first.size
-    return Succession(order, correlation, float(norm.sf(excess / np.sqrt(variance))), residuals.size)
+    count = residuals.size
+    correlation = float(np.clip(excess * count / first.size, -1.0, (count - 1) / (count + 1)))
+    return Succession(order, correlation, float(norm.sf(excess / np.sqrt(variance))), count)

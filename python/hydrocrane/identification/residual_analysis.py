@@ -149,4 +149,4 @@ CURES = {
     "pressure": "Measure at one supply and return pressure, or fit logs of different pressures apart",
     "load": "Fit logs of different loads apart, or check the masses",
 }
-UNITS = {"position": (1e3, "mm"), "time": (1.0, "s"), "pressure": (1.0, "N of both chambers"), "load": (1.0, "kg")}
+UNITS = {"position": (1e3, "mm"), "time": (1.0, "s"), "pressure": (1.0, "N against the motion"), "load": (1.0, "kg")}

@@ -47,7 +47,7 @@ class Succession:
         direction, by speed. `samples`: samples of one signal of a log, or means of several while the signals hardly
         change.
     correlation : float
-        At lag one, less the part caused by the fit itself.
+        At lag one, less the part caused by the fit itself; at most as strong as if all readings were one.
     p_value : float
         Probability of a correlation this strong between independent readings.
     count : int
@@ -62,7 +62,7 @@ class Succession:
     @property
     def effective(self) -> float:
         """Number of independent readings with the same information on a mean, by (1 - r)/(1 + r)."""
-        r = float(np.clip(self.correlation, 0.0, 0.99))
+        r = max(self.correlation, 0.0)
         return self.count * (1.0 - r) / (1.0 + r)
 
     @property

@@ -212,6 +212,44 @@ def test_friction_that_grows_with_pressure_or_load_is_named():
         assert any(text.startswith(f"friction changes with {name}") for text in fit.warnings)
 
 
+def two_pressures(seed, **change):
+    """Logs of one cylinder at two return pressures, which state no supply pressure, as one identification."""
+    truth = foreign_rig.drawn(seed, **change)
+    logs = []
+    for k, back in enumerate((5e5, 60e5)):
+        motion = foreign_rig.imposed(truth, back=back, seconds=2.0, seed=seed)
+        logs.append(foreign_rig.read(motion, seed, share=0.1, earlier=k, source=f"{back:g}"))
+    found = hc.identify_friction(logs, RIG, zero=(0, 1))
+    assert found.static is not None, found.summary()
+    return found.static.fit
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.evidence) for seed in (1, 2, 3))])
+@pytest.mark.parametrize("by", [0.4, 1.0])
+def test_a_strong_dependence_on_pressure_is_named(by, seed):
+    """From 2 to 60 bar behind the piston: 22 or 55 % in slow motion, far above all other residuals."""
+    fit = two_pressures(seed, by_pressure=by)
+    first = fit.residual_analysis.likely[0]
+    assert first.name == "pressure" and first.change > 0.25 * by, fit.warnings
+    # No reading counts less than one, and no cause takes away more than all friction.
+    assert all(abs(cause.change) <= 2.0 for cause in fit.residual_analysis.causes)
+    assert all(abs(each.correlation) < 1.0 and each.effective >= 0.99 for each in fit.successions)
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_pressures_that_follow_the_friction_are_no_cause(seed):
+    """A valve lets the pressure behind the piston fall by what friction takes."""
+    points = synthetic_points(HIDDEN, windows=2, force_error=2.0, level_error=20.0, seed=seed)
+    back = 5e4 - 0.5 * points.sign * points.force
+    chambers = np.stack(
+        [np.where(points.sign > 0, back + points.force, back), np.where(points.sign > 0, back, back - points.force)],
+        axis=-1,
+    )
+    fit = fit_static(replace(points, chambers=chambers))
+    assert "pressure" not in {cause.name for cause in fit.residual_analysis.likely}
+
+
 def test_another_form_of_the_map_is_named():
     """A hump in the middle of the speeds, 8 % high, which no Stribeck curve has."""
     points = synthetic_points(
