@@ -230,7 +230,10 @@ def _doubts(estimate: Estimate, residuals: RigResiduals, rig: Machine) -> list[s
 
 
 def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior | None) -> list[str]:
-    """Warning on unknowns further from their priors than chance explains, which points to another error."""
+    """Warning on unknowns further from their priors than chance explains, which points to another error.
+
+    Bristles that are bent at rest add a constant friction, which the fit takes for a wrong zero of a pressure.
+    """
     priors = {u.name: u.prior for u in unknowns if u.prior is not None}
     if joint is not None:
         priors |= {
@@ -241,6 +244,13 @@ def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior
     worst = max(far, key=lambda name: far[name])
     if far[worst] < STRAINED:
         return []
+    if worst.split(" ")[0] in ("p1.zero", "p2.zero", "p1.calibration", "p2.calibration"):
+        return [
+            f"the fit moves {worst} by {far[worst]:.0f} standard deviations from its prior, as bristles that are "
+            "bent when a log begins make it do: the piston then rests with friction, which is not modelled, and "
+            "stiffness and damping are off by more than their intervals. Begin where the load rests without friction; "
+            "if it did, check load, rig file and sensors"
+        ]
     return [
         f"the fit moves {worst} by {far[worst]:.0f} standard deviations from its prior; check load, rig file "
         "and sensors before trusting anything here"

@@ -196,13 +196,19 @@ def bristles_of(seed: int, truth: Truth) -> dict[str, float | list[float]]:
     return found
 
 
-def bristled(cylinder: dict[str, float | list[float]], course, rate: float = 1000.0) -> Motion:
-    """A piston that hangs still, then is moved by spool commands `course`, (s, um), from :data:`REST` on."""
+def bristled(
+    cylinder: dict[str, float | list[float]], course, rate: float = 1000.0, *, friction: float = 0.0
+) -> Motion:
+    """A piston that hangs still, then is moved by spool commands `course`, (s, um), from :data:`REST` on.
+
+    It rests with `friction`, N, positive against extension, in its bristles.
+    """
     rig = Rig(**cylinder)
     times, spools = (np.array(column, dtype=float) for column in zip(*course, strict=True))
     time = np.arange(int((REST + times[-1]) * rate) + 1) / rate
     p1 = 22 * BAR
-    begin = [0.0, 0.0, p1, (p1 * rig.a1 + rig.mass * rig.gravity) / rig.a2, 0.0, 0.0, 0.0]
+    held = (p1 * rig.a1 + rig.mass * rig.gravity - friction) / rig.a2
+    begin = [0.0, 0.0, p1, held, 0.0, 0.0, friction / cylinder["bristle-stiffness"]]
     moved = time >= REST
     record = np.round(time[moved] - REST, 9)
     x, _, p1, p2, *_ = rig.integrate(begin, times, 1e-6 * spools, record, 1e-8).T
@@ -269,16 +275,17 @@ def read(
     return hc.Log.of({"time": motion.time, **signals}, source=source)
 
 
-def bristles_identified(seed: int) -> tuple[hc.Identification, dict[str, float]]:
+def bristles_identified(seed: int, friction: float = 0.0) -> tuple[hc.Identification, dict[str, float]]:
     """A cylinder at random identified from levels, a ramp and pulses in the default call, and its true values.
 
-    The logs are read by the same sensors, and the map comes from the levels among them.
+    The logs are read by the same sensors, and the map comes from the levels among them. Ramp and pulses begin with
+    `friction`, N, at rest.
     """
     truth = drawn(seed, exponent=1.5)
     cylinder = bristles_of(seed, truth)
     levels = read(imposed(truth, seed=seed), seed, source="levels")
-    ramp = read(bristled(cylinder, RAMPS), seed, source="ramp", earlier=1)
-    step = read(bristled(cylinder, STEPS), seed, source="step", earlier=2)
+    ramp = read(bristled(cylinder, RAMPS, friction=friction), seed, source="ramp", earlier=1)
+    step = read(bristled(cylinder, STEPS, friction=friction), seed, source="step", earlier=2)
     zero = (0.0, REST - 1e-4)
     found = hc.identify_friction(levels, "rig-rottne", ramps=ramp, steps=step, zero=zero)
     assert found.dynamic is not None, found.summary()
