@@ -16,7 +16,7 @@ from benches import report
 from benches.compete import QUICK, TIP_ERROR, Effort, compete
 from benches.competitors import exudyn_crane
 from benches.computer import commit_of, processor
-from benches.measures import batch, closed_loop, growth, laws, printed, real_time
+from benches.measures import batch, closed_loop, exported, growth, laws, printed, real_time
 from benches.problem import NotAvailable, Problem
 
 RESULTS = Path(__file__).with_name("results.json")
@@ -67,6 +67,7 @@ def sections(quick: bool) -> dict[str, Callable[[], dict[str, Any]]]:
     return {
         "open_loop": lambda: compete(Problem(), effort),
         "laws": lambda: laws.measure(Problem()),
+        "exported": lambda: exported.measure(Problem()),
         "closed_loop": closed_loop.measure,
         "real_time": real_time.measure,
         "batch": batch.measure,

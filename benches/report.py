@@ -122,6 +122,25 @@ def laws(results: Results) -> str:
     return table([f"law, {section['states']} states", "ns"], rows)
 
 
+def exported(results: Results) -> str:
+    section = results.get("exported")
+    if lacking(section):
+        return lacking(section)
+    texts = {"rhs": "right-hand side", "slopes": "with all derivatives by the states"}
+    rows = [
+        [machine, texts[what], who, digits(row["ns"]), digits(row["ratio"])]
+        for machine, programs in section["machines"].items()
+        for program, row in programs.items()
+        for who, what in [program.split(": ")]
+    ]
+    names = {"compiled_rhs_ns": texts["rhs"], "compiled_structured_ns": texts["slopes"]}
+    for name, ns in section["product"].items():
+        rows.append(["rottne-f9-lab", names[name], "the product, called from Rust", digits(ns), ""])
+    return table(
+        ["machine", "function", "code", "ns", "time in that of the export with the platform's functions"], rows
+    )
+
+
 QUANTILES = {"median_us": "median [us]", "p99_us": "99 % below [us]", "p999_us": "99.9 % below [us]"}
 
 
@@ -240,6 +259,7 @@ PARTS: dict[str, Callable[[Results], str]] = {
     "batch": batch,
     "real_time": real_time,
     "laws": laws,
+    "exported": exported,
     "as_called": as_called,
     "printed": printed,
     "growth": growth,

@@ -45,7 +45,7 @@ def measure(problem: Problem) -> dict[str, Any]:
     core = problem.crane.core
     jacobian = nanoseconds(lambda: core.jacobian(x, u, 0.0), len(x))
     single = nanoseconds(lambda: [core.state_derivative(x[:1], u[:1], 0.0) for _ in range(2000)], 2000)
-    return _compiled(problem, x) | {
+    return compiled(problem, x) | {
         "states": len(problem.crane.state_names),
         "rhs_ns": right_hand_side(problem.crane, x, u),
         "dense_jacobian_ns": jacobian,
@@ -53,7 +53,7 @@ def measure(problem: Problem) -> dict[str, Any]:
     }
 
 
-def _compiled(problem: Problem, x: np.ndarray) -> dict[str, float]:
+def compiled(problem: Problem, x: np.ndarray) -> dict[str, float]:
     """The laws called from Rust, where the library for that can be built."""
     try:
         task = Task(problem)
