@@ -104,14 +104,16 @@ def bodies(tape: Tape) -> str:
 
 def _function(name: str, given: dict[str, int], results: list[str], function: FunctionEntry) -> str:
     """A function of arrays of so many numbers each, by their letters, that writes `results`."""
-    written = dict.fromkeys(result.partition("[")[0] for result in results)
+    # Without outputs the array is not used.
+    written = dict.fromkeys(result.partition("[")[0] for result in results) or {"y": None}
     arguments = [f"const double *restrict {letter}" for letter in given] + [f"double *restrict {y}" for y in written]
     lines = [f"HYDROCRANE_FUNCTION void {name}({', '.join(arguments)})", "{"]
     for letter, count in given.items():
         used = inputs(letter, function, count)
         lines += [f"    const double {letter}{i} = {letter}[{i}];" for i in used] or [f"    (void){letter};"]
     lines += [f"    const {_TYPES[name[0]]} {name} = {text};" for name, text in C.steps(function)]
-    lines += [f"    {result} = {text};" for result, text in zip(results, C.results(function), strict=True)]
+    pairs = zip(results, C.results(function), strict=True)
+    lines += [f"    {result} = {text};" for result, text in pairs] or ["    (void)y;"]
     return "\n".join([*lines, "}\n"])
 
 
