@@ -8,6 +8,7 @@
 pub mod crane;
 pub mod derivatives;
 mod error;
+mod laws;
 mod operation;
 mod parameters;
 pub mod program;
@@ -18,5 +19,5 @@ pub use crane::{export, Exported, Request};
 pub use error::TapeError;
 pub use operation::{Kind, Operand, Operation};
 pub use program::{Function, Program, Step};
-pub use recorder::{command, parameter, record, state, Tape};
-pub use traced::{Traced, TracedMask};
+pub use recorder::{record, Tape};
+pub use traced::{command, parameter, state, Traced, TracedMask};

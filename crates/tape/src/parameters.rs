@@ -3,8 +3,8 @@
 //! Choices between formulas, and whether a part is there, are made once, for the values of the file. So each parameter is checked: a
 //! machine with other values is read anew, and its laws must have the same structure and the numbers that the tape gives.
 
-use crate::crane::{by_joints, record_machine, Recorded, Request};
 use crate::error::TapeError;
+use crate::laws::{by_joints, recorded, Recorded};
 use hydrocrane_machine::by_keys::{name_of, numbers_at, Keys, Parameter};
 use hydrocrane_machine::{Machine, Number, Template};
 use hydrocrane_plant::errors::BuildError;
@@ -30,7 +30,7 @@ pub(crate) struct Chosen {
     /// `None`: no number but the payload.
     keys: Option<Keys>,
     /// kg; `None` if it is no parameter.
-    pub payload: Option<f64>,
+    payload: Option<f64>,
 }
 
 impl Chosen {
@@ -59,18 +59,24 @@ impl Chosen {
         let count = keys.parameters.len();
         Ok(keys.machine_with(&values[..count], 0..count)?)
     }
+
+    /// The laws with these parameters as inputs, and so many outputs.
+    pub fn record(&self, layout: &Layout, outputs: usize, derivatives: bool) -> Result<Recorded> {
+        let payload = self.payload.map(|mass| (self.count() - 1, mass));
+        recorded(|| self.machine(&self.values()), payload, layout, outputs, derivatives)
+    }
 }
 
 /// The parameters of a request. Numbers of tables that cannot be any are left out.
 ///
 /// # Errors
 /// A key that is no number, one without effect, and one that decides what the laws are.
-pub(crate) fn chosen(template: &Template, layout: &Layout, outputs: usize, request: &Request) -> Result<Chosen> {
+pub(crate) fn chosen(template: &Template, layout: &Layout, outputs: usize, request: &[String]) -> Result<Chosen> {
     let machine = template.build(&[])?;
-    let payload = request.parameters.iter().any(|key| key == PAYLOAD || key == LOAD).then_some(machine.payload.mass);
+    let payload = request.iter().any(|key| key == PAYLOAD || key == LOAD).then_some(machine.payload.mass);
     // The mass is a parameter of its own, which a file need not state.
     let stated = |key: &str| machine.provenance.iter().any(|entry| entry.key != PAYLOAD && entry.key.starts_with(key));
-    let keys = request.parameters.iter().filter(|key| *key != PAYLOAD && (*key != LOAD || stated("payload.")));
+    let keys = request.iter().filter(|key| *key != PAYLOAD && (*key != LOAD || stated("payload.")));
     let is_number = |key: &&String| machine.provenance.iter().any(|entry| key.split('[').next() == Some(&entry.key));
     let (numbers, tables): (Vec<String>, Vec<String>) = keys.cloned().partition(|key| is_number(&key));
     let taken = |key: &str| key == PAYLOAD || numbers.iter().any(|number| number.split('[').next() == Some(key));
@@ -79,7 +85,7 @@ pub(crate) fn chosen(template: &Template, layout: &Layout, outputs: usize, reque
     let names: Vec<String> = numbers.iter().cloned().chain(below).collect();
 
     let all = Chosen::new(template, &names, payload)?;
-    let recorded = record_machine(&all, layout, outputs, false)?;
+    let recorded = all.record(layout, outputs, false)?;
     let faults = faults(&all, &recorded)?;
     if let Some(fault) = (0..numbers.len()).find_map(|i| faults.get(&i)) {
         return Err(TapeError::Request(fault.clone()));
@@ -123,6 +129,7 @@ fn faults(chosen: &Chosen, recorded: &Recorded) -> Result<BTreeMap<usize, String
 
 /// Whether the tape follows a change of these parameters, upwards or else downwards.
 fn agrees(chosen: &Chosen, recorded: &Recorded, which: &[usize]) -> bool {
+    let on_tape: Vec<_> = recorded.numbers.iter().map(|number| number.operand()).collect();
     [CHANGE, -CHANGE].into_iter().any(|change| {
         let mut values = chosen.values();
         for i in which {
@@ -131,7 +138,7 @@ fn agrees(chosen: &Chosen, recorded: &Recorded, which: &[usize]) -> bool {
         let Ok((numbers, structure)) = chosen.machine::<f64>(&values).and_then(|machine| laws(&machine)) else {
             return false;
         };
-        let followed = recorded.tape.evaluate(&recorded.numbers, [&[], &[], &values]);
+        let followed = recorded.tape.evaluate(&on_tape, [&[], &[], &values]);
         let same = |(a, b): (&f64, &f64)| a == b || (a - b).abs() <= ROUNDING * b.abs();
         structure == recorded.structure && numbers.len() == followed.len() && followed.iter().zip(&numbers).all(same)
     })

@@ -1,7 +1,6 @@
 //! The tape that is being recorded in this thread.
 
 use crate::operation::{Kind, Operand, Operation};
-use crate::traced::Traced;
 use std::cell::RefCell;
 use std::collections::HashMap;
 
@@ -41,41 +40,26 @@ pub(crate) fn recording<O>(f: impl FnOnce(&mut Tape) -> O) -> O {
     TAPE.with(|tape| f(&mut tape.borrow_mut()))
 }
 
-fn input(kind: Kind, index: usize, value: f64) -> Traced {
-    recording(|tape| {
-        tape.push(Operation { kind, operands: [Operand::Index(index as u32), Operand::None, Operand::None] }, value)
-    })
-}
-
-/// A state, by its index.
-pub fn state(index: usize) -> Traced {
-    input(Kind::State, index, f64::NAN)
-}
-
-/// A spool command.
-pub fn command(index: usize) -> Traced {
-    input(Kind::Command, index, f64::NAN)
-}
-
-/// A parameter, which choices of formulas see with this `value`.
-pub fn parameter(index: usize, value: f64) -> Traced {
-    input(Kind::Parameter, index, value)
-}
-
 impl Tape {
-    /// The result of an operation, which is recorded if it is new.
-    fn push(&mut self, operation: Operation, value: f64) -> Traced {
+    /// Where an operation stands, which is recorded if it is new; `value` for the values of the parameters.
+    fn push(&mut self, operation: Operation, value: f64) -> u32 {
         let next = self.operations.len() as u32;
         let at = *self.known.entry(operation).or_insert(next);
         if at == next {
             self.operations.push(operation);
             self.values.push(value);
         }
-        Traced::Recorded(at)
+        at
+    }
+
+    /// An input, by its index.
+    pub(crate) fn input(&mut self, kind: Kind, index: usize, value: f64) -> u32 {
+        let operands = [Operand::Index(index as u32), Operand::None, Operand::None];
+        self.push(Operation { kind, operands }, value)
     }
 
     /// The result of a `kind` of operation on numbers or masks.
-    pub(crate) fn apply(&mut self, kind: Kind, mut operands: [Operand; 3]) -> Traced {
+    pub(crate) fn apply(&mut self, kind: Kind, mut operands: [Operand; 3]) -> u32 {
         if kind.commutes() && operands[1] < operands[0] {
             operands.swap(0, 1);
         }
@@ -84,7 +68,7 @@ impl Tape {
     }
 
     /// The entries of a row of `table` at a number.
-    pub(crate) fn row<const K: usize>(&mut self, table: Table, x: Operand) -> [Traced; K] {
+    pub(crate) fn row<const K: usize>(&mut self, table: Table, x: Operand) -> [u32; K] {
         let row = |place: f64| table.columns.iter().map(move |column| column[place as usize]);
         let place = table.starts.iter().filter(|start| **start <= self.value(x)).count() as f64;
         let (known, values): (bool, Vec<f64>) = (!self.value(x).is_nan(), row(place).collect());
@@ -97,7 +81,7 @@ impl Tape {
         let nan = |value: f64| if known { value } else { f64::NAN };
         let place = self.push(Operation { kind: Kind::Place, operands: [table, x, Operand::None] }, nan(place));
         hydrocrane_num::array::from_fn(|k| {
-            let operands = [table, Operand::Index(k as u32), place.operand()];
+            let operands = [table, Operand::Index(k as u32), Operand::Recorded(place)];
             self.push(Operation { kind: Kind::Entry, operands }, nan(values[k]))
         })
     }
@@ -146,14 +130,14 @@ impl Tape {
     }
 
     /// The plain numbers that `results` are for states `x`, spool commands `u` and parameters `p`.
-    pub fn evaluate(&self, results: &[Traced], [x, u, p]: [&[f64]; 3]) -> Vec<f64> {
+    pub fn evaluate(&self, results: &[Operand], [x, u, p]: [&[f64]; 3]) -> Vec<f64> {
         let mut values = vec![f64::NAN; self.operations.len()];
         let get = |values: &[f64], operand: Operand| match operand {
             Operand::Constant(bits) => f64::from_bits(bits),
             Operand::Recorded(at) => values[at as usize],
             _ => f64::NAN,
         };
-        for (i, needed) in self.needed(results.iter().map(|result| result.operand())).iter().enumerate() {
+        for (i, needed) in self.needed(results.iter().copied()).iter().enumerate() {
             if !needed {
                 continue;
             }
@@ -172,6 +156,6 @@ impl Tape {
                 _ => kind.of(operands.map(|operand| get(&values, operand))),
             };
         }
-        results.iter().map(|result| get(&values, result.operand())).collect()
+        results.iter().map(|result| get(&values, *result)).collect()
     }
 }

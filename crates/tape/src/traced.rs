@@ -1,7 +1,7 @@
 //! The number type that records.
 
 use crate::operation::{Kind, Operand};
-use crate::recorder::{parameter, recording, Table};
+use crate::recorder::{recording, Table};
 use hydrocrane_machine::Number;
 use hydrocrane_num::{portable, Field, Mask, Real};
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
@@ -29,6 +29,21 @@ impl Default for Traced {
     }
 }
 
+/// A state, by its index.
+pub fn state(index: usize) -> Traced {
+    Traced::Recorded(recording(|tape| tape.input(Kind::State, index, f64::NAN)))
+}
+
+/// A spool command.
+pub fn command(index: usize) -> Traced {
+    Traced::Recorded(recording(|tape| tape.input(Kind::Command, index, f64::NAN)))
+}
+
+/// A parameter, which choices of formulas see with this `value`.
+pub fn parameter(index: usize, value: f64) -> Traced {
+    Traced::Recorded(recording(|tape| tape.input(Kind::Parameter, index, value)))
+}
+
 use Traced::Constant;
 
 impl Traced {
@@ -42,14 +57,14 @@ impl Traced {
     fn one(self, kind: Kind) -> Self {
         match self {
             Constant(x) => Constant(kind.of([x, 0.0, 0.0])),
-            _ => recording(|tape| tape.apply(kind, [self.operand(), Operand::None, Operand::None])),
+            _ => Traced::Recorded(recording(|tape| tape.apply(kind, [self.operand(), Operand::None, Operand::None]))),
         }
     }
 
     fn two(self, kind: Kind, other: Self) -> Self {
         match (self, other) {
             (Constant(a), Constant(b)) => Constant(kind.of([a, b, 0.0])),
-            _ => recording(|tape| tape.apply(kind, [self.operand(), other.operand(), Operand::None])),
+            _ => Traced::Recorded(recording(|tape| tape.apply(kind, [self.operand(), other.operand(), Operand::None]))),
         }
     }
 
@@ -74,10 +89,7 @@ impl TracedMask {
     }
 
     fn recorded(kind: Kind, operands: [Operand; 2]) -> Self {
-        match recording(|tape| tape.apply(kind, [operands[0], operands[1], Operand::None])) {
-            Traced::Recorded(at) => TracedMask::Recorded(at),
-            Constant(x) => TracedMask::Known(x == 1.0),
-        }
+        TracedMask::Recorded(recording(|tape| tape.apply(kind, [operands[0], operands[1], Operand::None])))
     }
 }
 
@@ -205,7 +217,10 @@ impl Field for Traced {
             TracedMask::Known(true) => a,
             TracedMask::Known(false) => b,
             _ if a == b => a,
-            _ => recording(|tape| tape.apply(Kind::Select, [mask.operand(), a.operand(), b.operand()])),
+            _ => {
+                let operands = [mask.operand(), a.operand(), b.operand()];
+                Traced::Recorded(recording(|tape| tape.apply(Kind::Select, operands)))
+            }
         }
     }
     fn nearer_zero(self, other: Self) -> TracedMask {
@@ -234,7 +249,7 @@ impl Real for Traced {
         let starts: Vec<f64> = (0..).map_while(starts).collect();
         let rows: Vec<[f64; K]> = std::iter::once(f64::NEG_INFINITY).chain(starts.iter().copied()).map(f).collect();
         let columns = (0..K).map(|k| rows.iter().map(|row| row[k]).collect()).collect();
-        recording(|tape| tape.row(Table { starts, columns }, self.operand()))
+        recording(|tape| tape.row(Table { starts, columns }, self.operand())).map(Traced::Recorded)
     }
     fn outlined<O>(f: impl FnMut() -> O) -> O {
         called(f)
