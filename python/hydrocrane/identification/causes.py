@@ -15,7 +15,7 @@ from scipy.stats import f as fisher
 from hydrocrane.arrays import Array
 from hydrocrane.identification.least_squares import Problem, floor_is_found, level_means
 from hydrocrane.identification.points import FrictionPoints
-from hydrocrane.identification.residual_analysis import Cause, ResidualAnalysis
+from hydrocrane.identification.residual_analysis import SIGNIFICANT, Cause, ResidualAnalysis
 
 # Least number of distinct values of a cause, and of points beyond the number of parameters.
 PLACES, SPARE = 4, 3
@@ -67,6 +67,7 @@ def residual_analysis(problem: Problem, x: Array) -> ResidualAnalysis:
         shares=left * points.sign / size,
         direction=points.direction,
         causes=tuple(sorted((c for c in causes if np.isfinite(c.p_value)), key=lambda cause: cause.p_value)),
+        confounded=tuple(c for c in causes if c.hides),
     )
 
 
@@ -103,8 +104,10 @@ def _cause(
     # A dependence that the map's own parameters can represent is not identifiable.
     extra = _basis(new, np.linalg.norm(added, axis=0).max())
     spare = values.size - base.shape[1] - extra.shape[1]
-    if extra.shape[1] == 0 or spare < SPARE:
+    if spare < SPARE:
         return unknown
+    if extra.shape[1] == 0:
+        return replace(unknown, hidden=np.inf)
     gained = float(np.sum((extra.T @ rest) ** 2))
     remaining = max(float(rest @ rest) - gained, 1e-12)
     p_value = float(fisher.sf(gained / extra.shape[1] / (remaining / spare), extra.shape[1], spare))
@@ -112,10 +115,12 @@ def _cause(
         # The coefficients of cosines that the map can nearly represent mean nothing; their joint contribution does.
         fitted = extra @ (extra.T @ rest) * sigma * points.sign / size
         return Cause(name, values, p_value, float(np.sqrt(np.mean(fitted**2))), fitted)
-    change = float(new[:, 0] @ rest / (new[:, 0] @ new[:, 0]))
+    power = float(new[:, 0] @ new[:, 0])
+    change = float(new[:, 0] @ rest) / power
+    hidden = float(np.sqrt(fisher.isf(SIGNIFICANT, 1, spare) * remaining / spare / power))
     if abs(change) > VANISHES:
-        return unknown
-    return Cause(name, values, p_value, change, change * shares[:, 0])
+        return replace(unknown, hidden=hidden)
+    return Cause(name, values, p_value, change, change * shares[:, 0], hidden)
 
 
 def _straight(values: Array) -> Array:

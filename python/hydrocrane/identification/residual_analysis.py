@@ -41,6 +41,9 @@ class Cause:
         of the smooth curve that is added to the map.
     fitted : ndarray
         The dependence, as a share of the friction.
+    hidden : float
+        Least change that these points would show; infinite if the map can represent the dependence. Zero for the
+        velocity and without enough points.
     """
 
     name: str
@@ -48,12 +51,18 @@ class Cause:
     p_value: float
     change: float
     fitted: Array
+    hidden: float = 0.0
 
     @property
     def shows(self) -> bool:
         """Whether it is significant, given the five tests, and large enough to matter."""
         least = NOTABLE_SCATTER if self.name == "velocity" else NOTABLE
-        return self.p_value < UNLIKELY / len(CURES) and abs(self.change) >= least
+        return self.p_value < SIGNIFICANT and abs(self.change) >= least
+
+    @property
+    def hides(self) -> bool:
+        """Whether the plan of the levels would hide a change that matters: it changes together with the speed."""
+        return self.name in PLANS and not self.shows and self.hidden > NOTABLE
 
     @property
     def sentence(self) -> str:
@@ -85,6 +94,8 @@ class ResidualAnalysis:
         0 extending, 1 retracting.
     causes : tuple of Cause
         The tested causes, the likeliest first.
+    confounded : tuple of Cause
+        Those of which the plan of the levels would hide a change that matters.
     """
 
     p_value: float
@@ -95,6 +106,7 @@ class ResidualAnalysis:
     shares: Array
     direction: NDArray[np.int_]
     causes: tuple[Cause, ...]
+    confounded: tuple[Cause, ...] = ()
 
     @property
     def notable(self) -> bool:
@@ -129,6 +141,12 @@ class ResidualAnalysis:
                 if tested
                 else "too few levels to look for a cause of the residuals; repeat levels in another order"
             )
+        for cause in self.confounded:
+            size = f"below {100 * cause.hidden:.2g} %" if np.isfinite(cause.hidden) else "of any size"
+            found.append(
+                f"{cause.name} and speed change together in these levels: a change of friction with {cause.name} "
+                f"{size} would not show, but count as one with speed, outside the intervals. {PLANS[cause.name]}"
+            )
         return tuple(found)
 
     def plot(self) -> Figure:
@@ -138,6 +156,11 @@ class ResidualAnalysis:
         return residual_causes(self)
 
 
+# Cure where a cause changes together with the speed.
+PLANS = {
+    "position": "Measure the levels at places that do not depend on their speed, or each one at several",
+    "time": "Measure the levels in a shuffled order, or repeat some at the end",
+}
 # Cure for each cause; UNITS holds factor and unit for its values.
 CURES = {
     "velocity": (
@@ -150,3 +173,5 @@ CURES = {
     "load": "Fit logs of different loads apart, or check the masses",
 }
 UNITS = {"position": (1e3, "mm"), "time": (1.0, "s"), "pressure": (1.0, "N against the motion"), "load": (1.0, "kg")}
+# Significance level of a single cause.
+SIGNIFICANT = UNLIKELY / len(CURES)

@@ -97,13 +97,17 @@ def trapezoid(way: float, speed: float, rate: float) -> np.ndarray:
     return way * rate * shape / shape.sum()
 
 
-def course(rate: float, speeds=SPEEDS, seconds: float = 5.0, travel: float = 0.3, passes: int = 1, seed: int = 0):
-    """Velocities (n,) of the experiment: out and back at each speed, slower levels at places of their own."""
+def course(
+    rate: float, speeds=SPEEDS, seconds: float = 5.0, travel: float = 0.3, passes: int = 1, seed: int = 0, *,
+    scattered: bool = True,
+):  # fmt: skip
+    """Velocities (n,) of the experiment: out and back at each speed, slower levels at places of their own, or all from
+    one end of the travel if not `scattered`."""
     rng = np.random.default_rng([seed, 5])
     parts, at = [np.zeros(int(REST * rate))], -0.5 * travel
     for speed in np.tile(speeds, passes):
         way = min(travel, speed * seconds)
-        start = rng.uniform(-0.5 * travel, 0.5 * travel - way)
+        start = rng.uniform(-0.5 * travel, 0.5 * travel - way) if scattered else -0.5 * travel
         parts += [trapezoid(start - at, 0.05, rate), trapezoid(way, speed, rate), trapezoid(-way, speed, rate)]
         at = start
     return np.concatenate(parts)

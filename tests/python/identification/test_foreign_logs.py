@@ -250,6 +250,28 @@ def test_pressures_that_follow_the_friction_are_no_cause(seed):
     assert "pressure" not in {cause.name for cause in fit.residual_analysis.likely}
 
 
+def plan_warnings(seed, scattered=False, **change):
+    """What the warnings on the plan name for ten falling speeds, and the causes of the residuals."""
+    plan = {"speeds": foreign_rig.SPEEDS[::-1], "scattered": scattered, "seed": seed}
+    fit = identified(foreign_rig.imposed(foreign_rig.drawn(seed, **change), **plan), seed).static.fit
+    said = [text.split(" and speed change together")[0] for text in fit.warnings if "speed change together" in text]
+    return {*said, *(cause.name for cause in fit.residual_analysis.likely)}
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize(("cause", "change"), [("position", {"by_position": 0.3}), ("time", {"by_time": -0.3})])
+def test_a_plan_that_hides_a_dependence_is_said(cause, change):
+    """Falling speeds at one end: the map takes most of a drift or of a dependence on position for one on speed."""
+    said = [cause in plan_warnings(seed, **change) for seed in range(5)]
+    assert sum(said) >= 4, said
+
+
+@pytest.mark.evidence
+def test_levels_at_places_of_their_own_raise_no_alarm():
+    """Friction depends on the speed alone, and the levels would show anything else."""
+    assert not any(plan_warnings(seed, scattered=True) for seed in range(4))
+
+
 def test_another_form_of_the_map_is_named():
     """A hump in the middle of the speeds, 8 % high, which no Stribeck curve has."""
     points = synthetic_points(
