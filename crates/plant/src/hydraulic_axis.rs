@@ -243,7 +243,7 @@ impl<T: Real> HydraulicAxis<T> {
 
     /// Flows through the edges of the valve, m^3/s.
     pub fn edge_flows(&self, spool: T, ports: &PortPressures<T>) -> EdgeFlows<T> {
-        let flows = self.valve.flows(spool, ports);
+        let flows = self.valve.flows_with::<AnyParts>(spool, ports);
         EdgeFlows {
             supply_to_a: self.left_by_priority::<AnyParts>(ports, flows.supply_to_a),
             supply_to_b: self.left_by_priority::<AnyParts>(ports, flows.supply_to_b),

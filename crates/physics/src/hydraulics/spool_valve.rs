@@ -35,7 +35,7 @@ use super::load_sensing::Connection;
 use super::meter_out::MeterOut;
 use super::metering::{Edge, Metering};
 use super::orifice::Orifice;
-use super::parts::{AnyParts, Parts};
+use super::parts::{AnyParts, NoParts, Parts};
 use hydrocrane_num::{smooth, Real};
 
 /// Valve with its edges at port A and at port B (they differ only in the printed law).
@@ -142,10 +142,21 @@ impl<T: Copy> SpoolValve<T> {
 }
 
 impl<T: Real> SpoolValve<T> {
-    #[inline(always)]
+    /// Flows through all edges. A function of its own, in which a section without any part is spared the laws of parts.
+    #[inline(never)]
     pub fn flows(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
-        let a = self.flows_at_a::<AnyParts>(spool, p, None);
-        let b = self.flows_at_b::<AnyParts>(spool, p, None);
+        if self.has_parts() {
+            self.flows_with::<AnyParts>(spool, p)
+        } else {
+            self.flows_with::<NoParts>(spool, p)
+        }
+    }
+
+    /// The same where parts have to be expected or not.
+    #[inline(always)]
+    pub fn flows_with<P: Parts>(&self, spool: T, p: &PortPressures<T>) -> EdgeFlows<T> {
+        let a = self.flows_at_a::<P>(spool, p, None);
+        let b = self.flows_at_b::<P>(spool, p, None);
         EdgeFlows { supply_to_a: a.fed, a_to_tank: a.drained, supply_to_b: b.fed, b_to_tank: b.drained }
     }
 
