@@ -49,8 +49,8 @@ def random_stop(
 ) -> Stop | None:
     """A stop of `machine` with `payload` (kg) under ``tip``, recorded until `end` (s).
 
-    ``None`` if it cannot hold or lift the load there. Raises `InputError` unless `end` is
-    more than ``SHORTEST`` after ``REST``.
+    ``None`` if it cannot hold or lift the load there: the controller says so. A stop that swings, or that ends because of a
+    sensor, counts. Raises `InputError` unless `end` is more than ``SHORTEST`` after ``REST``.
     """
     if not (np.isfinite(end) and end > REST + SHORTEST):
         raise InputError(
@@ -76,11 +76,11 @@ def random_stop(
         run = simulate(plan, ledger=False)
     except HydrocraneError:
         return None
-    # Closed spools hold a load that the supply could not lift.
-    if any(warning.kind != "start-not-held" for warning in run.warnings):
+    # What a controller says that is no warning is of loads; closed spools hold one that the supply could not lift.
+    if any(event.warning is None for event in run.events):
         return None
-    if any(event.warning != "start-not-held" for event in run.events):
-        return None
+    if not run.outcome.completed:
+        return Stop(np.inf, np.inf, np.inf)
     time = run.data["time"].values
     tip = np.column_stack([run.data["tip.x"].values, run.data["tip.z"].values])
     speed = np.hypot(*np.gradient(tip, time, axis=0).T)
