@@ -136,6 +136,8 @@ pub enum Alarm {
     SensorStop,
     /// The controller's own loop oscillates.
     Oscillates,
+    /// The tip leaves its path.
+    Strays,
 }
 
 /// A sampled controller.

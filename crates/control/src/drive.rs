@@ -21,40 +21,14 @@ use crate::commanded::Commanded;
 use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Ahead, Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
+use crate::model_error::ModelError;
 use crate::observer::{self, Observer};
 use crate::rest::{Rest, Resting};
+pub use crate::tip_settings::DriveGains;
 use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
-use crate::winding::{Bounds, Winding};
+use crate::winding::{Bounds, Winding, MOST_WINDING};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
-
-/// Gains of the drive; the same for every cylinder.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DriveGains {
-    /// k_p, 1/s
-    pub position: f64,
-    /// Bandwidth of the position observer, rad/s.
-    pub observer: f64,
-    /// Corner of the low-pass on the pressures in the valve law, rad/s.
-    pub pressure: f64,
-    /// Share of the stroke that the reference may plan with.
-    pub reserve: f64,
-    /// Piston error that is corrected only slowly at rest, m.
-    pub rest_band: f64,
-    /// Time of motion over which is remembered what was learnt of the valve, s; zero: nothing is learnt.
-    pub learning: f64,
-    pub pressures: Pressures,
-}
-
-hydrocrane_num::stored!([] DriveGains {
-    position: f64,
-    observer: f64,
-    pressure: f64,
-    reserve: f64,
-    rest_band: f64,
-    learning: f64,
-    pressures: Pressures,
-});
 
 /// What the piston shall do over the coming period.
 #[derive(Debug, Clone, Copy)]
@@ -117,6 +91,8 @@ pub struct Drive {
     moment: Moment,
     capacity: Capacity,
     force: f64,
+    /// Way that the oil has given since the start, m.
+    given: f64,
     /// F - F_ref behind a low-pass, N.
     excess: f64,
     winding: Winding,
@@ -155,8 +131,6 @@ const GROWTH_RATE: f64 = 10.0;
 const GROWN: f64 = 2.0 / RANGE_RATE;
 /// Rate at which it comes back, rad/s.
 const RETURN_RATE: f64 = 2.0;
-/// Largest speed that winds the oil, as a share of the full one without load.
-pub const MOST_WINDING: f64 = 0.1;
 /// How far beyond the forces that the supply pressure gives the oil is wound at most, as a share of their span: a valve that still asks for more
 /// stays open until the chamber has all that there is.
 const BEYOND_SUPPLY: f64 = 0.04;
@@ -235,6 +209,7 @@ impl Drive {
             moment,
             capacity: cylinder.capacity(&fluid, &supply_pressures, &moment),
             force,
+            given: 0.0,
             excess: force - load,
             winding: Winding::default(),
             load,
@@ -257,6 +232,7 @@ impl Drive {
     /// of the crane on its oil at the last sample, rad/s; `observing`: the gains for it, those of all drives.
     pub fn measure(&mut self, now: &Moment, count: f64, seen: bool, slowest: f64, observing: observer::Gains) {
         self.observing = observing;
+        let before = self.force;
         let p = self.take_pressures(now, count);
         for (slow, p) in self.moment.p.iter_mut().zip(p) {
             *slow += self.pressure_share * (p - *slow);
@@ -264,6 +240,8 @@ impl Drive {
         self.moment.stroke = now.stroke;
         (self.count, self.slowest) = (count, slowest);
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.when_it_acts());
+        // Pressures that are estimated follow from the model.
+        self.given += if self.estimate.is_none() { (self.force - before) / self.capacity.stiffness } else { 0.0 };
         let before = self.observer.position;
         self.observer.update(now.stroke, self.commanded.expected, &self.observing, self.bearable, count);
         self.speed = (self.observer.position - before) / self.period;
@@ -271,7 +249,8 @@ impl Drive {
         if let Some(sample) = &mut self.sample {
             let [low, high] = self.cylinder.free;
             sample.usable &= seen && (low..=high).contains(&now.stroke);
-            let explained = self.learning.learn(sample, self.observer.disturbance, self.observing.lag_share);
+            let (missing, lag_share) = (self.observer.disturbance, self.observing.lag_share);
+            let explained = self.learning.learn(sample, missing, self.given, lag_share);
             self.observer.explain(explained);
         }
         let momentary = [-1.0, 1.0].map(|sense| self.full_speed(sense, self.steady_speed(sense)));
@@ -507,7 +486,8 @@ impl Drive {
             && (self.bearable == 1.0 || self.estimate.is_some())
             && self.able(opening.signum())
             && opening * reach > 0.0;
-        let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, usable };
+        let measured = if self.estimate.is_none() { spring } else { 0.0 };
+        let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, winding: measured, usable };
         let expected = self.fit.speed(&sample);
         self.commanded.send(spool, expected - spring, [planned, d.load + d.inertia]);
         if let Some(estimate) = &mut self.estimate {
@@ -560,6 +540,11 @@ impl Drive {
         if let Some(rest) = &mut self.rest {
             rest.stay();
         }
+    }
+
+    /// What motion tells of the errors of the model.
+    pub fn error(&self) -> &ModelError {
+        &self.learning.error
     }
 
     /// What was learnt of the valve.

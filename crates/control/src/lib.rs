@@ -18,6 +18,7 @@ pub mod holding;
 pub mod inverse_kinematics;
 pub mod keep_out;
 pub mod lever;
+pub mod model_error;
 #[cfg(feature = "std")]
 pub mod monitored;
 pub mod notice;
@@ -45,6 +46,7 @@ mod spool_history;
 pub mod standstill;
 mod suspect;
 pub mod tip;
+mod tip_settings;
 pub mod valve_answer;
 pub mod valve_learning;
 mod wanted;

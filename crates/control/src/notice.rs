@@ -3,6 +3,7 @@
 #[cfg(feature = "std")]
 use crate::controller::Alarm;
 use crate::controller::PlaceName;
+use crate::model_error::Likely;
 use arrayvec::ArrayVec;
 
 /// What the messages call things.
@@ -123,6 +124,8 @@ pub enum Notice {
     Yields(usize),
     /// The crane swings on by itself: gains of the damping are halved.
     Oscillates,
+    /// The tip was off its path by this (m), most of it by this cylinder.
+    Strays(f64, usize, Likely),
 }
 
 /// Notices that are kept until somebody asks for them; whatever happens in one sample has room.
@@ -165,13 +168,18 @@ impl Notice {
             Notice::Oscillates => "the crane swings on although the valves damp it, so they may act later than the \
                                    machine file says: the gain of the damping is halved"
                 .to_string(),
+            Notice::Strays(off, cylinder, likely) => strays(names, *off, *cylinder, *likely),
         }
     }
 
     /// What the run is warned of.
     #[cfg(feature = "std")]
     pub fn alarm(&self) -> Option<Alarm> {
-        matches!(self, Notice::Oscillates).then_some(Alarm::Oscillates)
+        match self {
+            Notice::Oscillates => Some(Alarm::Oscillates),
+            Notice::Strays(..) => Some(Alarm::Strays),
+            _ => None,
+        }
     }
 }
 
@@ -200,6 +208,21 @@ fn sinks(names: &Names, cylinders: Indices) -> String {
         "the tip stands and sinks slowly: {what} cannot hold it here, because the load is too heavy for the supply pressure; move it to \
          where it needs less force, or set it down"
     )
+}
+
+#[cfg(feature = "std")]
+fn strays(names: &Names, off: f64, cylinder: usize, likely: Likely) -> String {
+    let why = match likely {
+        Likely::Flow(times) => format!("its valve gives some {times:.2} times the flow of the machine file"),
+        Likely::Late(time) => format!("its valve answers some {:.0} ms later than in the machine file", 1e3 * time),
+        Likely::Soft(times) => format!("its oil gives way some {times:.1} times as far as in the machine file"),
+        Likely::Force => {
+            "it needs another force than the machine file tells: another load, friction or mass".to_string()
+        }
+        Likely::Unknown => "no single error of flow, delay, oil or load explains it".to_string(),
+    };
+    let whose = listed("cylinder", &names.cylinders, [cylinder].into_iter().collect());
+    format!("the tip was {:.0} mm off its path, most of it by {whose}: {why}", 1e3 * off)
 }
 
 /// `what` and the names, with an s where there are several.
@@ -231,6 +254,8 @@ mod tests {
         assert!(text(Cause::Load(of(&[0, 1]))).contains("cylinders `lift` and `tilt` cannot"));
         assert!(text(Cause::Range(of(&[1]))).contains("range of the joints: joint `jib`;"));
         assert!(text(Cause::Range(of(&[]))).contains("range of the joints;"));
+        let late = Notice::Strays(0.0105, 1, Likely::Late(0.0321)).text(&names);
+        assert!(late.contains("10 mm off") && late.contains("`tilt`: its valve answers some 32 ms later"), "{late}");
         assert!(Notice::Sinks(of(&[0])).text(&names).contains("sinks slowly: cylinder `lift` cannot hold it here"));
         let told = Notice::Stands(Cause::Region, Aim::Place([1.0, -0.5])).text(&names);
         assert!(told.starts_with("the tip stops before its goal (1.000, -0.500) m: a keep-out region lies ahead; give"));

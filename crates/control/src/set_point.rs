@@ -8,11 +8,11 @@
 //! Under levers that hold the height (docs/theory/control/height.md) the lags are those of the joints' rates.
 
 use crate::controller_model::{ControllerModel, Posture};
-use crate::drive::MOST_WINDING;
 use crate::holding::Leave;
 use crate::keep_out::{Caution, KeepOut};
 use crate::redundancy::{level, level_within, resolve, resolve_steadily, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
+use crate::winding::MOST_WINDING;
 use hydrocrane_num::{portable, Real, Vec2};
 
 /// How the reference moves.
@@ -228,6 +228,11 @@ impl<const N: usize> Reference<N> {
         }
     }
 
+    /// Of the tip, m/s.
+    pub fn velocity(&self) -> [f64; 2] {
+        self.of_tip(self.rates)
+    }
+
     /// Velocity of the tip at these rates of the joints, m/s.
     fn of_tip(&self, rates: [f64; N]) -> [f64; 2] {
         self.posture.jacobian.map(|row| (0..N).map(|i| row[i] * rates[i]).sum())
@@ -251,7 +256,7 @@ impl<const N: usize> Reference<N> {
         let bandwidth = bandwidth.min(self.bandwidth);
         let kept = portable::exp(-bandwidth * self.period);
         let time = kept * self.period / (1.0 - kept);
-        let [first, second] = self.joint_lags.map_or(self.lags, |_| Lags::at(self.of_tip(self.rates))).0;
+        let [first, second] = self.joint_lags.map_or(self.lags, |_| Lags::at(self.velocity())).0;
         hydrocrane_num::array::from_fn(|r| self.set_point[r] + time * (first[r] + second[r]))
     }
 
@@ -355,7 +360,7 @@ impl<const N: usize> Reference<N> {
     /// Rates that go on as they are, slower where the tip is, and approach those `preferred` behind a lag: where a limit lets a joint
     /// go, as in every fast stop, the way in which the joints share the motion would else jump, and excite the oil.
     fn going_on(&self, velocity: [f64; 2], preferred: &[f64; N], bandwidth: f64) -> [f64; N] {
-        let (now, before) = (Vec2::<f64>::c(velocity), Vec2::c(self.of_tip(self.rates)));
+        let (now, before) = (Vec2::<f64>::c(velocity), Vec2::c(self.velocity()));
         let kept = (now.dot(before) / before.dot(before).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         let share = portable::exp(-bandwidth * self.period);
         hydrocrane_num::array::from_fn(|i| preferred[i] + share * (kept * self.rates[i] - preferred[i]))
@@ -486,7 +491,7 @@ impl<const N: usize> Reference<N> {
         match wish {
             Wish::Tip(velocity) => {
                 if self.joint_lags.take().is_some() {
-                    self.lags = Lags::at(self.of_tip(self.rates));
+                    self.lags = Lags::at(self.velocity());
                 }
                 Wish::Tip(self.lags.follow(velocity, share))
             }

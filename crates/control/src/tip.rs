@@ -6,52 +6,26 @@
 use crate::chamber_estimate::Pressures;
 use crate::controller::{copied_by_clone, Controller, Fault, Goal, Measurement, Stick};
 use crate::controller_model::{ControllerModel, Posture};
-use crate::damping::{Damping, DampingGains};
-use crate::drive::{Demand, Drive, DriveGains};
+use crate::damping::Damping;
+use crate::drive::{Demand, Drive};
 use crate::feed_forward::Moment;
 use crate::holding::Hold;
+use crate::model_error::Straying;
 use crate::notice::{Aim, Cause, Indices, News, Notice};
 use crate::observer;
 use crate::oil_modes::OilModes;
 use crate::point_to_point::{Stretch, Travel};
 use crate::readings::Readings;
-use crate::set_point::{Means, Reference, Shape, Wish, STANDING};
+use crate::set_point::{Means, Reference, Wish, STANDING};
 use crate::signal::Signal;
 use crate::slow_down::checked;
 use crate::standstill::Standstill;
+pub use crate::tip_settings::Settings;
 use crate::wanted::Wanted;
 use crate::weighing::Weighing;
 #[cfg(feature = "std")]
 use crate::{controller::Told, notice::Names, reach, valve_learning::LearntValve};
-use hydrocrane_num::Vec2;
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings<const N: usize> {
-    /// s
-    pub period: f64,
-    /// Tip speed at full stick, m/s.
-    pub full_speed: f64,
-    /// Speeds of each piston at full lever, retracting and extending, m/s.
-    pub lever_speeds: [[f64; 2]; N],
-    pub shape: Shape<N>,
-    pub drive: DriveGains,
-    pub damping: DampingGains,
-    /// Distance of the tip from its set-point at which the set-point waits, m.
-    pub lag_limit: f64,
-    /// Time after the set-point has stopped during which every error is still corrected, s.
-    pub settling: f64,
-}
-
-hydrocrane_num::stored!([const N: usize] Settings<N> {
-    period: f64,
-    full_speed: f64,
-    lever_speeds: [[f64; 2]; N],
-    shape: Shape<N>,
-    drive: DriveGains,
-    damping: DampingGains,
-    lag_limit: f64,
-    settling: f64,
-});
+use hydrocrane_num::{Real, Vec2};
 
 #[derive(Clone)]
 pub struct Tip<const N: usize> {
@@ -95,6 +69,8 @@ struct State<const N: usize> {
     told_sinking: bool,
     /// How long the stick has led back to a tip that is too far behind, s.
     led_back: f64,
+    /// Off its path.
+    straying: Straying,
     /// What whoever holds the stick should know and has not been told.
     news: News,
 }
@@ -116,6 +92,8 @@ const THERE: f64 = 2e-3;
 /// Distance of the tip from a goal up to which errors are still corrected, m, and for how long at most, s.
 const CLOSE: f64 = 5e-4;
 const CORRECTING: f64 = 4.0;
+/// Distance of the tip from its path from on which a cause is looked for, as a share of the lag at which it waits: 10 mm of the usual 30.
+const STRAYED: f64 = 1.0 / 3.0;
 /// How far the tip may be behind a set-point that accelerates, as a share of the lag at which it waits.
 const BEHIND: f64 = 0.25;
 
@@ -205,6 +183,7 @@ impl<const N: usize> State<N> {
             sinking: 0.0,
             told_sinking: false,
             led_back: 0.0,
+            straying: Straying::default(),
             news: News::default(),
         }
     }
@@ -337,6 +316,16 @@ impl<const N: usize> State<N> {
         }
     }
 
+    /// Tells that the tip was off its path, though it may come later or sooner, and which error of the model is likely.
+    fn look_for_straying(&mut self, s: &Settings<N>, lag: Vec2<f64>, measured: &Posture<N>) {
+        let (velocity, most) = (Vec2::c(self.reference.velocity()), STRAYED * s.lag_limit + self.blur);
+        let Some(off) = self.straying.watch(lag, velocity, most, self.still > 0.0, s.period) else { return };
+        let share = |c: &usize| self.drives[*c].error().square() * measured.tip_per_stroke(*c).square();
+        if let Some(c) = (0..N).filter(|c| share(c).is_finite()).max_by(|a, b| share(a).total_cmp(&share(b))) {
+            self.news.tell(Notice::Strays(off, c, self.drives[c].error().likely()));
+        }
+    }
+
     /// Tells how near the tip has come to its goal once everything stands.
     fn look_for_arrival(&mut self, tip: [f64; 2]) {
         let Some(Travel { goal, .. }) = self.travel.take_if(|travel| travel.over) else { return };
@@ -427,6 +416,7 @@ impl<const N: usize> State<N> {
             let band = s.drive.rest_band;
             // Where the piston has stopped, as far as that is near enough.
             target = hydrocrane_num::array::from_fn(|c| held[c].0 + self.settled[c].clamp(-band, band));
+            self.straying = Straying::default();
             self.reference.stand();
             self.look_for_sinking(s);
             self.look_for_arrival(measured.tip);
@@ -469,6 +459,7 @@ impl<const N: usize> State<N> {
             self.reference.advance(model, &s.shape, wish.scaled(waiting), &now);
             self.look_for_standstill(model, s, &wish, &now, waiting);
             self.follow_the_stick_back(model, s, &wish, lag, &now, waiting);
+            self.look_for_straying(s, lag, &measured);
             target = self.reference.posture.stroke;
         }
         let (rates, next) = (self.reference.rates, model.at(&self.reference.q));

@@ -6,6 +6,7 @@
 //! leakage: linear in g, g t and l.
 //! Ridge regression with exponential forgetting keeps them near what is known as far as the motion tells nothing.
 
+use crate::model_error::{Compared, ModelError};
 use crate::signal_chain::SignalChain;
 use hydrocrane_num::symmetric::cholesky;
 use hydrocrane_num::{portable, Real};
@@ -106,8 +107,9 @@ pub struct Sample {
     pub reach: f64,
     /// Mean size of the speeds at full opening towards either sense, m/s.
     pub full: f64,
-    /// Speed that was expected, m/s.
+    /// Speed that was expected, m/s, and the one that winds or damps the oil.
     pub expected: f64,
+    pub winding: f64,
     /// Whether the law holds: not at rest, not at an end stop, measured.
     pub usable: bool,
 }
@@ -118,8 +120,8 @@ pub struct Learning {
     /// Share of what is known that a sample of motion makes forget, and its weight.
     forgetting: f64,
     weight: f64,
-    /// Signals behind the two lags of the observer and that of the valve: the regressors, v as expected, usable.
-    lags: [[f64; COUNT + 2]; 3],
+    /// Signals behind the two lags of the observer and that of the valve: the regressors, v as expected, usable, winding, what the oil gives.
+    lags: [[f64; COUNT + 4]; 3],
     /// Share by which the last of them goes on in a period.
     valve_share: f64,
     information: [[f64; COUNT]; COUNT],
@@ -128,6 +130,8 @@ pub struct Learning {
     root: [[f64; COUNT]; COUNT],
     /// The best guess.
     pub fit: ValveFit,
+    /// What it does not explain.
+    pub error: ModelError,
 }
 
 impl Learning {
@@ -137,12 +141,13 @@ impl Learning {
         let mut learning = Learning {
             forgetting,
             weight: (period / ERROR_TIME).min(1.0),
-            lags: [[0.0; COUNT + 2]; 3],
+            lags: [[0.0; COUNT + 4]; 3],
             valve_share: 1.0 - portable::exp(-period / lag),
             information: [[0.0; COUNT]; COUNT],
             target: [0.0; COUNT],
             root: [[0.0; COUNT]; COUNT],
             fit: NOMINAL,
+            error: ModelError::new(period),
         };
         for (i, belief) in beliefs().into_iter().enumerate() {
             learning.information[i][i] = belief;
@@ -152,26 +157,28 @@ impl Learning {
         learning
     }
 
-    /// Takes in a sample and the speed that the observer finds missing, m/s; by how much more the same command is now expected to
-    /// give, m/s. `lag_share`: by which either lag of the observer goes on in a period.
-    pub fn learn(&mut self, sample: &Sample, missing: f64, lag_share: f64) -> f64 {
-        if self.forgetting == 0.0 {
-            return 0.0;
-        }
+    /// Takes in a sample, the speed that the observer finds missing, m/s, and the way F/k that the oil gives, m; by how much more the same command
+    /// is now expected to give, m/s. `lag_share`: by which either lag of the observer goes on in a period.
+    pub fn learn(&mut self, sample: &Sample, missing: f64, given: f64, lag_share: f64) -> f64 {
         let extending = sample.asked > self.fit.middle();
-        let (mut now, first) = ([0.0; COUNT + 2], if extending { 2 } else { 0 });
+        let (mut now, first) = ([0.0; COUNT + 4], if extending { 2 } else { 0 });
         let asked = if extending { sample.asked } else { -sample.asked };
         (now[first], now[first + 1]) = (asked * sample.reach, -sample.reach);
         now[4] = sample.closed;
         (now[COUNT], now[COUNT + 1]) = (sample.expected, f64::from(u8::from(sample.usable)));
+        (now[COUNT + 2], now[COUNT + 3]) = (sample.winding, given);
         for (i, now) in now.into_iter().enumerate() {
             self.lags[0][i] += lag_share * (now - self.lags[0][i]);
             self.lags[1][i] += lag_share * (self.lags[0][i] - self.lags[1][i]);
             self.lags[2][i] += self.valve_share * (self.lags[1][i] - self.lags[2][i]);
         }
-        let [.., expected, usable] = self.lags[2];
-        let found = (expected + missing) / sample.full;
-        if !(usable > USABLE && sample.usable && found.abs() > LEAST) {
+        let [.., expected, usable, winding, _] = self.lags[2];
+        let model = (0..COUNT).map(|i| BEFOREHAND[i] * self.lags[2][i]).sum();
+        // What is measured is behind no valve.
+        let now = Compared { found: expected + missing, model, winding, given: self.lags[1][COUNT + 3] };
+        self.error.compare(&now, sample.usable);
+        let found = now.found / sample.full;
+        if !(usable > USABLE && sample.usable && self.forgetting > 0.0 && found.abs() > LEAST) {
             return 0.0;
         }
         self.regress(&hydrocrane_num::array::from_fn(|i| self.lags[2][i] / sample.full), found);
@@ -285,12 +292,13 @@ mod tests {
             }
             let reach = |o: f64| full[usize::from(o > 0.0)];
             let closed = 1e-5 * (2.0 + (0.003 * k as f64).sin());
-            let sample = Sample { asked, closed, reach: reach(asked), full: 0.055, expected: 0.0, usable: true };
+            let sample =
+                Sample { asked, closed, reach: reach(asked), full: 0.055, expected: 0.0, winding: 0.0, usable: true };
             let sample = Sample { expected: learning.fit.speed(&sample), ..sample };
             // The observer's two lags on what is missing.
             lag += SHARE * (truth.speed(&sample) - learning.fit.speed(&sample) - lag);
             missing += SHARE * (lag - missing);
-            let shift = learning.learn(&sample, missing + noise * random.symmetric(), SHARE);
+            let shift = learning.learn(&sample, missing + noise * random.symmetric(), 0.0, SHARE);
             (lag, missing) = (lag - shift, missing - shift);
         }
         learning
@@ -343,10 +351,11 @@ mod tests {
                 closed: 0.1 * random.symmetric(),
                 reach,
                 full: 0.1,
+                winding: 0.0,
                 expected: 0.1,
                 usable: true,
             };
-            learning.learn(&sample, 100.0 * random.symmetric(), SHARE);
+            learning.learn(&sample, 100.0 * random.symmetric(), 0.0, SHARE);
             let ValveFit { gain, threshold, leakage } = learning.fit;
             assert!(gain.iter().all(|g| (GAINS[0]..=GAINS[1]).contains(g)), "{gain:?}");
             assert!(
@@ -363,8 +372,9 @@ mod tests {
     #[test]
     fn standstill_teaches_nothing_and_zero_time_switches_it_off() {
         let mut learning = Learning::new(10.0, PERIOD, 0.0);
-        let still = Sample { asked: 0.01, closed: 0.0, reach: 0.05, full: 0.05, expected: 5e-4, usable: true };
-        (0..1000).for_each(|_| assert_eq!(learning.learn(&still, -5e-4, SHARE), 0.0));
+        let still =
+            Sample { asked: 0.01, closed: 0.0, reach: 0.05, full: 0.05, expected: 5e-4, winding: 0.0, usable: true };
+        (0..1000).for_each(|_| assert_eq!(learning.learn(&still, -5e-4, 0.0, SHARE), 0.0));
         assert_eq!(learning.fit, NOMINAL);
         let mut off = Learning::new(0.0, PERIOD, 0.0);
         let moving = Sample { asked: 0.5, expected: 0.025, ..still };

@@ -10,6 +10,9 @@
 //! | k         | stiffness of the oil between closed edges                 | N/m   |
 //! | low, high | forces up to which the oil is wound                       | N     |
 
+/// Largest speed that winds the oil, as a share of the full one without load.
+pub const MOST_WINDING: f64 = 0.1;
+
 /// F_w; `None` until the first sample of a reference, whose force the oil carries already.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Winding(Option<f64>);

@@ -164,6 +164,7 @@ fn flag(notice: &Notice) -> u32 {
         Notice::RunsAway(_) => 1 << 6,
         Notice::Yields(_) => 1 << 7,
         Notice::Oscillates => 1 << 11,
+        Notice::Strays(..) => 1 << 12,
         // No function of this library gives a goal.
         Notice::GivenUp { .. } | Notice::Arrived(_) => 0,
     }

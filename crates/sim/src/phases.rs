@@ -115,9 +115,10 @@ pub fn simulate_phases<'a>(
     PhasedRun { run, samples, events }
 }
 
-/// Warnings that a controller gives: each time that it stops the crane because of a sensor, and once that its loop oscillates.
+/// Warnings that a controller gives: each time that it stops the crane because of a sensor, and once that its loop oscillates or the tip
+/// leaves its path.
 fn alarms(events: &[Event]) -> impl Iterator<Item = Warning> + '_ {
-    let first = events.iter().position(|event| event.alarm == Some(Alarm::Oscillates));
+    let first = [Alarm::Oscillates, Alarm::Strays].map(|of| events.iter().position(|event| event.alarm == Some(of)));
     events.iter().enumerate().filter_map(move |(i, Event { time, text, alarm })| {
         let (kind, cure) = match alarm.as_ref()? {
             Alarm::SensorStop => (
@@ -125,11 +126,15 @@ fn alarms(events: &[Event]) -> impl Iterator<Item = Warning> + '_ {
                 "if the sensor is in order, state its errors in its `[sensor]` table, and those of valves and supply in \
                  `[control.plausibility]`",
             ),
-            Alarm::Oscillates if first == Some(i) => (
+            _ if !first.contains(&Some(i)) => return None,
+            Alarm::Oscillates => (
                 "controller-oscillates",
                 "state the true `delay` and `natural-frequency` of each valve, or a lower `control.tip.damping-ratio`",
             ),
-            Alarm::Oscillates => return None,
+            Alarm::Strays => (
+                "tip-off-path",
+                "correct what the text names in the machine file, fit it to a log (`hc.fit`), or drive slower with `full-speed`",
+            ),
         };
         Some(Warning { time: *time, kind, text: text.clone(), cure: cure.to_string() })
     })

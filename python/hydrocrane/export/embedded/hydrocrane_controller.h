@@ -105,7 +105,10 @@ enum {
     HYDROCRANE_SENSORS_RESTART = 1 << 10,
     /* The crane swings on although the valves damp it, so they may act later than the machine file says: the gain of the
      * damping is halved. */
-    HYDROCRANE_OSCILLATES = 1 << 11
+    HYDROCRANE_OSCILLATES = 1 << 11,
+    /* The tip is farther off its path than a controller with the true model would let it be: flow, delay, oil or load differ from the
+     * machine file. */
+    HYDROCRANE_STRAYS = 1 << 12
 };
 
 /* The sensors that are suspect, a bit each, until they are trusted again; always zero without a monitor. Bit 3 j is the sensor of joint
