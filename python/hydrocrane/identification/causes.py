@@ -24,6 +24,8 @@ WAVES = (1, 2, 3)
 # Where a valve sets the pressures, the chamber that resists the motion follows the friction, by less than friction
 # changes. What the map does not explain of its force must exceed the residuals by this factor.
 APART = 3.0
+# A cause of which the map leaves less than this share changes together with the speed.
+MOSTLY = 0.5
 # The straight line of a cause ends at no friction if the change over its range is this share of the friction.
 VANISHES = 2.0
 
@@ -117,7 +119,8 @@ def _cause(
         return Cause(name, values, p_value, float(np.sqrt(np.mean(fitted**2))), fitted)
     power = float(new[:, 0] @ new[:, 0])
     change = float(new[:, 0] @ rest) / power
-    hidden = float(np.sqrt(fisher.isf(SIGNIFICANT, 1, spare) * remaining / spare / power))
+    alike = power < MOSTLY**2 * float(added[:, 0] @ added[:, 0])
+    hidden = float(np.sqrt(fisher.isf(SIGNIFICANT, 1, spare) * remaining / spare / power)) if alike else 0.0
     if abs(change) > VANISHES:
         return replace(unknown, hidden=hidden)
     return Cause(name, values, p_value, change, change * shares[:, 0], hidden)

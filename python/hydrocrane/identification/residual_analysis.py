@@ -42,8 +42,8 @@ class Cause:
     fitted : ndarray
         The dependence, as a share of the friction.
     hidden : float
-        Least change that these points would show; infinite if the map can represent the dependence. Zero for the
-        velocity and without enough points.
+        Least change that these points would show if the map can represent most of the dependence; infinite if all of
+        it, else zero. Zero for the velocity and without enough points too.
     """
 
     name: str
