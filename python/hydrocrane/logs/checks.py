@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.hum import hum_of
-from hydrocrane.logs.noise import carries_noise, noise_of
+from hydrocrane.logs.noise import Noise, carries_noise, noise_of
 from hydrocrane.logs.rates import own_samples
 from hydrocrane.logs.signals import PRESSURES
 
@@ -25,6 +26,9 @@ LONGEST_CONSTANT, USUAL_TIMES = 25, 5
 # Least number of consecutive samples at an end of the range that is no coincidence if noise exceeds the converter's
 # step; and least number of all such samples for the conclusion that the range is too narrow.
 CLIPPED_RUN, LEAST_CLIPPED = 3, 12
+# Chance below which a constant stretch is no accident of rounding; and least change of the other pressure, in steps of
+# a converter, that a pressure with that converter must follow.
+ACCIDENT, FOLLOWED_STEPS = 1e-6, 3.0
 # Bounds of the usual values of hydraulic signals.
 LEAST_PRESSURE, MOST_PRESSURE = 2000.0, 2e8
 LONGEST_STROKE = 20.0
@@ -219,7 +223,10 @@ def _stuck(time: Array, name: str, signals: dict[str, Array]) -> list[Flag]:
         return []
     top, bottom = np.nanmax(values), np.nanmin(values)
     flags = []
+    noise = noise_of(values[outside])
     for a, b in [s for s in long if _others_move(name, signals, *s)]:
+        if _rounded(noise, b - a) > ACCIDENT and not _follows(name, signals, a, b, noise.step):
+            continue
         start, end = float(time[a]), float(time[b - 1])
         if values[a] in (top, bottom):
             text = f"stays at the end of its range, {values[a]:.6g}, from {start:.6g} to {end:.6g} s; widen the range"
@@ -282,6 +289,32 @@ def _others_move(name: str, signals: dict[str, Array], a: int, b: int) -> bool:
             if np.ptp(means) > 5.0 * noise.sigma + 2.0 * noise.step and np.ptp(means) > 0.0:
                 return True
     return False
+
+
+def _rounded(noise: Noise, count: int) -> float:
+    """Largest chance that noise leaves `count` readings in one step of the converter: in the middle of the step."""
+    if not noise.sigma or not noise.step:
+        return 1.0 if noise.step else 0.0
+    return math.erf(noise.step / (2.0 * math.sqrt(2.0) * noise.sigma)) ** count
+
+
+def _follows(name: str, signals: dict[str, Array], a: int, b: int, step: float) -> bool:
+    """Whether a signal must have changed by more than a `step` of its converter in samples a .. b - 1.
+
+    The position must where pressures change, and a pressure where the other one changes by several steps or the piston
+    turns round. At constant velocity pressures may be constant.
+    """
+    if name not in PRESSURES:
+        return True
+    others = [signals[other][a:b] for other in PRESSURES if other != name and other in signals]
+    if any(np.ptp([np.mean(block) for block in np.array_split(p, 6)]) > FOLLOWED_STEPS * step for p in others):
+        return True
+    if "x" not in signals:
+        return False
+    noise = noise_of(signals["x"])
+    travel = np.diff([np.mean(block) for block in np.array_split(signals["x"][a:b], 6)])
+    least = 5.0 * noise.sigma + 2.0 * noise.step
+    return bool(travel.max() > least and travel.min() < -least)
 
 
 def _unmoving(time: Array, signals: dict[str, Array]) -> list[Flag]:

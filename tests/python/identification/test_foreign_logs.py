@@ -339,6 +339,32 @@ def test_points_keep_what_belongs_to_them():
     assert FrictionPoints.joined([points, replace(late, time=None)]).time is None
 
 
+def coarse(seed, step):
+    """A foreign log with pressures in steps, Pa."""
+    log = foreign_rig.read(foreign_rig.imposed(foreign_rig.drawn(seed), seed=seed), seed)
+    return {"time": log.time, "x": log["x"]} | {name: np.round(log[name] / step) * step for name in ("p1", "p2")}
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.evidence) for seed in (1, 2, 3))])
+def test_pressures_in_coarse_steps_are_not_frozen(seed):
+    """Half a bar, as over a bus: a pressure that stays within one step at constant velocity is no dead sensor.
+
+    Counted as frozen they left 3 to 11 of 27 to 29 windows.
+    """
+    fine = hc.identify_friction([hc.Log.of(coarse(seed, 1.0), source="fine")], RIG, zero=(0, 1))
+    found = hc.identify_friction([hc.Log.of(coarse(seed, 0.5e5), source="coarse")], RIG, zero=(0, 1))
+    assert found.static is not None, found.summary()
+    assert len(found.windows[0]) >= 0.5 * len(fine.windows[0])
+
+
+@pytest.mark.parametrize("step", [1.0, 0.25e5])
+def test_a_pressure_that_freezes_while_the_piston_turns_is_found(step):
+    signals = coarse(0, step)
+    signals["p1"][2000:4000] = signals["p1"][2000]
+    flags = [flag for flag in hc.Log.of(signals, source="log").flags if flag.kind == "frozen" and flag.signal == "p1"]
+    assert any(flag.start <= 20.1 and flag.end >= 39.9 for flag in flags), flags
+
+
 def test_a_dead_pressure_sensor_is_named():
     log = foreign_rig.read(foreign_rig.imposed(foreign_rig.Truth(), seed=5), 5)
     stands = {name: np.asarray(log[name]) for name in ("x", "p1", "p2")} | {"time": log.time}
