@@ -378,7 +378,7 @@ mod tests {
         assert_eq!(learning.fit, NOMINAL);
         let mut off = Learning::new(0.0, PERIOD, 0.0);
         let moving = Sample { asked: 0.5, expected: 0.025, ..still };
-        (0..1000).for_each(|_| assert_eq!(off.learn(&moving, -0.01, SHARE), 0.0));
+        (0..1000).for_each(|_| assert_eq!(off.learn(&moving, -0.01, 0.0, SHARE), 0.0));
         assert_eq!(off.fit, NOMINAL);
     }
 }
