@@ -49,8 +49,8 @@ def random_stop(
 ) -> Stop | None:
     """A stop of `machine` with `payload` (kg) under ``tip``, recorded until `end` (s).
 
-    ``None`` if it cannot hold or lift the load there: the controller says so. A stop that swings, or that ends because of a
-    sensor, counts. Raises `InputError` unless `end` is more than ``SHORTEST`` after ``REST``.
+    ``None`` if it cannot hold or lift the load there: the controller says so. A stop that swings, or that ends because
+    of a sensor, counts. Raises `InputError` unless `end` is more than ``SHORTEST`` after ``REST``.
     """
     if not (np.isfinite(end) and end > REST + SHORTEST):
         raise InputError(
