@@ -8,7 +8,6 @@
 //! each alone, by least squares over the last seconds of motion, all behind the same lags. A further lag makes ways of
 //! the speeds: what has become a way is what the tip is off by.
 
-use crate::set_point::STANDING;
 use hydrocrane_num::{Real, Vec2};
 
 /// Time over which ways are summed, s, and over which they count, s: a start, a stop or a turn lies within it.
@@ -46,10 +45,17 @@ pub struct Straying {
 
 impl Straying {
     /// How far the tip has been off its path (m) if that was more than `most`; once, when the motion is `over` or has told for long enough of
-    /// its causes. `lag`: from the tip to its set-point, m, which moves with `velocity`, m/s.
-    pub fn watch(&mut self, lag: Vec2<f64>, velocity: Vec2<f64>, most: f64, over: bool, period: f64) -> Option<f64> {
-        let speed = velocity.norm();
-        if speed > STANDING {
+    /// its causes. `lag`: from the tip to its set-point, m, which moves with `velocity`, m/s, if at all.
+    pub fn watch(
+        &mut self,
+        lag: Vec2<f64>,
+        velocity: Option<Vec2<f64>>,
+        most: f64,
+        over: bool,
+        period: f64,
+    ) -> Option<f64> {
+        if let Some(velocity) = velocity {
+            let speed = velocity.norm();
             self.along = [velocity.x / speed, velocity.z / speed];
         }
         let off = (lag.x * self.along[1] - lag.z * self.along[0]).abs();
@@ -191,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_tip_beside_its_path_is_told_once_when_its_motion_is_over() {
-        let (mut straying, along) = (Straying::default(), Vec2::c([0.2, 0.0]));
+        let (mut straying, along) = (Straying::default(), Some(Vec2::c([0.2, 0.0])));
         let mut watch = |lag: [f64; 2], over: bool| straying.watch(Vec2::c(lag), along, 0.01, over, PERIOD);
         assert_eq!(watch([0.5, 0.009], false), None);
         assert_eq!((watch([0.5, -0.02], false), watch([0.5, 0.0], false)), (None, None));

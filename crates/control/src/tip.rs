@@ -319,6 +319,7 @@ impl<const N: usize> State<N> {
     /// Tells that the tip was off its path, though it may come later or sooner, and which error of the model is likely.
     fn look_for_straying(&mut self, s: &Settings<N>, lag: Vec2<f64>, measured: &Posture<N>) {
         let (velocity, most) = (Vec2::c(self.reference.velocity()), STRAYED * s.lag_limit + self.blur);
+        let velocity = Some(velocity).filter(|velocity| velocity.norm() > STANDING);
         let Some(off) = self.straying.watch(lag, velocity, most, self.still > 0.0, s.period) else { return };
         let share = |c: &usize| self.drives[*c].error().square() * measured.tip_per_stroke(*c).square();
         if let Some(c) = (0..N).filter(|c| share(c).is_finite()).max_by(|a, b| share(a).total_cmp(&share(b))) {
