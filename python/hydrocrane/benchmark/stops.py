@@ -77,7 +77,7 @@ def random_stop(
     except HydrocraneError:
         return None
     # What a controller says that is no warning is of loads; closed spools hold one that the supply could not lift.
-    if any(event.warning is None for event in run.events):
+    if any(not event.warning for event in run.events):
         return None
     if not run.outcome.completed:
         return Stop(np.inf, np.inf, np.inf)

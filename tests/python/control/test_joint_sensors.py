@@ -54,14 +54,13 @@ def test_a_load_that_nobody_told_is_found_by_driving(name, start, payload, most)
     assert after.deviation < most
 
 
-# With 200 kg one of the stops swings on by 1.3 mm/s; its run says so.
-@pytest.mark.parametrize(("payload", "quiet"), [(0.0, 1e-3), (200.0, 1.5e-3)])
-def test_the_tip_comes_to_rest_and_stays_there(payload, quiet):
+@pytest.mark.parametrize("payload", [0.0, 200.0])
+def test_the_tip_comes_to_rest_and_stays_there(payload):
     stops = [random_stop(crane(LAB), seed, payload=payload) for seed in range(5)]
     found = [stop for stop in stops if stop is not None]
     assert len(found) >= 4
     assert max(stop.settling for stop in found) < 3.0
-    assert max(stop.quiet for stop in found) < quiet and max(stop.drift for stop in found) < 2e-3
+    assert max(stop.quiet for stop in found) < 1e-3 and max(stop.drift for stop in found) < 2e-3
 
 
 def test_no_pressure_is_read():
