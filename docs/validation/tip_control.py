@@ -132,7 +132,7 @@ for each row. The controller does not know the payload unless the row says so: i
 takes some seconds. *Driven* is the largest deviation of lines after 10 s of random moves in {drives} drives, with ideal
 sensors.
 *Settled* and *at rest* are as above, median and worst. Oscillations that an encoder does not resolve are not damped.
-Stops with an event are left out.
+Stops whose load the supply cannot hold are left out; one that swings on counts.
 
 """
 RESTED = """
