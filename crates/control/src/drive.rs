@@ -486,8 +486,8 @@ impl Drive {
             && (self.bearable == 1.0 || self.estimate.is_some())
             && self.able(opening.signum())
             && opening * reach > 0.0;
-        let measured = if self.estimate.is_none() { spring } else { 0.0 };
-        let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, winding: measured, usable };
+        let wound = if self.estimate.is_none() { spring } else { 0.0 };
+        let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, winding: wound, usable };
         let expected = self.fit.speed(&sample);
         self.commanded.send(spool, expected - spring, [planned, d.load + d.inertia]);
         if let Some(estimate) = &mut self.estimate {

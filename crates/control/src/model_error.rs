@@ -15,6 +15,8 @@ const TIME: f64 = 0.5;
 const MEMORY: f64 = 2.0;
 /// Share of the squared ways that an error alone explains where it counts as the likely one.
 const EXPLAINED: f64 = 0.5;
+/// Share of its speed that the flow of a valve differs by in good order. A crane that swings on soft oil leaves its path without more.
+const TOLERANCE: f64 = 0.05;
 
 /// The single error that the model is likely to have.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,9 +130,13 @@ impl ModelError {
         }
     }
 
-    /// Mean square of the speed that the model does not explain, m^2/s^2.
+    /// Mean square of the speed that the model does not explain, m^2/s^2; zero where it is within the tolerance of a valve.
     pub fn square(&self) -> f64 {
-        self.squares[0]
+        if self.squares[0] > TOLERANCE.square() * self.own[0] {
+            self.squares[0]
+        } else {
+            0.0
+        }
     }
 
     /// The single error that explains most.
@@ -212,6 +218,19 @@ mod tests {
         assert_eq!(likely(|t| speed(t) + 0.05 * (9.0 * t).sin(), way), Likely::Unknown);
         let unmoved = ModelError::new(PERIOD);
         assert_eq!(unmoved.likely(), Likely::Unknown);
+    }
+
+    #[test]
+    fn a_valve_within_its_tolerance_makes_no_error() {
+        let square = |gain: f64| {
+            let mut error = ModelError::new(PERIOD);
+            for k in 0..300 {
+                let v = speed(PERIOD * f64::from(k));
+                error.compare(&Compared { found: gain * v, model: v, winding: 0.0, given: 0.0 }, true);
+            }
+            error.square()
+        };
+        assert!(square(1.04) == 0.0 && square(0.93) > 0.0);
     }
 
     #[test]

@@ -322,7 +322,8 @@ impl<const N: usize> State<N> {
         let velocity = Some(velocity).filter(|velocity| velocity.norm() > STANDING);
         let Some(off) = self.straying.watch(lag, velocity, most, self.still > 0.0, s.period) else { return };
         let share = |c: &usize| self.drives[*c].error().square() * measured.tip_per_stroke(*c).square();
-        if let Some(c) = (0..N).filter(|c| share(c).is_finite()).max_by(|a, b| share(a).total_cmp(&share(b))) {
+        let counts = |c: &usize| share(c).is_finite() && share(c) > 0.0;
+        if let Some(c) = (0..N).filter(counts).max_by(|a, b| share(a).total_cmp(&share(b))) {
             self.news.tell(Notice::Strays(off, c, self.drives[c].error().likely()));
         }
     }
