@@ -238,8 +238,6 @@ def _stepped(batch, u, sent):
     sent.send(batch.step(u).q)
 
 
-# JAX, where another test of this process has imported it, warns of every fork.
-@pytest.mark.filterwarnings("ignore:os.fork", "ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not fork by default")
 def test_a_forked_process_has_threads_of_its_own(crane):
     """The threads of a batch do not live on in a child; it starts its own, and ends without those of its parent."""
