@@ -47,6 +47,7 @@ pub struct Cells {
 }
 
 /// A table that grows row by row.
+#[derive(Clone)]
 pub struct Grid {
     delimiter: u8,
     stated: Option<Format>,
@@ -111,6 +112,24 @@ impl Grid {
         self.columns[index].push(row, cell, number, self.stated);
     }
 
+    /// Appends the rows of another part of the text.
+    pub fn append(&mut self, next: Grid) {
+        let (rows, all) = (self.rows, (self.rows + next.rows) as usize);
+        let mut parts = next.columns.into_iter();
+        for column in &mut self.columns {
+            if let Some(part) = parts.next() {
+                column.append(part, rows);
+            }
+            column.values.resize(all, f64::NAN);
+        }
+        for part in parts {
+            let mut column = Cells { values: vec![f64::NAN; rows as usize], blank: true, ..Cells::default() };
+            column.append(part, rows);
+            self.columns.push(column);
+        }
+        self.rows += next.rows;
+    }
+
     /// Decides what is left undecided.
     pub fn finish(mut self) -> Vec<Cells> {
         let said =
@@ -155,6 +174,24 @@ impl Cells {
             }
         } else if stated.is_none() {
             self.certain[usize::from(comma)].get_or_insert_with(|| cell.into());
+        }
+    }
+
+    /// Appends the cells of the rows after the first `rows`.
+    fn append(&mut self, next: Cells, rows: u32) {
+        self.values.extend_from_slice(&next.values);
+        self.bad.0 += next.bad.0;
+        if self.bad.1.is_empty() {
+            self.bad.1 = next.bad.1;
+        }
+        self.moments.extend(next.moments.into_iter().map(|(row, moment)| (rows + row, moment)));
+        self.blank &= next.blank;
+        for (own, other) in self.certain.iter_mut().zip(next.certain) {
+            *own = own.take().or(other);
+        }
+        for (own, other) in self.either.iter_mut().zip(next.either) {
+            let Some((cell, places)) = other else { continue };
+            own.get_or_insert((cell, Vec::new())).1.extend(places.into_iter().map(|row| rows + row));
         }
     }
 

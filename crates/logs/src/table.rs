@@ -6,6 +6,8 @@ use crate::column::{Column, Content, Loss, Note};
 use crate::head::{delimiter, Head};
 use crate::split::{cells_of, lines};
 use std::fmt;
+use std::panic::resume_unwind;
+use std::thread;
 
 /// How a text is written; `None`, or no names, where it says so itself.
 #[derive(Debug, Clone, Default)]
@@ -50,6 +52,9 @@ const MOST_COLUMNS: usize = 2000;
 const MOST_LINES: usize = 5_000_000;
 const LONGEST_LINE: usize = 1 << 20;
 const MOST_VALUES: usize = 1 << 26;
+/// Most parts of a text that are read at once, and least letters of one.
+const MOST_PARTS: usize = 4;
+const SHORTEST_PART: usize = 1 << 20;
 /// Most comments that are kept.
 const MOST_COMMENTS: usize = 1000;
 const SHORTER: &str = "keep the signals that are needed, or a part of the time, or save it as .h5 or .nc";
@@ -59,20 +64,8 @@ const SHORTER: &str = "keep the signals that are needed, or a part of the time, 
 /// # Errors
 /// If it is empty, too large, or has no row of numbers.
 pub fn read(text: &str, form: &Form) -> Result<Table, Fault> {
-    let mut comments = Vec::new();
     let stated = form.delimiter.is_some();
-    let mut rows = lines(text).filter(|line| {
-        if line.as_bytes().first().is_some_and(u8::is_ascii_digit) {
-            return true;
-        }
-        let bare = line.trim();
-        let comment = !stated && is_comment(bare);
-        if comment && comments.len() < MOST_COMMENTS {
-            comments.push(bare.to_string());
-        }
-        stated || !(comment || bare.is_empty())
-    });
-    let mut sample: Vec<&str> = rows.by_ref().take(LOOKED_AT).collect();
+    let mut sample: Vec<&str> = lines(text).filter(|line| stated || is_row(line)).take(LOOKED_AT).collect();
     if sample.is_empty() {
         return Err(Fault { what: "is empty".into(), cure: "a log is a table with a time column" });
     }
@@ -87,17 +80,54 @@ pub fn read(text: &str, form: &Form) -> Result<Table, Fault> {
     } else {
         Head { width: form.names.len(), names: form.names.clone(), units: Vec::new(), lines: 0 }
     };
-    if sample.len() == head.lines {
+    let Some(at) = sample.get(head.lines).and_then(|line| place(text, line)) else {
         let what = format!("holds {} line(s) of text and no row of numbers", head.lines);
         return Err(Fault { what, cure: "is it a CSV log?" });
+    };
+    let (above, body) = text.split_at(at);
+    let start = Filling::new(delimiter, form.numbers, head.width);
+    let filled = in_parts(body, |part| start.clone().fill(part, stated))?;
+    let comments = lines(above).map(str::trim).filter(|line| !stated && is_comment(line)).map(str::to_string);
+    let comments = comments.chain(filled.comments.iter().cloned()).take(MOST_COMMENTS).collect();
+    let (cells, notes, count) = filled.finish()?;
+    Ok(Table { columns: columns(cells, head, count, form.dates), rows: count, comments, notes })
+}
+
+/// What `fill` makes of a text, or of its parts at once, where it is long.
+fn in_parts<'a>(
+    mut text: &'a str,
+    fill: impl Fn(&'a str) -> Result<Filling<'a>, Fault> + Sync,
+) -> Result<Filling<'a>, Fault> {
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    let length = text.len() / cores.min(MOST_PARTS).min(text.len() / SHORTEST_PART).max(1);
+    let mut parts = Vec::new();
+    while text.len() > 2 * length - length / 2 {
+        let rest = &text.as_bytes()[length..];
+        let end = memchr::memchr(b'\n', rest).or_else(|| memchr::memchr(b'\r', rest));
+        let Some((part, after)) = end.map(|end| text.split_at(length + end + 1)) else { break };
+        parts.push(part);
+        text = after;
     }
-    let mut filling = Filling::new(delimiter, form.numbers, head.width);
-    for line in sample[head.lines..].iter().copied().chain(rows) {
-        filling.add(line)?;
-    }
-    let (cells, notes, count) = filling.finish()?;
-    let columns = columns(cells, head, count, form.dates);
-    Ok(Table { columns, rows: count, comments, notes })
+    let fill = &fill;
+    thread::scope(|scope| {
+        let started: Vec<_> = parts.into_iter().map(|part| scope.spawn(move || fill(part))).collect();
+        let last = fill(text);
+        let parts = started.into_iter().map(|part| part.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        let mut parts = parts.chain([last]);
+        let first = parts.next().unwrap_or_else(|| fill(""))?;
+        parts.try_fold(first, |before, part| before.join(part?))
+    })
+}
+
+/// Where a line of a text begins.
+fn place(text: &str, line: &str) -> Option<usize> {
+    (line.as_ptr() as usize).checked_sub(text.as_ptr() as usize)
+}
+
+fn is_row(line: &str) -> bool {
+    let first = line.as_bytes().first();
+    // Most lines are seen to be rows by their first letter.
+    first.is_some_and(u8::is_ascii_digit) || !(line.trim().is_empty() || is_comment(line.trim()))
 }
 
 fn is_comment(line: &str) -> bool {
@@ -114,8 +144,7 @@ fn separator(line: &str) -> Option<u8> {
 
 /// The last comment above a line of the text, without its marks.
 fn comment_above(text: &str, line: &str) -> Option<String> {
-    let at = (line.as_ptr() as usize).checked_sub(text.as_ptr() as usize)?;
-    let above = lines(text.get(..at)?).map(str::trim).filter(|line| is_comment(line)).last()?;
+    let above = lines(text.get(..place(text, line)?)?).map(str::trim).filter(|line| is_comment(line)).last()?;
     Some(above.trim_start_matches(['#', '%', '/', ' ']).to_string())
 }
 
@@ -128,6 +157,7 @@ fn checked(line: &str) -> Result<(), Fault> {
 }
 
 /// Rows on their way into columns.
+#[derive(Clone)]
 struct Filling<'a> {
     grid: Grid,
     delimiter: u8,
@@ -140,19 +170,47 @@ struct Filling<'a> {
     narrowest: usize,
     /// Rows with more cells than there are names, and the first cell of the first of them.
     wider: (usize, String),
+    comments: Vec<String>,
 }
 
 impl<'a> Filling<'a> {
     fn new(delimiter: u8, numbers: Option<Format>, named: usize) -> Self {
         let grid = Grid::new(delimiter, numbers);
-        Filling { grid, delimiter, named, waiting: None, rows: 0, narrowest: usize::MAX, wider: (0, String::new()) }
+        let (wider, comments) = ((0, String::new()), Vec::new());
+        Filling { grid, delimiter, named, waiting: None, rows: 0, narrowest: usize::MAX, wider, comments }
     }
 
-    fn add(&mut self, line: &'a str) -> Result<(), Fault> {
-        match self.waiting.replace(line) {
-            Some(before) => self.push(before),
-            None => Ok(()),
+    /// Takes the lines of a text; `every` one is a row, also empty ones and those that begin like comments.
+    fn fill(mut self, text: &'a str, every: bool) -> Result<Self, Fault> {
+        for line in lines(text) {
+            if every || is_row(line) {
+                if let Some(before) = self.waiting.replace(line) {
+                    self.push(before)?;
+                }
+            } else if self.comments.len() < MOST_COMMENTS && !line.trim().is_empty() {
+                self.comments.push(line.trim().to_string());
+            }
         }
+        Ok(self)
+    }
+
+    /// With the rows of the next part of the text.
+    fn join(mut self, next: Self) -> Result<Self, Fault> {
+        self.comments.extend(next.comments);
+        if next.waiting.is_none() {
+            return Ok(self);
+        }
+        if let Some(line) = self.waiting.take() {
+            self.push(line)?;
+        }
+        let first = if self.wider.0 > 0 { self.wider.1 } else { next.wider.1 };
+        self.wider = (self.wider.0 + next.wider.0, first);
+        self.grid.append(next.grid);
+        self.rows += next.rows;
+        self.narrowest = self.narrowest.min(next.narrowest);
+        self.waiting = next.waiting;
+        self.within()?;
+        Ok(self)
     }
 
     fn push(&mut self, line: &str) -> Result<(), Fault> {
@@ -166,6 +224,10 @@ impl<'a> Filling<'a> {
             }
             self.wider.0 += 1;
         }
+        self.within()
+    }
+
+    fn within(&self) -> Result<(), Fault> {
         let columns = self.grid.columns.len();
         let (what, cure) = if columns > MOST_COLUMNS {
             let cure = "keep those that are needed, or turn a table that has its signals in rows";

@@ -133,3 +133,30 @@ fn names_between_blanks_and_in_quotes() {
         assert_eq!(table.columns.iter().map(|column| column.name.as_str()).collect::<Vec<_>>(), wanted);
     }
 }
+
+#[test]
+fn parts_of_a_long_text_are_one_table() {
+    const ROWS: usize = 200_000;
+    let row = |i: usize| match i {
+        150_000 => "# payload = 20\n150000;1.500;2024-01-01T00:00:00;x".to_string(),
+        // Only this row says that a comma is the decimal mark.
+        199_000 => "199000;2,5;2024-01-01T00:00:00;".into(),
+        i => format!("{i};1.{:03};2024-01-01T{:02}:00:00;", i % 1000, i % 24),
+    };
+    let text: String = (0..ROWS).map(|i| row(i) + "\n").collect();
+    let table = of(&format!("n;x;when\n{text}7;1"));
+    assert_eq!((table.rows, table.comments.as_slice()), (ROWS, &["# payload = 20".to_string()][..]));
+    let kinds: Vec<&str> = table.notes.iter().map(|(kind, _)| *kind).collect();
+    assert_eq!(kinds, ["truncated", "ragged-rows"]);
+    assert!(table.notes[1]
+        .1
+        .contains("1 rows have more cells than the 3 of the header, the first begins with `150000`"));
+    assert!(numbers(&table, "n").iter().enumerate().all(|(i, n)| *n == i as f64));
+    let x = numbers(&table, "x");
+    assert_eq!([x[1], x[100_999], x[150_000], x[199_000], x[199_999]], [1001.0, 1999.0, 1500.0, 2.5, 1999.0]);
+    let when = numbers(&table, "when");
+    assert_eq!([when[23], when[100_007], when[199_999]], [23.0 * 3600.0, 23.0 * 3600.0, 7.0 * 3600.0]);
+    assert!(
+        matches!(table.columns[3].content, Content::Lost(Loss::Words(_))) || numbers(&table, "column 4")[0].is_nan()
+    );
+}
