@@ -81,7 +81,7 @@ impl Watch {
     const NEW: Watch =
         Watch { trust: 1.0, before: f64::INFINITY, largest: 0.0, moved: [0.0; 2], left: f64::INFINITY, went_on: false };
 
-    /// Takes in the speed of the tip in a mode `omega` (rad/s), which counts as quiet below `quiet`, and the `pace` of the set-point, m/s;
+    /// Takes in the speed of the tip in a mode `omega` (rad/s), of which `quiet` can be noise, and the `pace` of the set-point, m/s;
     /// whether the gain was halved.
     fn look(&mut self, speed: f64, quiet: f64, pace: f64, omega: f64, period: f64) -> bool {
         let window = (WATCHED * core::f64::consts::TAU / omega).max(WATCHED_FOR);
@@ -110,16 +110,38 @@ impl Watch {
     }
 }
 
-/// Median of the innovations of a mode, as a speed of the tip, m/s. A stop, which no model foresees, hardly moves it.
+/// Medians of the innovations of a mode and of the noise in them, as speeds of the tip, m/s. A stop, which no model foresees, hardly moves them.
 #[derive(Debug, Clone, Copy)]
-struct NoiseLevel(f64);
+struct Innovations {
+    level: f64,
+    noise: f64,
+    last: [f64; 2],
+    /// How many were taken in.
+    samples: f64,
+}
 
-impl NoiseLevel {
-    /// Takes in the size of an innovation; the speed of the tip up to which the mode counts as quiet.
-    fn follow(&mut self, size: f64, gains: DampingGains) -> f64 {
-        let factor = 1.0 + gains.period / NOISE_TIME;
-        self.0 = if size > self.0 { self.0 * factor } else { self.0 / factor }.max(gains.quiet / NOISE);
-        NOISE * self.0
+impl Innovations {
+    fn new(gains: DampingGains) -> Self {
+        let least = gains.quiet / NOISE;
+        Innovations { level: least, noise: least, last: [0.0; 2], samples: 0.0 }
+    }
+
+    /// Takes in one of a mode that turns by an angle with this `cosine` in a period; the speeds of the tip up to which the mode counts as
+    /// quiet: for the damping, which leaves what the model does not foresee, and for who looks for a swing in noise.
+    fn follow(&mut self, innovation: f64, cosine: f64, gains: DampingGains) -> [f64; 2] {
+        let [before, first] = self.last;
+        self.last = [innovation, before];
+        self.samples += 1.0;
+        // No swing of the mode adds to this; white noise leaves it as large as it is.
+        let noise = (innovation - 2.0 * cosine * before + first) / portable::sqrt(2.0 + 4.0 * cosine.square());
+        let step = gains.period / NOISE_TIME;
+        let toward = |level: &mut f64, size: f64, factor: f64| {
+            *level = if size > *level { *level * factor } else { *level / factor }.max(gains.quiet / NOISE);
+            NOISE * *level
+        };
+        let quiet = toward(&mut self.level, innovation.abs(), 1.0 + step);
+        // Steps of 1/n find a median soon, also from far away.
+        [quiet, toward(&mut self.noise, noise.abs(), 1.0 + step.max(1.0 / self.samples))]
     }
 }
 
@@ -137,7 +159,7 @@ pub struct Damping<const N: usize> {
     given: [f64; N],
     coming: [UnderWay; N],
     /// Per mode.
-    noise: [NoiseLevel; N],
+    innovations: [Innovations; N],
     watches: [Watch; N],
     /// Whether a gain was halved at the last sample.
     pub halved: bool,
@@ -154,7 +176,7 @@ impl<const N: usize> Damping<N> {
             offset: *excess,
             given: zero,
             coming: hydrocrane_num::array::from_fn(|c| UnderWay::at(0.0, answers[c])),
-            noise: [NoiseLevel(gains.quiet / NOISE); N],
+            innovations: [Innovations::new(gains); N],
             watches: [Watch::NEW; N],
             halved: false,
         }
@@ -195,15 +217,18 @@ impl<const N: usize> Damping<N> {
             }
             let square = omega * omega;
             let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
-            let (seen, innovation) = seen.next(angle, given[m] / omega, torque.map(|torque| -torque[m] / square));
+            let turned_by = turn(angle);
+            let (seen, innovation) =
+                seen.next(angle, turned_by, given[m] / omega, torque.map(|torque| -torque[m] / square));
             let (of_motion, shares) = modes.of_each_joint(m);
             let [sent, next] = turned(angle, answers, &self.coming, &of_motion, &shares);
             let size = portable::sqrt(next.re.square() + next.im.square());
             let ahead = (seen.state - sent * g.period).re_of_product(Complex::new(next.re, -next.im)) / size;
             let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
-            let quiet = self.noise[m].follow(reach[m] * omega * innovation.abs(), g);
+            let innovation = reach[m] * omega * innovation;
+            let [quiet, noise] = self.innovations[m].follow(innovation, turned_by.re, g);
             let share = (speed / quiet - 1.0).clamp(0.0, 1.0);
-            self.halved |= stood < SHOWS && self.watches[m].look(speed, quiet, pace, omega, g.period);
+            self.halved |= stood < SHOWS && self.watches[m].look(speed, noise, pace, omega, g.period);
             let gain = (2.0 * g.ratio * omega).min(g.share * most(omega * doubtful) / g.period) * self.watches[m].trust;
             w[m] = gain * share * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
@@ -230,10 +255,9 @@ struct Seen {
 }
 
 impl Seen {
-    /// After a period in which the mode turned by `angle` (rad), `pushed` by the valves (w/omega), with a measurement of y if there is
-    /// one; and by how much that differs from what was predicted.
-    fn next(self, angle: f64, pushed: f64, measured: Option<f64>) -> (Seen, f64) {
-        let turned = turn(angle);
+    /// After a period in which the mode turned by `angle` (rad), as a number `turned`, `pushed` by the valves (w/omega), with a measurement of y
+    /// if there is one; and by how much that differs from what was predicted.
+    fn next(self, angle: f64, turned: Complex<f64>, pushed: f64, measured: Option<f64>) -> (Seen, f64) {
         // Under constant w the mode turns about s = 0, r = w.
         let middle = Complex::new(0.0, -pushed);
         let predicted = turned * (self.state - middle) + middle;
@@ -287,7 +311,7 @@ mod tests {
         let mut state = Complex::new(1.0, -0.5);
         for _ in 0..samples {
             state = turn(angle) * state;
-            (seen, _) = seen.next(angle, 0.0, Some(state.re + offset));
+            (seen, _) = seen.next(angle, turn(angle), 0.0, Some(state.re + offset));
         }
         (seen, state)
     }
@@ -316,6 +340,22 @@ mod tests {
     }
 
     #[test]
+    fn noise_is_found_beside_a_swing() {
+        let gains = DampingGains { ratio: 0.25, quiet: 0.7e-3, period: 0.005, share: 1.0 };
+        let mut chance = hydrocrane_num::RandomStream::new(1, "noise");
+        for (angle, sigma) in [(0.1, 2e-3), (0.6, 2e-3), (1.2, 5e-3)] {
+            let mut found = Innovations::new(gains);
+            for k in 0..400 {
+                let swing = 0.02 * portable::sin_cos(angle * f64::from(k)).0;
+                found.follow(swing + sigma * chance.normal(), portable::sin_cos(angle).1, gains);
+            }
+            // The median of what is normally distributed is 0.6745 of its deviation.
+            let share = found.noise / (0.6745 * sigma);
+            assert!((0.7..1.4).contains(&share), "{angle} {share}");
+        }
+    }
+
+    #[test]
     fn what_the_valves_give_is_foreseen() {
         // s' = r - w, r' = -omega^2 s, in small steps.
         let (omega, w) = (25.0, 0.4);
@@ -324,7 +364,7 @@ mod tests {
             (s, r) = (s + 1e-7 * (r - w), r - 1e-7 * omega * omega * s);
         }
         let seen = Seen { state: Complex::new(1.0, -3.0 / omega), offset: 0.0 };
-        let (next, _) = seen.next(omega * 0.01, w / omega, Some(s));
+        let (next, _) = seen.next(omega * 0.01, turn(omega * 0.01), w / omega, Some(s));
         assert!((next.state.re - s).abs() < 1e-4 && (next.state.im + r / omega).abs() < 1e-4, "{next:?} {s} {r}");
     }
 }
