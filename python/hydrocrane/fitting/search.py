@@ -26,7 +26,7 @@ from hydrocrane.fitting.prediction import LogModel, Reading
 from hydrocrane.fitting.records import Record
 from hydrocrane.identification.output_error import TOLERANCE, Estimate, Unknown
 from hydrocrane.identification.output_error import fit as output_error_fit
-from hydrocrane.logs.checks import runs
+from hydrocrane.logs.rates import runs
 from hydrocrane.scenario.solver import Solver
 from hydrocrane.signals.statistics import correlation_samples
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.hum import hum_of
-from hydrocrane.logs.noise import Noise, carries_noise, noise_of
-from hydrocrane.logs.rates import own_samples
+from hydrocrane.logs.noise import Noise, carries_noise, finite_of, noise_of
+from hydrocrane.logs.rates import own_samples, runs
 from hydrocrane.logs.signals import PRESSURES
 
 if TYPE_CHECKING:
@@ -45,21 +46,55 @@ _OF_VALUES = (
 ABSURD = 1e30
 
 
+class _Signal:
+    """Values (n,) of a signal, NaN where they are `missing`, and what several checks need of them."""
+
+    def __init__(self, values: Array) -> None:
+        self.values = np.asarray(values, dtype=np.float64)
+        self.missing = ~(np.abs(self.values) < ABSURD)
+        if self.missing.any():
+            self.values = np.where(self.missing, np.nan, self.values)
+
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """Least and largest value; NaN if there is none."""
+        return float(np.fmin.reduce(self.values)), float(np.fmax.reduce(self.values))
+
+    @cached_property
+    def noise(self) -> Noise:
+        return noise_of(self.values)
+
+    @property
+    def empty(self) -> bool:
+        return math.isnan(self.ends[0])
+
+    @property
+    def least_motion(self) -> float:
+        """Change of means that is no noise."""
+        return 5.0 * self.noise.sigma + 2.0 * self.noise.step
+
+
+_Signals: TypeAlias = Mapping[str, _Signal]
+
+
 def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
     """All flags of a log, fatal ones first; `notes` are those of its file."""
     time = np.asarray(data["time"].values, dtype=np.float64)
     ends = (float(np.nanmin(time, initial=0.0)), float(np.nanmax(time, initial=0.0)))
     flags = [_placed(note, *ends) for note in notes]
-    flags += _time_flags(time, data)
+    signals = {str(name): _Signal(data[name].values) for name in data.data_vars}
+    interval = np.diff(time)
+    flags += _broken_time(time, interval)
     if not any(flag.fatal for flag in flags):
-        signals = {str(name): readings(data[name].values) for name in data.data_vars}
-        for name, values in signals.items():
-            flags += _slow(time, name, values) or _missing(time, name, values)
+        usual = float(np.median(interval))
+        flags += _intervals(time, interval, usual, signals.get("x"))
+        for name, signal in signals.items():
+            flags += _slow(time, name, signal.values, usual) or _missing(time, name, signal, usual)
         for name in [n for n in MEASURED if n in signals and n != "v"]:
             stuck = _stuck(time, name, signals)
             told = any(flag.kind == "saturated" for flag in stuck)
-            flags += stuck if told else stuck + _clipped(time, name, signals[name])
-        flags += _hums(time, signals) + _unmoving(time, signals) + _wrong_units(time, signals)
+            flags += stuck if told else stuck + _clipped(time, name, signals[name].values)
+        flags += _hums(time, signals) + _unmoving(time, signals) + _wrong_units(time, usual, signals)
     return tuple(sorted(flags, key=lambda flag: (not flag.fatal, flag.start)))
 
 
@@ -87,7 +122,7 @@ def _placed(note: Flag, start: float, end: float) -> Flag:
 # --- time -----------------------------------------------------------------------------------------------------------
 
 
-def _time_flags(time: Array, data: xr.Dataset) -> list[Flag]:
+def _broken_time(time: Array, interval: Array) -> list[Flag]:
     if not np.isfinite(time).all():
         where = int(np.argmin(np.isfinite(time)))
         message = f"the time of sample {where + 1} is missing; repair the column or give `sample-rate` in a mapping"
@@ -96,7 +131,6 @@ def _time_flags(time: Array, data: xr.Dataset) -> list[Flag]:
     if time.size < LEAST_SAMPLES:
         message = f"the log has {time.size} samples; at least {LEAST_SAMPLES} are needed"
         return [Flag("too-short", "", start, end, message, fatal=True)]
-    interval = np.diff(time)
     if (interval <= 0).any():
         first = int(np.argmax(interval <= 0))
         if (interval >= 0).all():
@@ -110,11 +144,10 @@ def _time_flags(time: Array, data: xr.Dataset) -> list[Flag]:
         count = int((interval <= 0).sum())
         message = f"time does not increase at {count} of its steps, first after {time[first]:.6g} s; {cause}"
         return [Flag("time-not-increasing", "time", start, end, message, fatal=True)]
-    return _intervals(time, interval, readings(data["x"].values) if "x" in data else None)
+    return []
 
 
-def _intervals(time: Array, interval: Array, x: Array | None) -> list[Flag]:
-    usual = float(np.median(interval))
+def _intervals(time: Array, interval: Array, usual: float, x: _Signal | None) -> list[Flag]:
     gaps = np.flatnonzero(interval > GAP * usual)
     flags = []
     for i in gaps[:MOST_RUNS]:
@@ -128,7 +161,7 @@ def _intervals(time: Array, interval: Array, x: Array | None) -> list[Flag]:
     if gaps.size > MOST_RUNS:
         message = f"{gaps.size} gaps in time; is the sampling irregular on purpose?"
         flags.append(Flag("gap", "", float(time[gaps[MOST_RUNS]]), float(time[gaps[-1] + 1]), message))
-    kept = interval[interval <= GAP * usual]
+    kept = interval[interval <= GAP * usual] if gaps.size else interval
     if float(np.std(kept)) > JITTER * usual:
         message = (
             f"sampling intervals vary from {kept.min():.4g} to {kept.max():.4g} s; resample before filtering, and "
@@ -138,64 +171,57 @@ def _intervals(time: Array, interval: Array, x: Array | None) -> list[Flag]:
     return flags
 
 
-def _goes_on(x: Array, i: int, rows: float) -> bool:
+def _goes_on(x: _Signal, i: int, rows: float) -> bool:
     """Whether the piston moves about row i, and moves only by the displacement of one row over a gap of `rows` rows."""
-    before, after = x[max(i - 20, 0) : i + 1], x[i + 1 : i + 22]
+    before, after = x.values[max(i - 20, 0) : i + 1], x.values[i + 1 : i + 22]
     if before.size < 10 or after.size < 10 or not np.isfinite([*before, *after]).all():
         return False
     speeds = [np.polyfit(np.arange(part.size), part, 1) for part in (before[::-1], after)]
     # Both lines are evaluated half a row beyond their ends, where they meet if no sample is lost.
     apart = abs(float(np.polyval(speeds[0], -0.5) - np.polyval(speeds[1], -0.5)))
     way = abs(float(speeds[1][0])) * rows
-    noise = noise_of(x)
-    return way > 20.0 * (noise.total + abs(float(speeds[1][0]))) and apart < 0.1 * way
+    return way > 20.0 * (x.noise.total + abs(float(speeds[1][0]))) and apart < 0.1 * way
 
 
 # --- values ---------------------------------------------------------------------------------------------------------
 
 
-def runs(mask: np.ndarray) -> list[tuple[int, int]]:
-    """(first, last + 1) of every stretch in which `mask` is true."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2])]
-
-
-def _missing(time: Array, name: str, values: Array) -> list[Flag]:
-    stretches = runs(~np.isfinite(values))
-    if not stretches:
+def _missing(time: Array, name: str, signal: _Signal, usual: float) -> list[Flag]:
+    stretches = runs(signal.missing)
+    if not stretches.size:
         return []
-    lost = sum(b - a for a, b in stretches)
-    if lost == values.size:
+    lost = np.count_nonzero(signal.missing)
+    if lost == time.size:
         message = f"`{name}` holds no finite number; is it the right column?"
         return [Flag("not-finite", name, float(time[0]), float(time[-1]), message, fatal=name in ("x", *PRESSURES))]
-    longest = max(float(time[b - 1] - time[a]) for a, b in stretches) + float(np.median(np.diff(time)))
+    longest = float((time[stretches[:, 1] - 1] - time[stretches[:, 0]]).max()) + usual
     text = (
         f"`{name}` misses {lost} values in {len(stretches)} stretches, the longest {longest:.3g} s; windows continue "
         f"across up to {GAP - 1:g} samples and end at longer ones. Look for a loose contact or a full buffer"
     )
     if len(stretches) > MOST_RUNS:
-        stretches = [(stretches[0][0], stretches[-1][1])]
+        stretches = np.array([[stretches[0, 0], stretches[-1, 1]]])
     return [Flag("not-finite", name, float(time[a]), float(time[b - 1]), text) for a, b in stretches]
 
 
-def _slow(time: Array, name: str, values: Array) -> list[Flag]:
+def _slow(time: Array, name: str, values: Array, usual: float) -> list[Flag]:
     """Flag of a signal with fewer samples than the log has rows."""
     own = own_samples(values) if name in MEASURED else None
     if own is None:
         return []
-    rate, usual = (1.0 / float(np.median(np.diff(t))) for t in (time[own.rows], time))
+    rate = 1.0 / float(np.median(np.diff(time[own.rows])))
     text = (
-        f"`{name}` was sampled at {rate:.4g} Hz beside {usual:.4g} Hz of the log and is {own.between} between; windows "
-        "and friction are computed at the slowest rate, with means of the faster signals. If that is too slow, sample "
-        "it faster"
+        f"`{name}` was sampled at {rate:.4g} Hz beside {1.0 / usual:.4g} Hz of the log and is {own.between} between; "
+        "windows and friction are computed at the slowest rate, with means of the faster signals. If that is too slow, "
+        "sample it faster"
     )
     return [Flag("slow-signal", name, float(time[0]), float(time[-1]), text)]
 
 
-def _hums(time: Array, signals: dict[str, Array]) -> list[Flag]:
+def _hums(time: Array, signals: _Signals) -> list[Flag]:
     flags = []
     for name in [n for n in ("p1", "p2", "force") if n in signals and "x" in signals]:
-        for hum in hum_of(time, signals[name], signals["x"]):
+        for hum in hum_of(time, signals[name].values, signals["x"].values):
             size = f"{hum.amplitude / 1e5:.3g} bar" if name in PRESSURES else f"{hum.amplitude:.3g} N"
             text = (
                 f"`{name}` carries {size} at {hum.frequency:.4g} Hz independent of the motion: hum of {hum.mains:g} Hz "
@@ -205,30 +231,28 @@ def _hums(time: Array, signals: dict[str, Array]) -> list[Flag]:
     return flags
 
 
-def _stuck(time: Array, name: str, signals: dict[str, Array]) -> list[Flag]:
+def _stuck(time: Array, name: str, signals: _Signals) -> list[Flag]:
     """Stretches in which a sensor with noise is exactly constant while other signals change."""
-    values = signals[name]
-    stretches = [(a, b + 1) for a, b in runs(np.diff(values) == 0.0)]
-    if not stretches:
-        return []
-    lengths = np.array([b - a for a, b in stretches])
+    values = signals[name].values
+    stretches = runs(values[1:] == values[:-1]) + (0, 1)
+    lengths = stretches[:, 1] - stretches[:, 0]
     usual = float(np.quantile(lengths, 0.9)) if lengths.size > 4 else 1.0
-    least = max(LONGEST_CONSTANT, USUAL_TIMES * usual)
-    long = [(a, b) for a, b in stretches if b - a >= least]
+    long = stretches[lengths >= max(LONGEST_CONSTANT, USUAL_TIMES * usual)].tolist()
+    if not long:
+        return []
     outside = np.ones(values.size, dtype=bool)
     for a, b in long:
         outside[a:b] = False
     if not _lives(values[outside]) or (name == "x" and _repeats(values[outside]) > 0.3):
         # A coarse position sensor repeats its reading while the piston is at rest.
         return []
-    top, bottom = np.nanmax(values), np.nanmin(values)
     flags = []
     noise = noise_of(values[outside])
     for a, b in [s for s in long if _others_move(name, signals, *s)]:
         if _rounded(noise, b - a) > ACCIDENT and not _follows(name, signals, a, b, noise.step):
             continue
         start, end = float(time[a]), float(time[b - 1])
-        if values[a] in (top, bottom):
+        if values[a] in signals[name].ends:
             text = f"stays at the end of its range, {values[a]:.6g}, from {start:.6g} to {end:.6g} s; widen the range"
             flags.append(Flag("saturated", name, start, end, f"`{name}` {text} or leave this part out"))
         else:
@@ -244,18 +268,21 @@ def clipped_at(values: Array) -> list[float]:
 
     Noise larger than the converter's step practically never repeats the outermost value for three samples in a row.
     """
-    finite = values[np.isfinite(values)]
-    if finite.size < LEAST_CLIPPED * 2 or not carries_noise(finite):
+    finite = finite_of(values)
+    if finite.size < LEAST_CLIPPED * 2:
+        return []
+    ends = [end for end in (float(finite.max()), float(finite.min())) if _dwells(finite == end)]
+    if not ends or not carries_noise(finite):
         return []
     noise = noise_of(finite)
-    if noise.sigma <= noise.step:
-        return []
-    ends = []
-    for end in (float(finite.max()), float(finite.min())):
-        stretches = [b - a for a, b in runs(finite == end) if b - a >= CLIPPED_RUN]
-        if sum(stretches) >= LEAST_CLIPPED and len(stretches) > 1 and max(stretches) < finite.size / 2:
-            ends.append(end)
-    return ends
+    return ends if noise.sigma > noise.step else []
+
+
+def _dwells(there: np.ndarray) -> bool:
+    """Whether samples are `there` repeatedly, for a few samples each time."""
+    lengths = np.diff(runs(there))
+    lengths = lengths[lengths >= CLIPPED_RUN]
+    return lengths.size > 1 and lengths.sum() >= LEAST_CLIPPED and lengths.max() < there.size / 2
 
 
 def _clipped(time: Array, name: str, values: Array) -> list[Flag]:
@@ -272,7 +299,7 @@ def _clipped(time: Array, name: str, values: Array) -> list[Flag]:
 
 def _lives(values: Array) -> bool:
     """Whether a sensor's reading changes even at rest, so that a constant reading is suspicious."""
-    finite = values[np.isfinite(values)]
+    finite = finite_of(values)
     return finite.size > LONGEST_CONSTANT and (carries_noise(finite) or np.unique(finite).size > 0.9 * finite.size)
 
 
@@ -281,14 +308,13 @@ def _repeats(values: Array) -> float:
     return float(np.mean(np.diff(values) == 0.0))
 
 
-def _others_move(name: str, signals: dict[str, Array], a: int, b: int) -> bool:
-    for other in ("x", "p1", "p2", "force"):
-        if other != name and other in signals:
-            noise = noise_of(signals[other])
-            means = [np.mean(block) for block in np.array_split(signals[other][a:b], 6)]
-            if np.ptp(means) > 5.0 * noise.sigma + 2.0 * noise.step and np.ptp(means) > 0.0:
-                return True
-    return False
+def _means(values: Array, parts: int = 6) -> Array:
+    return np.array([np.mean(block) for block in np.array_split(values, parts)])
+
+
+def _others_move(name: str, signals: _Signals, a: int, b: int) -> bool:
+    others = [signals[other] for other in ("x", "p1", "p2", "force") if other != name and other in signals]
+    return any((found := np.ptp(_means(other.values[a:b]))) > 0.0 and found > other.least_motion for other in others)
 
 
 def _rounded(noise: Noise, count: int) -> float:
@@ -298,7 +324,7 @@ def _rounded(noise: Noise, count: int) -> float:
     return math.erf(noise.step / (2.0 * math.sqrt(2.0) * noise.sigma)) ** count
 
 
-def _follows(name: str, signals: dict[str, Array], a: int, b: int, step: float) -> bool:
+def _follows(name: str, signals: _Signals, a: int, b: int, step: float) -> bool:
     """Whether a signal must have changed by more than a `step` of its converter in samples a .. b - 1.
 
     The position must where pressures change, and a pressure where the other one changes by several steps or the piston
@@ -306,40 +332,37 @@ def _follows(name: str, signals: dict[str, Array], a: int, b: int, step: float) 
     """
     if name not in PRESSURES:
         return True
-    others = [signals[other][a:b] for other in PRESSURES if other != name and other in signals]
-    if any(np.ptp([np.mean(block) for block in np.array_split(p, 6)]) > FOLLOWED_STEPS * step for p in others):
+    others = [signals[other].values[a:b] for other in PRESSURES if other != name and other in signals]
+    if any(np.ptp(_means(pressure)) > FOLLOWED_STEPS * step for pressure in others):
         return True
     if "x" not in signals:
         return False
-    noise = noise_of(signals["x"])
-    travel = np.diff([np.mean(block) for block in np.array_split(signals["x"][a:b], 6)])
-    least = 5.0 * noise.sigma + 2.0 * noise.step
-    return bool(travel.max() > least and travel.min() < -least)
+    x = signals["x"]
+    travel = np.diff(_means(x.values[a:b]))
+    return bool(travel.max() > x.least_motion and travel.min() < -x.least_motion)
 
 
-def _unmoving(time: Array, signals: dict[str, Array]) -> list[Flag]:
+def _unmoving(time: Array, signals: _Signals) -> list[Flag]:
     x = signals.get("x")
-    if x is None or not np.isfinite(x).any():
+    if x is None or x.empty:
         return []
-    finite = x[np.isfinite(x)]
-    noise = noise_of(finite)
-    means = [np.mean(block) for block in np.array_split(finite, min(50, finite.size))]
-    if np.ptp(means) > 5.0 * noise.sigma + 3.0 * noise.step and np.ptp(means) > 0.0:
+    finite = finite_of(x.values)
+    moved = float(np.ptp(_means(finite, min(50, finite.size))))
+    if moved > x.least_motion + x.noise.step and moved > 0.0:
         return []
-    message = f"the piston moves by no more than its sensor's noise ({np.ptp(finite):.3g} m in all); command more spool"
+    message = f"the piston moves by no more than its sensor's noise ({np.ptp(x.ends):.3g} m in all); command more spool"
     return [Flag("unmoving", "x", float(time[0]), float(time[-1]), message)]
 
 
 # --- units ----------------------------------------------------------------------------------------------------------
 
 
-def _wrong_units(time: Array, signals: dict[str, Array]) -> list[Flag]:
+def _wrong_units(time: Array, usual: float, signals: _Signals) -> list[Flag]:
     ends = (float(time[0]), float(time[-1]))
     flags = []
-    held = {n: signals[n] for n in PRESSURES if n in signals and np.isfinite(signals[n]).any()}
-    x = signals.get("x")
-    travel = float(np.nanmax(x) - np.nanmin(x)) if x is not None and np.isfinite(x).any() else 0.0
-    highest = {name: float(np.nanmax(np.abs(values))) for name, values in held.items()}
+    travel = float(np.ptp(signals["x"].ends)) if "x" in signals and not signals["x"].empty else 0.0
+    held = {name: signals[name].ends for name in PRESSURES if name in signals and not signals[name].empty}
+    highest = {name: max(-low, high) for name, (low, high) in held.items()}
     for name, peak in highest.items():
         if 0.0 < peak < LEAST_PRESSURE:
             message = f"`{name}` reaches only {peak:.4g} Pa; is it in bar? State the unit in the file or the mapping"
@@ -353,7 +376,6 @@ def _wrong_units(time: Array, signals: dict[str, Array]) -> list[Flag]:
     if travel > LONGEST_STROKE:
         message = f"the piston travels {travel:.4g} m; is it in mm? State the unit in the file or the mapping"
         flags.append(Flag("wrong-unit", "x", *ends, message, fatal=True))
-    usual = float(np.median(np.diff(time)))
     if usual >= SLOWEST_SAMPLING:
         message = f"samples are {usual:.4g} s apart; is time in ms? State the unit under [time] of a mapping"
         flags.append(Flag("wrong-unit", "time", *ends, message))

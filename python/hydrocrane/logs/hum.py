@@ -11,13 +11,15 @@ from hydrocrane.arrays import Array
 MAINS, HARMONICS = (50.0, 60.0), 3
 # Largest frequency error of networks and logger clocks, Hz per harmonic.
 WANDER = 0.5
-# Length of the blocks of a record, s, and their least number.
-BLOCK, LEAST_BLOCKS = 1.0, 4
+# Length of the blocks of a record, s, their least number, and about the most that are needed.
+BLOCK, LEAST_BLOCKS, MOST_BLOCKS = 1.0, 4, 256
 # Least power of a line over the usual power beside it; and the share of the quieter half of the blocks that must show
 # it, each within this factor of the usual amplitude. In the other blocks steps of the signal hide it.
 LINE, SHARE, FACTOR = 10.0, 0.8, 2.0
 # Hum is independent of motion: the speed of some blocks must be below this share of the fastest.
 SLOW, LEAST_SLOW = 0.3, 0.1
+# Share of an interval by which times that count as even are off.
+EVEN = 0.01
 
 
 class Hum(NamedTuple):
@@ -47,8 +49,11 @@ def hum_of(time: Array, values: Array, x: Array) -> list[Hum]:
     count = even.size // size
     if count < LEAST_BLOCKS:
         return []
-    signal = np.interp(even, time[usable], values[usable])[: count * size].reshape(count, size)
-    place = np.interp(even, time[usable], x[usable])[: count * size].reshape(count, size)
+    even = even[: count * size]
+    signal, place = values[: even.size], x[: even.size]
+    if signal.size < even.size or not usable.all() or np.abs(even - time[: even.size]).max() > EVEN / rate:
+        signal, place = (np.interp(even, time[usable], each[usable]) for each in (values, x))
+    place, signal = (each.reshape(count, size)[:: -(-count // MOST_BLOCKS)] for each in (place, signal))
     travel = np.abs(place[:, -size // 10 :].mean(axis=1) - place[:, : size // 10].mean(axis=1))
     power = _power(signal)
     slow = travel < SLOW * travel.max()

@@ -203,7 +203,8 @@ def si_values(
         zero = found.zero - (ATMOSPHERE if found.absolute and is_gauge(name, expected) else 0.0)
         si = si_unit(unit)
     offset = 0.0 if source.offset is None else _offset(source.offset, name, allowed, f"{where} offset")
-    return source.sign * (values + zero) + offset, si
+    values = values + zero
+    return (values if (source.sign, offset) == (1, 0.0) else source.sign * values + offset), si
 
 
 def is_gauge(name: str, expected: tuple[str, ...] | None) -> bool:

@@ -27,13 +27,13 @@ def noise_of(values: Array) -> Noise:
     Second differences remove any trend that is linear over three samples. Their median absolute value is robust against
     jumps. If the converter's step exceeds the noise, only the step is found.
     """
-    finite = values[np.isfinite(values)]
+    finite = finite_of(values)
     if finite.size < 5:
         return Noise(0.0, 0.0)
-    second = np.diff(finite, 2)
-    spread = float(np.median(np.abs(second))) / 0.6745
+    second = np.abs(np.diff(finite, 2))
+    spread = float(np.median(second)) / 0.6745
     # The median is a multiple of the converter's step; the mean square without jumps is not.
-    kept = second[np.abs(second) <= 5.0 * spread]
+    kept = second[second <= 5.0 * spread]
     sigma = float(np.sqrt(np.mean(kept**2))) / np.sqrt(6.0)
     step = converter_step(finite)
     # Rounding alone causes second differences of the size of a step.
@@ -42,12 +42,13 @@ def noise_of(values: Array) -> Noise:
 
 def converter_step(values: Array) -> float:
     """Step of the lattice on which the values (n,) lie; zero if there is none."""
-    levels = np.unique(values)
-    if levels.size < 2 or levels.size > max(0.5 * values.size, 2):
+    ordered = np.sort(values)
+    gaps = np.diff(ordered)
+    gaps = gaps[gaps > 0.0]
+    if not 2 <= gaps.size + 1 <= max(0.5 * values.size, 2):
         return 0.0
-    gaps = np.diff(levels)
     # Levels that differ by rounding of the last digits only are one.
-    gaps = gaps[gaps > 1e-9 * max(abs(levels[0]), abs(levels[-1]))]
+    gaps = gaps[gaps > 1e-9 * max(abs(ordered[0]), abs(ordered[-1]))]
     if not gaps.size:
         return 0.0
     step = float(np.quantile(gaps, 0.05))
@@ -57,6 +58,12 @@ def converter_step(values: Array) -> float:
 
 def carries_noise(values: Array) -> bool:
     """Whether successive changes alternate in sign, as those of noise do and those of motion do not."""
-    change = np.diff(values[np.isfinite(values)])
+    change = np.diff(finite_of(values))
     change = change[change != 0.0]
     return change.size > 10 and float(np.mean(change[1:] * change[:-1] < 0.0)) > 0.2
+
+
+def finite_of(values: Array) -> Array:
+    """The finite ones of `values`, which are not copied if all are."""
+    finite = np.isfinite(values)
+    return values if finite.all() else values[finite]

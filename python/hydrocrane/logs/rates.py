@@ -20,6 +20,13 @@ LIVES = 0.4
 LEAST_JUMPS = 3
 
 
+def runs(mask: np.ndarray) -> np.ndarray:
+    """(k, 2) first and last + 1 of every stretch in which `mask` is true."""
+    beside = np.zeros(mask.size + 2, dtype=bool)
+    beside[1:-1] = mask
+    return np.flatnonzero(beside[1:] != beside[:-1]).reshape(-1, 2)
+
+
 class OwnSamples(NamedTuple):
     """Rows (k,) of a log in which a slow signal has its own samples, and the kind of values between them."""
 
@@ -34,20 +41,22 @@ def own_samples(values: Array) -> OwnSamples | None:
         return None
     if finite.size <= 0.6 * values.size:
         return OwnSamples(finite, "blank") if _regular(np.diff(finite), exact=True) else None
-    known = values[finite]
+    known = values[finite] if finite.size < values.size else values
     jump = np.diff(known)
-    changes = np.flatnonzero(jump != 0.0)
-    sizes = np.unique(np.round(1e6 * np.abs(jump[changes]) / np.abs(jump).max())) if changes.size else changes
-    spacing = np.diff(changes)
-    lives = changes.size > 1 and changes.size * np.quantile(spacing, 0.1) >= LIVES * known.size
-    if lives and sizes.size >= LEAST_JUMPS and _regular(spacing, exact=False):
-        return OwnSamples(finite[changes + 1], "held")
+    count = np.count_nonzero(jump)
+    # More changes than this follow each other row by row.
+    if 1 < count <= 0.6 * known.size:
+        changes = np.flatnonzero(jump)
+        spacing = np.diff(changes)
+        if count * np.quantile(spacing, 0.1) >= LIVES * known.size and _regular(spacing, exact=False):
+            sizes = np.abs(jump[changes])
+            if np.unique(np.round(1e6 * sizes / sizes.max())).size >= LEAST_JUMPS:
+                return OwnSamples(finite[changes + 1], "held")
     # The staircase of a converter in slow motion has straight parts too.
-    if 2 * changes.size < jump.size:
+    if 2 * count < jump.size:
         return None
-    bends = np.flatnonzero(np.abs(np.diff(known, 2)) > 1e-12 * np.abs(known).max()) + 1
     # A knot between two rows changes the slope at both rows.
-    bends = bends[np.diff(bends, prepend=-1) > 1]
+    bends = runs(np.abs(np.diff(jump)) > 1e-12 * max(known.max(), -known.min()))[:, 0] + 1
     spacing = np.diff(bends)
     if spacing.size and np.median(spacing) > 2 and _regular(spacing, exact=True):
         return OwnSamples(finite[bends], "interpolated")

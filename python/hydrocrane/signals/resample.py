@@ -9,9 +9,9 @@ import xarray as xr
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
-from hydrocrane.logs.checks import GAP, MEASURED, checked, runs
+from hydrocrane.logs.checks import GAP, MEASURED, checked
 from hydrocrane.logs.log import Log
-from hydrocrane.logs.rates import own_samples
+from hydrocrane.logs.rates import own_samples, runs
 from hydrocrane.signals.filters import low_pass
 
 # Cut-off before a lower rate, as a share of that rate: half the Nyquist frequency.
@@ -124,7 +124,7 @@ def unbroken(log: Log, *signals: str, least: int = 10) -> list[tuple[int, int]]:
     interval = np.diff(time)
     after_gap = [int(i) + 1 for i in np.flatnonzero(interval > GAP * np.median(interval))]
     pieces: list[tuple[int, int]] = []
-    for a, b in runs(whole):
+    for a, b in runs(whole).tolist():
         cuts = [a, *(cut for cut in after_gap if a < cut < b), b]
         pieces += list(zip(cuts[:-1], cuts[1:]))
     return [(a, b) for a, b in pieces if b - a >= least]
