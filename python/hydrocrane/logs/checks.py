@@ -12,7 +12,7 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.hum import hum_of
-from hydrocrane.logs.noise import Noise, carries_noise, finite_of, noise_of
+from hydrocrane.logs.noise import Noise, carries_noise, finite_of, most_noise, noise_of
 from hydrocrane.logs.rates import own_samples, runs
 from hydrocrane.logs.signals import PRESSURES
 
@@ -94,7 +94,7 @@ def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
             stuck = _stuck(time, name, signals)
             told = any(flag.kind == "saturated" for flag in stuck)
             flags += stuck if told else stuck + _clipped(time, name, signals[name].values)
-        flags += _hums(time, signals) + _unmoving(time, signals) + _wrong_units(time, usual, signals)
+        flags += _hums(time, usual, signals) + _unmoving(time, signals) + _wrong_units(time, usual, signals)
     return tuple(sorted(flags, key=lambda flag: (not flag.fatal, flag.start)))
 
 
@@ -218,10 +218,10 @@ def _slow(time: Array, name: str, values: Array, usual: float) -> list[Flag]:
     return [Flag("slow-signal", name, float(time[0]), float(time[-1]), text)]
 
 
-def _hums(time: Array, signals: _Signals) -> list[Flag]:
+def _hums(time: Array, usual: float, signals: _Signals) -> list[Flag]:
     flags = []
     for name in [n for n in ("p1", "p2", "force") if n in signals and "x" in signals]:
-        for hum in hum_of(time, signals[name].values, signals["x"].values):
+        for hum in hum_of(time, signals[name].values, signals["x"].values, usual):
             size = f"{hum.amplitude / 1e5:.3g} bar" if name in PRESSURES else f"{hum.amplitude:.3g} N"
             text = (
                 f"`{name}` carries {size} at {hum.frequency:.4g} Hz independent of the motion: hum of {hum.mains:g} Hz "
@@ -348,8 +348,10 @@ def _unmoving(time: Array, signals: _Signals) -> list[Flag]:
         return []
     finite = finite_of(x.values)
     moved = float(np.ptp(_means(finite, min(50, finite.size))))
-    if moved > x.least_motion + x.noise.step and moved > 0.0:
-        return []
+    for noise in (most_noise, noise_of):
+        found = noise(finite)
+        if moved > 5.0 * found.sigma + 3.0 * found.step and moved > 0.0:
+            return []
     message = f"the piston moves by no more than its sensor's noise ({np.ptp(x.ends):.3g} m in all); command more spool"
     return [Flag("unmoving", "x", float(time[0]), float(time[-1]), message)]
 

@@ -30,17 +30,17 @@ class Hum(NamedTuple):
     mains: float
 
 
-def hum_of(time: Array, values: Array, x: Array) -> list[Hum]:
+def hum_of(time: Array, values: Array, x: Array, interval: float | None = None) -> list[Hum]:
     """Lines of the mains in a signal (n,), with its harmonics, at their (possibly aliased) frequency in the log.
 
     A line counts as hum if its amplitude is the same at rest, in slow and in fast motion of the position `x` (n,),
     because a vibration of the rig changes with the motion. A record of a single velocity cannot show this, so nothing
-    is found in it.
+    is found in it. `interval` is the usual one of the samples, s, if it is known.
     """
     usable = np.isfinite(values) & np.isfinite(x)
     if usable.sum() < 64:
         return []
-    rate = 1.0 / float(np.median(np.diff(time)))
+    rate = 1.0 / (interval or float(np.median(np.diff(time))))
     size = int(round(BLOCK * rate))
     if size < 64:
         return []
