@@ -387,7 +387,9 @@ def read_text(
     delimiter: int | None = None,
     names: list[str] = ...,
 ) -> tuple[
-    list[tuple[str, str, _Array | None, str, str, bool, list[tuple[str, str]]]], list[str], list[tuple[str, str]]
+    list[tuple[str, str, _Array | None, str, str, float | None, list[tuple[str, str]]]],
+    list[str],
+    list[tuple[str, str]],
 ]: ...
 def split_name(text: str) -> tuple[str, str]: ...
 def measure(

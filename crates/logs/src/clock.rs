@@ -37,6 +37,8 @@ struct Pair {
 pub struct Seconds {
     /// From the first moment; NaN where a date does not exist.
     pub values: Vec<f64>,
+    /// Of the first moment, s since 1970, or since midnight where no date is stated.
+    pub start: f64,
     /// Whether nothing says in which order day and month stand.
     pub undecided: bool,
 }
@@ -184,7 +186,7 @@ pub fn seconds_of(moments: &[Moment], order: Option<DateOrder>) -> Seconds {
             *value += days;
         }
     }
-    Seconds { values, undecided: day_first.is_none() }
+    Seconds { values, start: start as f64 / SECOND as f64, undecided: day_first.is_none() }
 }
 
 /// Whether the day is the first of two numbers before a year, in all dates of a column; `None` if nothing says so.

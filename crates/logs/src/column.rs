@@ -23,8 +23,8 @@ pub enum Content {
     Numbers {
         /// NaN where a cell is missing or no number.
         values: Vec<f64>,
-        /// Whether they are seconds from the first of dates or times of day.
-        dates: bool,
+        /// Of dates or times of day, whose values are seconds from the first: that one, s since 1970 or since midnight.
+        start: Option<f64>,
         /// Without the name of the column.
         notes: Vec<Note>,
     },
@@ -67,7 +67,7 @@ pub fn time_column(columns: &[Column]) -> Option<usize> {
         columns.iter().position(|column| is(&column.name) || is(split_name(&column.name).0))
     };
     TIME_NAMES.into_iter().find_map(named).or_else(|| {
-        let dated = |(_, column): &(usize, &Column)| matches!(column.content, Content::Numbers { dates: true, .. });
+        let dated = |(_, column): &(usize, &Column)| matches!(column.content, Content::Numbers { start: Some(_), .. });
         let mut found = columns.iter().enumerate().filter(dated);
         let (first, _) = found.next()?;
         found.next().is_none().then_some(first)

@@ -288,7 +288,7 @@ fn columns(cells: Vec<Cells>, head: Head, rows: usize, dates: Option<DateOrder>)
 /// The numbers of a column, or why there are none.
 fn content(cells: Cells, rows: usize, order: Option<DateOrder>) -> Content {
     let (mut values, (mut bad, first)) = (cells.values, cells.bad);
-    let (mut notes, mut dates) = (Vec::new(), false);
+    let (mut notes, mut start) = (Vec::new(), None);
     if 2 * cells.moments.len() > bad && bad > 0 {
         let moments: Vec<Moment> = cells.moments.iter().map(|(_, moment)| *moment).collect();
         let seconds = seconds_of(&moments, order);
@@ -299,7 +299,7 @@ fn content(cells: Cells, rows: usize, order: Option<DateOrder>) -> Content {
         for ((row, _), second) in cells.moments.iter().zip(&seconds.values) {
             values[*row as usize] = *second;
         }
-        (dates, bad) = (true, bad - seconds.values.iter().filter(|second| second.is_finite()).count());
+        (start, bad) = (Some(seconds.start), bad - seconds.values.iter().filter(|second| second.is_finite()).count());
     }
     if let Decision::Undecided(cell) = cells.decision {
         return Content::Lost(Loss::Undecided(cell));
@@ -319,5 +319,5 @@ fn content(cells: Cells, rows: usize, order: Option<DateOrder>) -> Content {
         let text = format!("has `{cell}`, which is read with marks of thousands, as other columns of the file say");
         notes.push(("number-format", text));
     }
-    Content::Numbers { values, dates, notes }
+    Content::Numbers { values, start, notes }
 }

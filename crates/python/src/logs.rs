@@ -6,8 +6,8 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// Name, unit, values or why there are none, the word that stands in their place, whether they are dates, and notes.
-type ReadColumn<'py> = (String, String, Option<Bound<'py, PyArray1<f64>>>, String, String, bool, Vec<Note>);
+/// Name, unit, values or why there are none, the word that stands in their place, the first of dates (s since 1970), and notes.
+type ReadColumn<'py> = (String, String, Option<Bound<'py, PyArray1<f64>>>, String, String, Option<f64>, Vec<Note>);
 
 /// The bytes of a text as columns, comment lines, and notes on the whole. `numbers` is "1,234.5" or "1.234,5", `dates` "day-month" or
 /// "month-day"; with `names`, every line is a row.
@@ -31,13 +31,13 @@ pub fn read_text<'py>(
     });
     let table = table.map_err(PyValueError::new_err)?;
     let columns = table.columns.into_iter().map(|column| match column.content {
-        Content::Numbers { values, dates, notes } => {
-            (column.name, column.unit, Some(vector(py, values)), String::new(), String::new(), dates, notes)
+        Content::Numbers { values, start, notes } => {
+            (column.name, column.unit, Some(vector(py, values)), String::new(), String::new(), start, notes)
         }
         Content::Lost(loss) => {
             let reason = [&loss.text(), cure(&loss)].join("; ");
             let word = if let Loss::Words(word) = loss { word } else { String::new() };
-            (column.name, column.unit, None, reason, word, false, vec![])
+            (column.name, column.unit, None, reason, word, None, vec![])
         }
     });
     Ok((columns.collect(), table.comments, table.notes))

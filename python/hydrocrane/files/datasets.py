@@ -133,4 +133,5 @@ _NEEDS = {
     ".xlsx": ("Excel", "openpyxl", "excel"),
     ".mf4": ("MDF", "asammdf", "mdf"),
     ".mcap": ("MCAP", "mcap", "mcap"),
+    ".db3": ("ROS", "rosbags", "ros"),
 }

@@ -51,6 +51,11 @@ def write_mcap(data: xr.Dataset | Columns, path: Path) -> None:
         writer.finish()
 
 
+def owner_of(topic: str) -> str:
+    """The part of a variable's name that is its topic."""
+    return "" if topic == f"/{_ALONE}" else topic.strip("/").replace("/", ".")
+
+
 def _topics(columns: Columns) -> dict[str, dict[str, Column]]:
     """Fields of each topic, in the order of the variables."""
     found: dict[str, dict[str, Column]] = {}

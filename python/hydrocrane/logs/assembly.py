@@ -12,7 +12,7 @@ from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, Source, expected_units, is_gauge, si_values
 from hydrocrane.logs.signals import SIGNALS
-from hydrocrane.logs.table import TIME_NAMES, Column, Table, said_of, split_name
+from hydrocrane.logs.table import TIME_NAMES, Table, said_of, split_name
 from hydrocrane.logs.units import ATMOSPHERE, is_pounds, known_unit, log_unit
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class _Assembly:
             return dict(self.mapping.signals)
         wanted: dict[str, Source] = {}
         for column in self.table.columns:
-            own_clock = self.table.one_recording and self.table.columns[column].clock == column
+            own_clock = self.table.clock and self.table.columns[column].clock == column
             if column != self.clock and not own_clock:
                 short = split_name(column)[0]
                 names = (short, column, *(f"{short}.{i}" for i in range(2, len(self.table.columns) + 2)))
@@ -95,18 +95,18 @@ class _Assembly:
             origin = self.mapping.origin if self.mapping else source
             where = "" if origin == source else f"{origin}: "
             raise InputError(f"{where}{source} {no_column(table, entry.column)}")
-        self._decided(name, column)
+        self._decided(name, column, entry.unit is not None)
         values = table.columns[column].values
-        own = entry.time or (table.columns[column].clock if table.one_recording else "")
+        own = entry.time or (table.columns[column].clock if table.clock else "")
         if own and own != self.clock:
-            values = self._at_times(name, column, values, own)
+            values, apart = self._at_times(name, column, values, own)
         else:
             apart = self._apart(name, column)
-            if apart and not self.every:
-                raise InputError(f"{source}: column `{column}` does not fit the log's times: {apart}")
-            if apart:
-                self.left_out[column] = apart
-                return None
+        if apart and not self.every:
+            raise InputError(f"{source}: column `{column}` does not fit the log's times: {apart}")
+        if apart:
+            self.left_out[column] = apart
+            return None
         about = SIGNALS[name].long_name if name in SIGNALS else column
         stated = table.unit_of(column)
         if entry.unit is None and stated and not known_unit(stated):
@@ -145,10 +145,11 @@ class _Assembly:
         if not self.table.in_memory or fatal:
             self.flags.append(self._whole(kind, signal, message, fatal))
 
-    def _decided(self, name: str, column: str) -> None:
-        """Flags of what was decided on a column and of what it misses."""
+    def _decided(self, name: str, column: str, with_unit: bool = False) -> None:
+        """Flags of what was decided on a column and of what it misses; assumed units if it is not `with_unit`."""
         for kind, text in self.table.columns[column].notes:
-            self.flags.append(self._whole(kind, name, f"`{name}` {text}"))
+            if not (with_unit and kind == "assumed-unit"):
+                self.flags.append(self._whole(kind, name, f"`{name}` {text}"))
 
     def _tell_unit(self, name: str, column: str, unit: str) -> None:
         """Flags of ambiguous units."""
@@ -204,26 +205,34 @@ class _Assembly:
         cure = f'; its times may be in `{other[0]}`: give [signal.NAME] time = "{other[0]}"' if other else ""
         return f"{size} values for {self.time.size} times{cure}"
 
-    def _at_times(self, name: str, column: str, values: Array, own: str) -> Array:
-        """A column with its own times, interpolated at those of the log."""
+    def _at_times(self, name: str, column: str, values: Array, own: str) -> tuple[Array, str]:
+        """A column with its own times, interpolated at those of the log, or the reason why it cannot be."""
         where = f"{self.source}: [signal.{name}] time"
         clock = self.table.find(own)
         if clock is None:
             raise InputError(f"{where}: the file {no_column(self.table, own)}")
-        times = si_values(self.table.columns[clock].values, Source(clock), self.table.unit_of(clock), "time", where)[0]
+        times = clock_seconds(self.table, clock, None, where)
         if times.size != values.size:
-            raise InputError(f"{where}: `{clock}` has {times.size} values, `{column}` has {values.size}")
+            return values, f"its times `{clock}` have {times.size} values, it has {values.size}"
+        if np.array_equal(times, self.time):
+            return values, ""
         if times.size > 1 and not _increases(times):
-            raise InputError(f"{where}: `{clock}` does not increase throughout, so it is not a time column")
+            return values, f"its times `{clock}` do not increase throughout"
+        shared = np.count_nonzero((self.time >= times[0]) & (self.time <= times[-1]))
+        if not shared:
+            ends = (f"{each[0]:.6g} to {each[-1]:.6g} s" for each in (times, self.time))
+            return values, "its times `{}`, {}, have none in common with the log, {}; are all clocks set alike?".format(
+                clock, *ends
+            )
         found = np.interp(self.time, times, values, left=np.nan, right=np.nan)
         text = (
             f"`{name}` has its own times, `{clock}`, {times.size} from {times[0]:.6g} to {times[-1]:.6g} s, and is "
             f"interpolated at those of the log: {np.isfinite(found).sum()} of {found.size} have a value"
         )
-        if times.size > 2 * np.count_nonzero((self.time >= times[0]) & (self.time <= times[-1])):
-            text += f'. Most of its samples are lost; [time] column = "{clock}" reads the log at these'
+        if times.size > 2 * shared:
+            text += f'. Most of its samples are lost; [time] {self.table.clock_key} = "{clock}" reads the log at these'
         self._flag("resampled", name, text)
-        return found
+        return found, ""
 
 
 def _increases(values: Array) -> bool:
@@ -235,28 +244,32 @@ def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array,
     if mapping is not None and mapping.sample_rate is not None:
         length = max(column.values.size for column in table.columns.values())
         return np.arange(length) / mapping.sample_rate, None
-    entry = mapping.time if mapping is not None and mapping.time is not None else None
-    column = table.find(entry.column) if entry else table.time_column()
-    if column is None and entry is None:
-        # A column of this name that could not be read says why.
-        wanted = table.first_of(TIME_NAMES, table.left_out)
-        entry = Source(wanted) if wanted is not None else None
-    if column is None and entry is not None:
-        raise InputError(f"{source} {no_column(table, entry.column)}")
+    entry = mapping.time if mapping is not None else None
+    wanted = entry.column if entry else ""
+    column = table.time_column() if wanted == "" else table.find(wanted)
+    # A column with the name of times that could not be read says why.
+    wanted = wanted or table.first_of(TIME_NAMES, table.left_out) or ""
+    if column is None and wanted != "":
+        raise InputError(f"{source} {no_column(table, wanted)}")
     if column is None:
         known = ", ".join(dict.fromkeys([*table.columns, *table.words, *table.left_out]))
         raise InputError(
             f"{source} has no time column; name it `time`, or state which it is, or the sample rate, under [time] of a "
             f"mapping. It has {known or 'no columns'}"
         )
-    stated = table.unit_of(column)
-    where = f"{source}: time column `{column}`"
-    found: Column = table.columns[column]
-    seems = "" if found.dates or stated or (entry is not None and entry.unit is not None) else _counted_in(found.values)
+    return clock_seconds(table, column, entry, f"{source}: time column `{column}`"), column
+
+
+def clock_seconds(table: Table, column: str, entry: Source | None, where: str) -> Array:
+    """Times of a column, s, in the unit of its mapping `entry` or of its own."""
+    values, stated = table.columns[column].values, table.unit_of(column)
+    if table.columns[column].start is not None:
+        return values
+    seems = "" if stated or (entry is not None and entry.unit is not None) else _counted_in(values)
     if seems:
         cure = f'say [time] unit = "{seems}", or "s" if it is in seconds'
         raise InputError(f"{where} cannot be in seconds, it seems to count {seems}; {cure}")
-    return si_values(found.values, entry or Source(column), stated, "time", where)[0], column
+    return si_values(values, entry or Source(column), stated, "time", where)[0]
 
 
 def _counted_in(values: Array) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import gzip
 import json
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,8 +20,21 @@ from hydrocrane.files.mdf import mdf_class
 from hydrocrane.files.netcdf import read_netcdf
 from hydrocrane.files.received import SHORTER, check_values, readable, received
 from hydrocrane.files.toml_file import parsed
+from hydrocrane.logs.bags import read_bag, read_mcap
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.table import AS_FOUND, BOUNDS, NO_NUMBERS, Column, Form, Table, as_column, check_width, plain_facts
+from hydrocrane.logs.table import (
+    AS_FOUND,
+    BOUNDS,
+    NO_NUMBERS,
+    Clocked,
+    Column,
+    Form,
+    Table,
+    as_column,
+    check_width,
+    plain_facts,
+    said_of,
+)  # fmt: skip
 from hydrocrane.logs.units import tidy_unit
 
 if TYPE_CHECKING:
@@ -48,8 +62,10 @@ def read_table(path: Path, form: Form = AS_FOUND) -> Table:
     ResultFileError
         If there is no such file, or its content does not match its suffix.
     """
-    received(path)
-    suffix = path.suffix.lower()
+    bag = isfile(path / "metadata.yaml")
+    suffix = ".db3" if bag else path.suffix.lower()
+    if not bag:
+        received(path)
     if suffix == ".gz":
         suffix = Path(path.stem).suffix.lower()
         if _READERS.get(suffix) not in (None, _text):
@@ -61,9 +77,7 @@ def read_table(path: Path, form: Form = AS_FOUND) -> Table:
     table = _READERS[suffix](path, form)
     check_width(path, len(table.columns))
     if not table.columns:
-        raise ResultFileError(
-            f"{path} holds no column of numbers; objects of MATLAB classes must be saved as structures or arrays"
-        )
+        raise ResultFileError("; ".join([f"{path} holds no column of numbers", *said_of(table.left_out)]))
     return table
 
 
@@ -140,12 +154,12 @@ def add_text(
     data = text.encode("utf-8", "replace") if isinstance(text, str) else text
     mark = None if delimiter is None else ord(delimiter)
     columns, comments, notes = _core.read_text(data, form.numbers, form.dates, mark, list(names))
-    for i, (name, unit, values, reason, word, dates, said) in enumerate(columns):
+    for i, (name, unit, values, reason, word, start, said) in enumerate(columns):
         if values is None:
             table.leave(name, reason, word)
         else:
             stated = units[i] if i < len(units) else tidy_unit(unit)
-            table.add(name, Column(values, "s" if dates else stated, dates=dates, notes=said))
+            table.add(name, Column(values, stated if start is None else "s", start=start, notes=said))
     table.about = _facts(comments)
     table.notes += [Flag(kind, "", np.nan, np.nan, message) for kind, message in notes]
 
@@ -169,7 +183,8 @@ def _text(path: Path, form: Form) -> Table:
     packed = path.suffix.lower() == ".gz"
     try:
         with gzip.open(path) if packed else path.open("rb") as stream:
-            data = stream.read(LARGEST_TEXT + 1)
+            # Room is made for as much as is asked for.
+            data = stream.read(min(LARGEST_TEXT, LARGEST_TEXT if packed else path.stat().st_size) + 1)
     except (OSError, EOFError, zlib.error) as error:
         reason = f"cannot be {'unpacked' if packed else 'read'}: {error}"
         raise ResultFileError(f"{path} {reason}; copy it again from the logger") from None
@@ -230,9 +245,9 @@ def _excel(path: Path, form: Form) -> Table:
 
 
 def _mdf(path: Path, _: Form) -> Table:
-    """Measurement data format 4 (ASAM): every raster has its own clock, and the longest one is that of the log."""
+    """Measurement data format 4 (ASAM): every raster has its own clock."""
     reader = mdf_class()
-    table = Table(one_recording=True)
+    table = Table()
     rasters: list[tuple[Array, list[Signal]]] = []
     with readable(path, "an MDF file that can be read"), reader(path) as stored:
         table.about = _header_facts(stored.header.description)
@@ -247,21 +262,20 @@ def _mdf(path: Path, _: Form) -> Table:
             if known is None:
                 rasters.append(known := (times, []))
             known[1].append(signal)
-    # Among those of one duration the fastest.
-    rasters.sort(key=lambda raster: (-np.ptp(raster[0]), -raster[0].size))
-    for i, (times, signals) in enumerate(rasters):
-        clock = f"time.{i + 1}" if i else "time"
-        table.columns[clock] = Column(times, "s", clock)
-        for signal in signals:
-            column = as_column(signal.samples, tidy_unit(str(signal.unit or "")))
-            if column is None or column.values.ndim != 1:
-                table.leave(signal.name, NO_NUMBERS)
-                continue
-            column.clock = clock
-            if signal.invalidation_bits is not None:
-                column.mask(~np.asarray(signal.invalidation_bits, bool))
-            table.add(signal.name, column)
+    groups = [Clocked("time", times, [*_channels(table, signals)]) for times, signals in rasters]
+    table.add_clocked(groups)
     return table
+
+
+def _channels(table: Table, signals: list[Signal]) -> Iterator[tuple[str, Column]]:
+    for signal in signals:
+        column = as_column(signal.samples, tidy_unit(str(signal.unit or "")))
+        if column is None or column.values.ndim != 1:
+            table.leave(signal.name, NO_NUMBERS)
+            continue
+        if signal.invalidation_bits is not None:
+            column.mask(~np.asarray(signal.invalidation_bits, bool))
+        yield signal.name, column
 
 
 def _header_facts(text: str) -> dict[str, str | float | int]:
@@ -273,7 +287,7 @@ def _header_facts(text: str) -> dict[str, str | float | int]:
     return plain_facts(facts) if isinstance(facts, dict) else {}
 
 
-_READERS = {
+_READERS: dict[str, Callable[[Path, Form], Table]] = {
     **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".log", ".exp"), _text),
     **dict.fromkeys((".h5", ".hdf5"), _hdf5),
     ".mat": _matlab,
@@ -281,4 +295,6 @@ _READERS = {
     ".parquet": _parquet,
     ".xlsx": _excel,
     ".mf4": _mdf,
+    ".mcap": lambda path, _: read_mcap(path),
+    **dict.fromkeys((".db3", ".bag"), lambda path, _: read_bag(path)),
 }

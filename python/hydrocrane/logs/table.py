@@ -61,8 +61,8 @@ class Column:
         As its source states it; empty if it states none.
     clock : str
         Full name of the column with its times; empty for the time of the log.
-    dates : bool
-        Whether it holds dates or times of day; the values are then seconds from the first.
+    start : float, optional
+        Of dates or times of day, whose values are seconds: when these are zero, s since 1970 or since midnight.
     notes : list of (str, str)
         What was decided and what is missing: kind of flag, and message without the name.
     """
@@ -70,7 +70,7 @@ class Column:
     values: Array
     unit: str = ""
     clock: str = ""
-    dates: bool = False
+    start: float | None = None
     notes: list[tuple[str, str]] = field(default_factory=list)
 
     def mask(self, valid: np.ndarray) -> None:
@@ -80,6 +80,15 @@ class Column:
             self.values = np.where(valid, self.values, np.nan)
             text = f"has {lost} of {valid.size} samples that its source marks as invalid; they count as missing"
             self.notes.append(("masked", text))
+
+
+class Clocked(NamedTuple):
+    """Columns (n,) of one clock, with their names, its times (n,), s, and their zero, s since 1970, if known."""
+
+    name: str
+    times: Array
+    columns: Sequence[tuple[str, Column]]
+    start: float | None = None
 
 
 @dataclass
@@ -96,8 +105,10 @@ class Table:
         What errors call it.
     in_memory : bool
         Whether it comes from a program, which passes SI values unless it states otherwise.
-    one_recording : bool
-        Whether all clocks have one zero, so that columns with other times than the log's are interpolated at these.
+    clock : str
+        Full name of the times of the log, if all clocks have one zero: columns with others are interpolated at these.
+    clock_key : str
+        Key of ``[time]`` in a mapping that chooses another clock by its name.
     about : dict
         Statements on the whole log, for example ``payload``: texts and numbers.
     words : dict of str
@@ -110,7 +121,8 @@ class Table:
     notes: list[Flag] = field(default_factory=list)
     source: str = "the log"
     in_memory: bool = False
-    one_recording: bool = False
+    clock: str = ""
+    clock_key: str = "column"
     about: dict[str, str | float | int] = field(default_factory=dict)
     words: dict[str, str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
@@ -122,6 +134,16 @@ class Table:
             column.notes.append(("renamed", f"is a second column called `{name}`"))
         self.columns[full] = column
         return full
+
+    def add_clocked(self, groups: Sequence[Clocked]) -> None:
+        """Add columns with clocks of one zero; the longest, among those of one length the fastest, is the log's."""
+        for group in sorted(groups, key=lambda group: (-round(float(np.ptp(group.times)), 6), -group.times.size)):
+            clock = self._free(group.name, "")
+            self.columns[clock] = Column(group.times, "s", clock, group.start)
+            self.clock = self.clock or clock
+            for name, column in group.columns:
+                column.clock = clock
+                self.add(name, column)
 
     def _free(self, name: str, owner: str) -> str:
         taken = self.columns.keys() | self.left_out.keys()
@@ -165,9 +187,9 @@ class Table:
         return next((found[n.lower()] for n in names for found in (full, short) if n.lower() in found), None)
 
     def time_column(self) -> str | None:
-        """Full name of the time column: the one with such a name, or the only one with dates."""
-        dates = [name for name, column in self.columns.items() if column.dates]
-        return self.first_of(TIME_NAMES) or (dates[0] if len(dates) == 1 else None)
+        """Full name of the time column: that of the log, the one with such a name, or the only one with dates."""
+        dates = [name for name, column in self.columns.items() if column.start is not None]
+        return self.clock or self.first_of(TIME_NAMES) or (dates[0] if len(dates) == 1 else None)
 
     def unit_of(self, column: str) -> str:
         """The unit that the source states for a column; empty if it states none."""
@@ -233,7 +255,7 @@ def as_column(values: object, unit: str = "") -> Column | None:
     if array.dtype.kind not in "buifmM" or not array.size:
         return None
     if array.dtype.kind == "M":
-        return Column(_seconds_of_dates(array), unit, dates=True)
+        return _of_dates(array)
     if array.dtype.kind == "m":
         missing = np.isnat(array)
         array = np.where(missing, np.nan, array / np.timedelta64(1, "ns") * 1e-9)
@@ -244,12 +266,12 @@ def as_column(values: object, unit: str = "") -> Column | None:
     return column
 
 
-def _seconds_of_dates(values: np.ndarray) -> Array:
-    """Seconds (n,) from the first of ``datetime64`` values; NaN where there is none."""
-    real = values[~np.isnat(values)]
-    if not real.size:
-        return np.full(values.shape, np.nan)
-    return np.asarray((values - real[0]) / np.timedelta64(1, "ns"), dtype=np.float64) * 1e-9
+def _of_dates(values: np.ndarray) -> Column:
+    """Values of ``datetime64``; NaN where there is none."""
+    first = next(iter(values[~np.isnat(values)].flat), np.datetime64(0, "s"))
+    nanosecond = np.timedelta64(1, "ns")
+    start = float((first - np.datetime64(0, "s")) / nanosecond) * 1e-9
+    return Column(np.asarray((values - first) / nanosecond, np.float64) * 1e-9, "s", start=start)
 
 
 def _of_objects(array: np.ndarray) -> np.ndarray:

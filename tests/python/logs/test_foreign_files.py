@@ -184,7 +184,7 @@ def test_signals_of_two_rates_with_times_of_their_own(tmp_path):
     np.testing.assert_allclose(both["x"][inside], 0.1 * fast[inside], atol=1e-12)
     with pytest.raises(hc.InputError, match="100 values for 1000 times"):
         hc.read_log(tmp_path / "rates.mat", {"signal": {"x": {}}})
-    with pytest.raises(hc.InputError, match="`p1` has 1000 values, `x` has 100"):
+    with pytest.raises(hc.InputError, match="its times `p1` have 1000 values, it has 100"):
         hc.read_log(tmp_path / "rates.mat", {"signal": {"x": {"time": "p1"}}})
 
 

@@ -29,6 +29,19 @@ fn every_country_writes_the_same_instant() {
 }
 
 #[test]
+fn the_first_moment_is_told() {
+    for (cell, since) in [
+        ("2024-12-31T23:59:59.5Z", 1_735_689_599.5),
+        ("2025-01-01T00:59:59.5+01:00", 1_735_689_599.5),
+        ("23:59:59.5", 86_399.5),
+    ] {
+        let found = rows(';', &[cell, cell], Form::default()).remove(0);
+        let Content::Numbers { start, .. } = found.content else { panic!("{cell}") };
+        assert_eq!(start, Some(since), "{cell}");
+    }
+}
+
+#[test]
 fn what_is_no_moment() {
     for cell in [
         "12:30",
@@ -48,7 +61,7 @@ fn what_is_no_moment() {
         "12:00:é",
     ] {
         let found = rows(';', &[cell, cell], Form::default()).remove(0);
-        assert!(!matches!(found.content, Content::Numbers { dates: true, .. }), "{cell}: {found:?}");
+        assert!(!matches!(found.content, Content::Numbers { start: Some(_), .. }), "{cell}: {found:?}");
     }
 }
 
@@ -67,6 +80,6 @@ fn the_order_of_day_and_month() {
 fn words_and_gaps_among_moments() {
     let found = rows(';', &["12:00:00", "", "late", "12:00:02"], Form::default()).remove(0);
     assert!(values(&found)[1].is_nan() && values(&found)[3] == 2.0);
-    let Content::Numbers { notes, dates: true, .. } = &found.content else { panic!() };
+    let Content::Numbers { notes, start: Some(_), .. } = &found.content else { panic!() };
     assert!(notes[0].1.contains("1 cells that are not numbers, the first is `late`"), "{notes:?}");
 }
