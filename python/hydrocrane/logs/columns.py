@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from os import PathLike
+from os.path import isdir, isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
@@ -12,12 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError
+from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import is_dataset
-from hydrocrane.logs.assembly import signals_of
+from hydrocrane.logs.assembly import clock_seconds, no_column, signals_of
 from hydrocrane.logs.mapping import LogMapping, Source
 from hydrocrane.logs.readers import read_table, table_of_columns, table_of_dataset, table_of_frame
-from hydrocrane.logs.table import AS_FOUND, Form, Table, said_of
+from hydrocrane.logs.table import AS_FOUND, MOST_NAMED, Clocked, Column, Form, Table, said_of
 from hydrocrane.result_warning import DoubtfulResult
 
 if TYPE_CHECKING:
@@ -56,6 +58,80 @@ def table_of(log: LogLike, form: Form = AS_FOUND) -> Table:
         )
     table.in_memory = True
     return table
+
+
+def joined(log: LogLike, mapping: LogMapping) -> tuple[Table, LogMapping]:
+    """Columns of the files that a mapping names, each with the clock of its file, and the mapping to these columns."""
+    if not isinstance(log, str | PathLike):
+        raise InputError(f"{mapping.origin} names files, which are looked for beside a log; give the path of the log")
+    log = Path(log)
+    joint = Table(source=log.name, clock_key="file")
+    parts: dict[Path, Table] = {}
+    groups: dict[tuple[Path, str], dict[str, Column]] = {}
+    signals = {}
+    for name, entry in mapping.signals.items():
+        where = f"{mapping.origin}: [signal.{name}]"
+        path = _file(log, entry.file, where)
+        part = parts.get(path) or parts.setdefault(path, read_table(path, mapping.form))
+        column, clock = part.find(entry.column), _clock_of(part, entry, mapping.time)
+        for wanted, found in ((entry.column, column), (entry.time or "time", clock)):
+            if found is None:
+                raise InputError(f"{where}: {path.name} {no_column(part, wanted)}")
+        full = f"{path.name}: {column}"
+        groups.setdefault((path, str(clock)), {})[full] = part.columns[str(column)]
+        signals[name] = replace(entry, column=full, time=None, file=None)
+    for part in parts.values():
+        joint.notes += part.notes
+        joint.about |= part.about
+    joint.add_clocked(_on_one_clock(groups, parts, mapping))
+    if mapping.time and mapping.time.file is not None:
+        chosen = _file(log, mapping.time.file, f"{mapping.origin}: [time]")
+        if chosen not in parts:
+            raise InputError(f"{mapping.origin}: [time] file: no signal is in {chosen.name}, so it needs no clock")
+        joint.clock = chosen.name
+    return joint, replace(mapping, signals=signals, time=None)
+
+
+def _file(log: Path, wanted: str | None, where: str) -> Path:
+    """The file of a log, or the one beside it or in its folder that has a name or a pattern."""
+    folder = log if isdir(log) else log.parent
+    if wanted is None and folder == log:
+        raise InputError(f"{where} needs a `file`, because {log} is a folder")
+    if wanted is None or isfile(folder / wanted):
+        return folder / wanted if wanted else log
+    found = [] if Path(wanted).is_absolute() or not wanted.strip() else sorted(folder.glob(wanted))
+    if len(found) != 1:
+        names = [path.name for path in found or sorted(folder.iterdir())]
+        how = f"fits {', '.join(names[:MOST_NAMED])}; name one" if found else f"is no file in {folder}"
+        raise InputError(f"{where} file: `{wanted}` {how}{'' if found else nearest(wanted, names)}")
+    return found[0]
+
+
+def _clock_of(part: Table, entry: Source, time: Source | None) -> str | None:
+    if entry.time:
+        return part.find(entry.time)
+    own = part.columns[column].clock if (column := part.find(entry.column)) else ""
+    return own or (part.find(time.column) if time and time.column else None) or part.time_column()
+
+
+def _on_one_clock(
+    groups: Mapping[tuple[Path, str], dict[str, Column]], parts: Mapping[Path, Table], mapping: LogMapping
+) -> list[Clocked]:
+    """Columns with their times, s, from one zero: the earliest date, or that of the numbers."""
+    starts = {(path, clock): parts[path].columns[clock].start for path, clock in groups}
+    dated = [path.name for (path, _), start in starts.items() if start is not None]
+    if dated and len(dated) < len(starts):
+        others = [path.name for (path, _), start in starts.items() if start is None]
+        text = f"{dated[0]} has dates, and {others[0]} only seconds, whose zero is not known"
+        raise InputError(f"{mapping.origin}: {text}")
+    zero = min((start for start in starts.values() if start is not None), default=0.0)
+    clocked = []
+    for (path, clock), columns in groups.items():
+        entry = mapping.time if mapping.time and mapping.time.unit else None
+        times = clock_seconds(parts[path], clock, entry, f"{path.name}: time column `{clock}`")
+        times = times + ((starts[path, clock] or 0.0) - zero)
+        clocked.append(Clocked(path.name, times, list(columns.items())))
+    return clocked
 
 
 def series_of(

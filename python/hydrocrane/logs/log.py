@@ -204,7 +204,8 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None, *, number_f
     ----------
     path : str or path
         ``.csv`` (also ``.txt``, ``.tsv``, ``.dat``, ``.log``, ``.exp``, each also with ``.gz``), ``.mat`` of any
-        version, ``.h5``, ``.nc``, ``.parquet``, ``.xlsx`` (its first sheet) or ``.mf4``.
+        version, ``.h5``, ``.nc``, ``.parquet``, ``.xlsx`` (its first sheet), ``.mf4``, ``.mcap``, or a bag of ROS; with
+        a mapping that names files, the folder of these.
     mapping : path, dict or LogMapping, optional
         Assigns columns to signals, see ``docs/reference/log-files.md``; without it every numeric column is kept
         under its own name.
@@ -234,7 +235,11 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None, *, number_f
 
 
 def _log(log: LogLike, mapping: LogMapping | None, source: str) -> Log:
-    from hydrocrane.logs.columns import table_of
+    from hydrocrane.logs.columns import joined, table_of
 
-    data, notes = signals_of(table_of(log, (mapping or LogMapping()).form), mapping, source)
+    if mapping is not None and mapping.files:
+        table, mapping = joined(log, mapping)
+    else:
+        table = table_of(log, (mapping or LogMapping()).form)
+    data, notes = signals_of(table, mapping, source)
     return Log(data, checked(data, notes), source)

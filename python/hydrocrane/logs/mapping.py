@@ -16,8 +16,8 @@ from hydrocrane.logs.signals import PRESSURES, SIGNALS
 from hydrocrane.logs.table import AS_FOUND, Form
 from hydrocrane.logs.units import ATMOSPHERE, LEAST_UNIT, LogUnit, known_unit, log_unit, scaled
 
-_SIGNAL_KEYS = ("column", "unit", "sign", "offset", "time")
-_TIME_KEYS = ("column", "unit", "sample-rate", "date-order")
+_SIGNAL_KEYS = ("column", "unit", "sign", "offset", "time", "file")
+_TIME_KEYS = ("column", "unit", "sample-rate", "date-order", "file")
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Source:
     Parameters
     ----------
     column : str or int
-        Name of the column in the file, or its number counted from 1.
+        Name of the column in the file, or its number counted from 1; of times empty for the usual one.
     unit : str, optional
         Unit of the column's numbers; ``"40 bar"`` where one of them means 40 bar. By default what the file states.
     sign : {1, -1}
@@ -35,6 +35,8 @@ class Source:
         Added after unit and sign, with its unit, for example ``"-625 mm"``.
     time : str, optional
         Name of the column of its times, if it has other times than the rest; both clocks must be the same.
+    file : str, optional
+        Name, or pattern, of the file in the log's folder that has the column, if it is another one than the log.
     """
 
     column: str | int
@@ -42,6 +44,7 @@ class Source:
     sign: int = 1
     offset: str | None = None
     time: str | None = None
+    file: str | None = None
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,11 @@ class LogMapping:
     sample_rate: float | None = None
     origin: str = "the mapping"
     form: Form = AS_FOUND
+
+    @property
+    def files(self) -> bool:
+        """Whether it names files."""
+        return any(source.file is not None for source in (*self.signals.values(), *([self.time] if self.time else [])))
 
 
 # Cure for a column with the raw output of a sensor.
@@ -86,6 +94,8 @@ def _from_content(content: Mapping[str, object], origin: str) -> LogMapping:
     _only(time, _TIME_KEYS, f"{origin}: [time]")
     if "sample-rate" in time and "column" in time:
         raise InputError(f"{origin}: [time] has both `column` and `sample-rate`; keep one")
+    if "sample-rate" in time and any(isinstance(entry, Mapping) and "file" in entry for entry in signals.values()):
+        raise InputError(f"{origin}: [time] has `sample-rate`, and signals have `file`; several files need clocks")
     rate = _rate(time["sample-rate"], f"{origin}: [time] sample-rate") if "sample-rate" in time else None
     sources = {}
     for name, entry in signals.items():
@@ -93,7 +103,8 @@ def _from_content(content: Mapping[str, object], origin: str) -> LogMapping:
         table = _mapping(entry, where)
         _only(table, _SIGNAL_KEYS, where)
         sources[name] = _source(table, name, where)
-    clock = _source(time, "time", f"{origin}: [time]") if "column" in time else None
+    stated = {"column": "", **{key: time[key] for key in ("column", "unit", "file") if key in time}}
+    clock = _source(stated, "time", f"{origin}: [time]") if len(stated) > 1 or stated["column"] else None
     form = Form.of(content.get("number-format"), time.get("date-order"), origin)
     return LogMapping(sources, clock, rate, origin, form)
 
@@ -124,8 +135,8 @@ def _source(entry: Mapping[str, object], name: str, where: str) -> Source:
     if offset is not None:
         offset = _text(offset, f"{where} offset")
         _offset(offset, name, expected_units(name), f"{where} offset")
-    own = entry.get("time")
-    return Source(column, unit, int(sign), offset, None if own is None else _text(own, f"{where} time"))
+    own, file = (_name(entry.get(key), f"{where} {key}") for key in ("time", "file"))
+    return Source(column, unit, int(sign), offset, own, file)
 
 
 def _rate(text: object, where: str) -> float:
@@ -160,6 +171,12 @@ def _quantity(text: object, where: str) -> tuple[float, str]:
         return _core.quantity(_text(text, where))
     except ValueError as error:
         raise InputError(f"{where}: {error}") from None
+
+
+def _name(text: object, where: str) -> str | None:
+    if text is not None and not isinstance(text, str):
+        raise InputError(f"{where} must be a name; got {text!r}")
+    return text
 
 
 def _text(text: object, where: str) -> str:
