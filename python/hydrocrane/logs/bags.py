@@ -175,7 +175,8 @@ def read_bag(path: Path) -> Table:
     from rosbags.typesys import Stores, get_typestore
 
     for part in path.iterdir() if path.is_dir() else ():
-        received(part)
+        if not part.is_dir():
+            received(part)
     bag = _Bag(path)
     # Until Humble, bags of ROS 2 do not define their messages.
     usual = get_typestore(Stores.ROS2_HUMBLE)

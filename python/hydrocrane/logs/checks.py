@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -81,7 +82,7 @@ def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
     """All flags of a log, fatal ones first; `notes` are those of its file."""
     time = np.asarray(data["time"].values, dtype=np.float64)
     ends = (float(np.nanmin(time, initial=0.0)), float(np.nanmax(time, initial=0.0)))
-    flags = [_placed(note, *ends) for note in notes]
+    flags = [note if np.isfinite(note.start) else replace(note, start=ends[0], end=ends[1]) for note in notes]
     signals = {str(name): _Signal(data[name].values) for name in data.data_vars}
     interval = np.diff(time)
     flags += _broken_time(time, interval)
@@ -111,12 +112,6 @@ def readings(values: Array) -> Array:
     """Values; infinite or absurdly large ones count as missing."""
     values = np.asarray(values, dtype=np.float64)
     return np.where(np.abs(values) < ABSURD, values, np.nan)
-
-
-def _placed(note: Flag, start: float, end: float) -> Flag:
-    if np.isfinite(note.start):
-        return note
-    return Flag(note.kind, note.signal, start, end, note.message, note.fatal)
 
 
 # --- time -----------------------------------------------------------------------------------------------------------

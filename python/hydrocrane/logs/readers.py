@@ -22,6 +22,7 @@ from hydrocrane.files.received import SHORTER, check_values, readable, received
 from hydrocrane.files.toml_file import parsed
 from hydrocrane.logs.bags import read_bag, read_mcap
 from hydrocrane.logs.flags import Flag
+from hydrocrane.logs.matlab import read_hdf5, read_matlab
 from hydrocrane.logs.table import (
     AS_FOUND,
     BOUNDS,
@@ -207,22 +208,6 @@ def _table_of_text(path: Path, text: str | bytes, form: Form, delimiter: str | N
     return table
 
 
-def _matlab(path: Path, _: Form) -> Table:
-    from hydrocrane.logs.matlab import read_matlab
-
-    return read_matlab(path)
-
-
-def _hdf5(path: Path, _: Form) -> Table:
-    from hydrocrane.logs.matlab import read_hdf5
-
-    return read_hdf5(path)
-
-
-def _netcdf(path: Path, _: Form) -> Table:
-    return table_of_dataset(read_netcdf(path))
-
-
 def _parquet(path: Path, form: Form) -> Table:
     require_library(".parquet")
     import pandas as pd
@@ -289,9 +274,9 @@ def _header_facts(text: str) -> dict[str, str | float | int]:
 
 _READERS: dict[str, Callable[[Path, Form], Table]] = {
     **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".log", ".exp"), _text),
-    **dict.fromkeys((".h5", ".hdf5"), _hdf5),
-    ".mat": _matlab,
-    ".nc": _netcdf,
+    **dict.fromkeys((".h5", ".hdf5"), lambda path, _: read_hdf5(path)),
+    ".mat": lambda path, _: read_matlab(path),
+    ".nc": lambda path, _: table_of_dataset(read_netcdf(path)),
     ".parquet": _parquet,
     ".xlsx": _excel,
     ".mf4": _mdf,

@@ -24,6 +24,8 @@ MOST_NAMED = 8
 NO_NUMBERS = "no numbers"
 # Most columns of a log, because checks and summaries process each of them.
 MOST_COLUMNS = 2000
+# Least length of the clock of a log, as a share of the longest.
+LONG = 0.9
 # Bounds of packed values, as they are packed.
 BOUNDS = ("valid_min", "valid_max", "valid_range")
 # How numbers and dates may be written in texts.
@@ -136,8 +138,9 @@ class Table:
         return full
 
     def add_clocked(self, groups: Sequence[Clocked]) -> None:
-        """Add columns with clocks of one zero; the longest, among those of one length the fastest, is the log's."""
-        for group in sorted(groups, key=lambda group: (-round(float(np.ptp(group.times)), 6), -group.times.size)):
+        """Add columns with clocks of one zero; that of most samples, among those that are `LONG`, is the log's."""
+        least = LONG * max((float(np.ptp(group.times)) for group in groups), default=0.0)
+        for group in sorted(groups, key=lambda group: (np.ptp(group.times) < least, -group.times.size)):
             clock = self._free(group.name, "")
             self.columns[clock] = Column(group.times, "s", clock, group.start)
             self.clock = self.clock or clock

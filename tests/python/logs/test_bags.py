@@ -174,6 +174,36 @@ def test_json(compression, tmp_path):
     assert log["/boom.on"].sum() == N - 4
 
 
+IDL = """================================================================================
+IDL: crane_msgs/msg/Valve
+module crane_msgs {
+  module msg {
+    struct Valve {
+      double pressure;
+      sequence<float> flows;
+    };
+  };
+};
+"""
+DEFINED = {
+    "ROS 2": ("cdr", "ros2msg", "crane_msgs/msg/Valve", "float64 pressure\nfloat32[] flows"),
+    "ROS 2, IDL": ("cdr", "ros2idl", "crane_msgs/msg/Valve", IDL),
+    "ROS 1": ("ros1", "ros1msg", "crane_msgs/Valve", "float64 pressure\nfloat32[] flows"),
+}
+
+
+@pytest.mark.parametrize(("written", "defined", "kind", "definition"), DEFINED.values(), ids=DEFINED)
+def test_messages_of_ones_own(written, defined, kind, definition, tmp_path):
+    store, full = get_typestore(Stores.EMPTY), "crane_msgs/msg/Valve"
+    store.register(get_types_from_msg("float64 pressure\nfloat32[] flows", full))
+    write = store.serialize_ros1 if written == "ros1" else store.serialize_cdr
+    contents = [bytes(write(store.types[full](1.0 * i, np.array([i, 2 * i], np.float32)), full)) for i in range(N)]
+    path = mcap(tmp_path / "own.mcap", [("/valve", written, (kind, defined, definition.encode()), contents)])
+    log = hc.read_log(path)
+    np.testing.assert_array_equal(log["/valve.pressure"], np.arange(N))
+    np.testing.assert_array_equal(log["/valve.flows[2]"], 2 * np.arange(N))
+
+
 def test_a_run_reads_back(tmp_path):
     run = hc.simulate("single-cylinder-step", duration=0.5)
     path = run.save(tmp_path / "run.mcap")
