@@ -37,6 +37,7 @@ use crate::model::{Machine, Unusual};
 use crate::nearest::suggestion;
 use crate::reader::{Field, Log, Reader};
 
+use hydrocrane_logs::Format;
 use log::Files;
 pub use log::LOGS;
 
@@ -103,6 +104,7 @@ pub struct Solver {
 
 /// Meanings of the choices of `interpolation`.
 const INTERPOLATIONS: [Interpolation; 2] = [Interpolation::Hold, Interpolation::Linear];
+const NUMBER_FORMATS: [Format; 2] = [Format::Point, Format::Comma];
 pub use crate::keys::{FORMER_METHODS, METHODS};
 
 /// In place of a method: the fastest suitable one for the machine.

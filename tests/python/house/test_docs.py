@@ -113,7 +113,7 @@ def test_named_paths_exist(page):
 
 def words_in_backticks(text: str) -> set[str]:
     """Every key-like word inside backticks; `a.b = "c"` holds a, b and c."""
-    return {word for span in re.findall(r"`([^`]+)`", text) for word in re.findall(r"[\w/-]+", span)}
+    return {word for span in re.findall(r"`([^`]+)`", text) for word in re.findall(r"\d+(?:[.,]\d+)+|[\w/-]+", span)}
 
 
 def test_the_reference_names_every_key_of_the_files():

@@ -14,6 +14,9 @@ pub const LEVER: &str = "lever";
 
 const PERIOD: (&str, &str, f64) = ("0.2 ms", "1 s", 2.0);
 const INTERPOLATION: &[&str] = &["hold", "linear"];
+const LOG_NUMBERS: Key = Key::choice("number-format", &["1,234.5", "1.234,5"])
+    .otherwise("as its cells say")
+    .means("How the log writes numbers, where its cells leave it open.");
 
 /// Everything that may stand at the top of a scenario file.
 pub static SCENARIO: &[Key] = &[
@@ -107,6 +110,7 @@ static COMMAND: &[Key] = &[
         .otherwise("a table for each cylinder")
         .means("CSV file with the commands, beside the scenario file; its columns are named as the cylinders."),
     Key::text("time").otherwise("`time` or `t`").means("Column of the log that holds the times."),
+    LOG_NUMBERS,
     Key::choice("interpolation", INTERPOLATION)
         .otherwise("`linear`")
         .means("Interpolation between two rows of the log."),
@@ -120,6 +124,7 @@ static SUPPLY: &[Key] = &[
         .means("Column of the log that holds the pressure."),
     Key::text("unit").otherwise("that of the log, or Pa").means("Unit of the column."),
     Key::text("time-column").otherwise("`time` or `t`").means("Column of the log that holds the times."),
+    LOG_NUMBERS,
     Key::series("time", &[TIME]).otherwise("this, or `supply.log`").means("Times of the pressure, increasing."),
     Key::series("pressure", &[PRESSURE])
         .otherwise("this, or `supply.log`")
@@ -185,6 +190,7 @@ static JOYSTICK: &[Key] = &[
     Key::text("log")
         .otherwise("this, or `time`")
         .means("CSV, MATLAB or NetCDF file with the deflections, beside the scenario file."),
+    LOG_NUMBERS,
     Key::series(TIP_AXES[0], &[NUMBER]).otherwise("centred").means("Deflection along x, from -1 to 1."),
     Key::series(TIP_AXES[1], &[NUMBER]).otherwise("centred").means("Deflection along z, from -1 to 1."),
     Key::series("<cylinder>", &[NUMBER])

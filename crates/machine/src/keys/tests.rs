@@ -184,6 +184,7 @@ const SCENARIO_WITH_A_LOG: &str = r#"
     [command]
     log = "drive.csv"
     time = "clock"
+    number-format = "1,234.5"
     interpolation = "hold"
     [command.test]
     column = "up"
@@ -193,6 +194,7 @@ const SCENARIO_WITH_A_LOG: &str = r#"
     column = "feed"
     unit = "bar"
     time-column = "clock"
+    number-format = "1,234.5"
     interpolation = "linear"
 "#;
 

@@ -1,13 +1,14 @@
 //! `[controller]` and `[joystick]` of a scenario: the controller and the operator's input.
 
 use super::log::{is_text, Files, Log, Problem};
-use super::{check_series, overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS};
+use super::{check_series, overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS, NUMBER_FORMATS};
 use crate::errors::ErrorKind;
 use crate::keys::{CONTROLLERS, LEVER, TIP_AXES};
 use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
 use crate::quantities::NUMBER;
 use crate::reader::{Field, Reader};
+use hydrocrane_logs::Format;
 
 /// A sampled controller with its sensors, delay and model.
 #[derive(Debug, Clone, PartialEq)]
@@ -230,12 +231,17 @@ struct Deflections {
 
 /// Times and the deflections of each axis; an axis that is not given stays centred.
 fn series(table: &Reader, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
+    let numbers = table.optional_choice("number-format", &NUMBER_FORMATS)?;
     if let Some(field) = table.optional("log")? {
         if let Some(key) = ["time", PRECISION].iter().chain(axes).find(|key| table.has(key)) {
             let message = "excludes `log`, which is given too";
             return Err(table.error(ErrorKind::ConflictingKeys, key, message).help("keep one of the two"));
         }
-        return logged(&field, mode, axes, files);
+        return logged(&field, mode, axes, numbers, files);
+    }
+    if numbers.is_some() {
+        let message = "belongs to a log, and there is none";
+        return Err(table.error(ErrorKind::MissingKey, "number-format", message).help("add log = \"file.csv\""));
     }
     let time_field = table.required("time", "a list of times, for example [\"0 s\", \"1 s\"]")?;
     let times = time_field.series()?;
@@ -280,14 +286,20 @@ fn check_shares(field: &Field, shares: &[f64]) -> Result<()> {
 }
 
 /// Deflections from a log; a log that is no text is read by the caller.
-fn logged(field: &Field, mode: StickMode, axes: &[&str], files: &Files) -> Result<Deflections> {
+fn logged(
+    field: &Field,
+    mode: StickMode,
+    axes: &[&str],
+    numbers: Option<Format>,
+    files: &Files,
+) -> Result<Deflections> {
     let (name, interpolation) = (field.text()?, Interpolation::Linear);
     let wrong = |(kind, message, cure): Problem| field.error(kind, message).help(cure);
     if !is_text(name) {
         let (time, axes, precision) = (Vec::new(), vec![Vec::new(); axes.len()], Vec::new());
         return Ok(Deflections { time, axes, precision, log: Some(files.beside(name).map_err(wrong)?), interpolation });
     }
-    let log = Log::open(name, None, files).map_err(wrong)?;
+    let log = Log::open(name, None, numbers, files).map_err(wrong)?;
     let mut deflections = Vec::new();
     let mut found = false;
     for axis in axes {

@@ -1,11 +1,12 @@
 //! `[command]` of a scenario: spool commands against time, by numbers or from a log.
 
 use super::log::{Files, Log, Problem};
-use super::{check_series, known_cylinder, Interpolation, Result, INTERPOLATIONS};
+use super::{check_series, known_cylinder, Interpolation, Result, INTERPOLATIONS, NUMBER_FORMATS};
 use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::quantities::LENGTH;
 use crate::reader::{Field, Reader};
+use hydrocrane_logs::Format;
 
 /// Spool position commanded to the valve of a cylinder against time.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +22,9 @@ pub struct SpoolCommand {
 fn usual_names(cylinder: &str) -> [String; 3] {
     [cylinder.to_string(), format!("command.{cylinder}"), format!("cylinder.{cylinder}.command")]
 }
+
+/// Keys beside `log`.
+const OF_A_LOG: [&str; 3] = ["time", "number-format", "interpolation"];
 
 /// The commands by cylinder; those of a log if `[command]` names one.
 pub fn read(root: &Reader, machine: &Machine, files: &Files) -> Result<Vec<SpoolCommand>> {
@@ -44,7 +48,7 @@ type Placed<'a> = Vec<(SpoolCommand, Field<'a>)>;
 
 /// Commands by numbers.
 fn stated<'a>(open: &Reader<'a>, machine: &Machine) -> Result<Placed<'a>> {
-    let of_a_log = ["time", "interpolation"].into_iter().find(|key| open.has(key) && open.table(key).is_err());
+    let of_a_log = OF_A_LOG.into_iter().find(|key| open.has(key) && open.table(key).is_err());
     if let Some(key) = of_a_log {
         let message = "belongs to a log, and there is none";
         return Err(open
@@ -77,7 +81,7 @@ fn stated<'a>(open: &Reader<'a>, machine: &Machine) -> Result<Placed<'a>> {
 /// Commands from the log that `field` names: of the cylinders that have a table, or else of all that it has a column for.
 fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Files) -> Result<Placed<'a>> {
     let mut wanted = Vec::new();
-    for name in open.keys().filter(|key| !["log", "time", "interpolation"].contains(key)) {
+    for name in open.keys().filter(|key| *key != "log" && !OF_A_LOG.contains(key)) {
         known_cylinder(open, name, machine)?;
         let Some(table) = open.table(name)? else { continue };
         if let Some(key) = ["time", "spool", "interpolation"].into_iter().find(|key| table.has(key)) {
@@ -93,6 +97,7 @@ fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Fi
     let asked = CommandLog {
         name: field.text()?.into(),
         time: open.optional("time")?.map(|name| name.text().map(str::to_string)).transpose()?,
+        numbers: open.optional_choice("number-format", &NUMBER_FORMATS)?,
         interpolation: open.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(Interpolation::Linear),
         columns: wanted,
     };
@@ -108,6 +113,7 @@ struct CommandLog {
     name: String,
     /// Column of the times; `None`: `time` or `t`.
     time: Option<String>,
+    numbers: Option<Format>,
     interpolation: Interpolation,
     /// Empty: all columns named like a cylinder.
     columns: Vec<LoggedColumn>,
@@ -129,7 +135,7 @@ impl CommandLog {
         cylinders: &[&str],
         files: &Files,
     ) -> std::result::Result<Vec<SpoolCommand>, Problem> {
-        let log = Log::open(&self.name, self.time.as_deref(), files)?;
+        let log = Log::open(&self.name, self.time.as_deref(), self.numbers, files)?;
         let command = |cylinder: &str, spool: Vec<f64>| SpoolCommand {
             cylinder: cylinder.to_string(),
             time: log.time.clone(),

@@ -7,7 +7,7 @@ use crate::load::given;
 use crate::nearest::suggestion;
 use crate::quantities::TIME;
 use crate::units::{parse_unit, with_article, Quantity};
-use hydrocrane_logs::{split_name, time_column, Column, Content, Form, Loss, Table};
+use hydrocrane_logs::{split_name, time_column, Column, Content, Form, Format, Loss, Table};
 use std::cell::RefCell;
 use std::path::Path;
 
@@ -49,13 +49,13 @@ impl Files<'_> {
         given(self.given, name).map(|(_, text)| text.as_str())
     }
 
-    /// The table in the file `name`.
-    fn table(&self, name: &str) -> Result<Table, Problem> {
+    /// The table in the file `name`, which writes numbers like this.
+    fn table(&self, name: &str, numbers: Option<Format>) -> Result<Table, Problem> {
         let wrong = |what: String| {
             (ErrorKind::UnreadableFile, format!("`{name}` {what}"), "check the name and the folder".into())
         };
         if let Some(text) = self.given(name) {
-            return table_of(text);
+            return table_of(text, numbers);
         }
         if self.folder.is_none() {
             let cure = format!("choose `{name}` together with the file that names it");
@@ -64,16 +64,17 @@ impl Files<'_> {
         let bytes =
             disk::read(Path::new(&self.beside(name)?)).map_err(|error| wrong(format!("cannot be read: {error}")))?;
         let text = hydrocrane_logs::decoded(&bytes).map_err(|what| wrong(what.into()))?;
-        table_of(&text)
+        table_of(&text, numbers)
     }
 }
 
 /// The table of a text. What its reader would only note is an error, without a cell of a file that may be no log.
-fn table_of(text: &str) -> Result<Table, Problem> {
+fn table_of(text: &str, numbers: Option<Format>) -> Result<Table, Problem> {
     if !LOGS {
         return Err((ErrorKind::UnreadableFile, "logs are not read here".into(), "choose another program".into()));
     }
-    let table = hydrocrane_logs::read(text.trim_start_matches('\u{feff}'), &Form::default())
+    let form = Form { numbers, ..Form::default() };
+    let table = hydrocrane_logs::read(text.trim_start_matches('\u{feff}'), &form)
         .map_err(|fault| (ErrorKind::BadSeries, format!("the log {}", fault.what), fault.cure.into()))?;
     if table.rows > MOST_ROWS {
         let message = format!("the log has {} rows, more than {MOST_ROWS}", table.rows);
@@ -97,14 +98,15 @@ pub struct Log {
 }
 
 impl Log {
-    /// Reads the log `name`; `time` is its column of times.
-    pub fn open(name: &str, time: Option<&str>, files: &Files) -> Result<Self, Problem> {
+    /// Reads the log `name`; `time` is its column of times, `numbers` how it writes them if its cells do not say.
+    pub fn open(name: &str, time: Option<&str>, numbers: Option<Format>, files: &Files) -> Result<Self, Problem> {
         if !is_text(name) {
             let message = format!("`{name}` is not a log in text form");
             let cure = format!("save it as CSV; suffixes of texts are {}", TEXTS.join(", "));
             return Err((ErrorKind::UnreadableFile, message, cure));
         }
-        let mut log = Log { columns: files.table(name)?.columns, time: Vec::new(), decided: RefCell::default() };
+        let mut log =
+            Log { columns: files.table(name, numbers)?.columns, time: Vec::new(), decided: RefCell::default() };
         let found = time.map_or_else(|| time_column(&log.columns), |time| log.find(&[time]));
         let index = found.ok_or_else(|| log.without_times(time.unwrap_or("time")))?;
         log.time = log.values(index, None, &TIME.quantity())?;
@@ -210,7 +212,8 @@ impl Log {
 
 fn cure_of(loss: &Loss) -> &'static str {
     match loss {
-        Loss::Undecided(_) | Loss::Mixed(..) => "write decimals with a point everywhere, and no marks of thousands",
+        Loss::Undecided(_) => "beside `log`, say number-format = \"1,234.5\" or \"1.234,5\"",
+        Loss::Mixed(..) => "write decimals with a point everywhere, and no marks of thousands",
         Loss::Dates => "write dates as 2024-05-01T12:30:00.25",
         Loss::Words(_) | Loss::NoCells => "give one number for each time",
     }

@@ -1,7 +1,7 @@
 //! `[supply]` of a scenario: a measured supply pressure against time, by numbers or from a log.
 
 use super::log::{Files, Log, Problem};
-use super::{check_series, Interpolation, Result, INTERPOLATIONS};
+use super::{check_series, Interpolation, Result, INTERPOLATIONS, NUMBER_FORMATS};
 use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::quantities::PRESSURE;
@@ -72,7 +72,7 @@ pub fn read(root: &Reader, machine: &Machine, files: &Files) -> Result<Option<Su
 
 /// The pressure by numbers, with the value that holds it.
 fn stated<'a>(table: &Reader<'a>, interpolation: Interpolation) -> Result<(SupplyPressure, Field<'a>)> {
-    if let Some(key) = ["column", "unit", "time-column"].into_iter().find(|key| table.has(key)) {
+    if let Some(key) = ["column", "unit", "time-column", "number-format"].into_iter().find(|key| table.has(key)) {
         let message = "belongs to a log, and there is none";
         let help = "add log = \"file.csv\" to [supply]";
         return Err(table.key_error(ErrorKind::MissingKey, key, message).help(help));
@@ -98,9 +98,10 @@ fn logged<'a>(
     }
     let text = |key: &str| table.optional(key)?.map(|field| field.text().map(str::to_string)).transpose();
     let (time, column, unit) = (text("time-column")?, text("column")?, text("unit")?);
+    let numbers = table.optional_choice("number-format", &NUMBER_FORMATS)?;
     let name = field.text()?;
     let read = || {
-        let log = Log::open(name, time.as_deref(), files)?;
+        let log = Log::open(name, time.as_deref(), numbers, files)?;
         let names = column.as_deref().map_or_else(|| USUAL_NAMES.to_vec(), |column| vec![column]);
         let pressure = log.column(&names, "the supply pressure", unit.as_deref(), &PRESSURE.quantity())?;
         log.tell(&field);

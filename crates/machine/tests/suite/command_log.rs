@@ -98,3 +98,21 @@ fn what_other_columns_decide_is_told() {
     let scenario = read("", "time;lift [um]\n0.0;1,000\n1.0;-2,000\n").unwrap();
     assert!(scenario.warnings[0].text.contains("column `lift` has `1,000`"), "{:?}", scenario.warnings);
 }
+
+#[test]
+fn what_no_cell_decides_is_said() {
+    let log = "time;lift [um]\n0;1,500\n1;2,500\n";
+    for (format, spool) in [("1,234.5", [1.5e-3, 2.5e-3]), ("1.234,5", [1.5e-6, 2.5e-6])] {
+        let scenario = read(&format!("number-format = \"{format}\"\n"), log).unwrap();
+        assert_eq!(scenario.commands[0].spool, spool, "{format}");
+    }
+    assert!(lift(log).unwrap_err().cure().unwrap().contains("number-format"));
+    let wrong = read("number-format = \"1.5\"\n", log).unwrap_err();
+    assert!(wrong.to_string().contains("number-format"), "{wrong}");
+    for table in
+        ["[command]", "[supply]\ntime = [\"0 s\"]\npressure = [\"100 bar\"]", "[joystick]\ntime = [\"0 s\"]\nz = [1]"]
+    {
+        let text = HEAD.replace("[command]\nlog = \"drive.csv\"", &format!("{table}\nnumber-format = \"1,234.5\""));
+        assert_eq!(parse_scenario_with(&text, "t.toml", &[]).unwrap_err().slug(), "missing-key", "{table}");
+    }
+}
