@@ -252,7 +252,8 @@ def four_bar(draft: Draft, i: int, at: np.ndarray, middle: float, size: float) -
     arm, turned = draft.between(0.12, 0.2) * size, np.deg2rad(draft.between(20.0, 50.0))
     coupler = at + polar(arm, turned)
     barrel = at + polar(draft.between(0.7, 0.9) * size, np.deg2rad(draft.between(160.0, 172.0)))
-    left = float(np.cross(coupler - rocker, rod - rocker)) > 0
+    arms = coupler - rocker, rod - rocker
+    left = bool(arms[0][0] * arms[1][1] > arms[0][1] * arms[1][0])
     r, c = (float(np.hypot(*(rod - pivot))) for pivot in (rocker, coupler))
     draft.tables[f"link.link{i - 1}.point"] |= {f"barrel{i}": point(barrel), f"rocker{i}": point(rocker)}
     draft.tables[f"link.link{i}.point"][f"coupler{i}"] = point(polar(arm, turned - middle))

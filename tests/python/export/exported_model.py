@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import shutil
 import subprocess
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -29,6 +31,21 @@ def off(crane: hc.Machine, found: np.ndarray, expected: np.ndarray) -> float:
     scale = np.array([sizes[unit] for unit in crane.core.state_units])
     largest = (np.abs(expected) * scale).max(axis=-1, keepdims=True)
     return float((np.abs(found - expected) * scale / np.maximum(largest, 1e-300)).max())
+
+
+def agrees(dx: np.ndarray, expected: np.ndarray) -> bool:
+    """Whether rates are the same to rounding."""
+    return bool((np.abs(dx - expected) <= 1e-12 * np.abs(expected) + 1e-13 * np.abs(expected).max(axis=0)).all())
+
+
+def module(file: Path) -> ModuleType:
+    """A file of Python, imported without hydrocrane's help."""
+    assert "import hydrocrane" not in file.read_text()
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    assert spec is not None and spec.loader is not None
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return found
 
 
 class CModel:

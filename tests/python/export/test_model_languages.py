@@ -10,7 +10,7 @@ import warnings
 
 import numpy as np
 import pytest
-from exported_model import COMPILER, STATES, exportable, needs_compiler, off
+from exported_model import COMPILER, STATES, agrees, exportable, module, needs_compiler, off
 
 import hydrocrane as hc
 from hydrocrane.errors import InputError
@@ -26,19 +26,6 @@ QUICK = [
 ]
 # So many states where a call takes long.
 FEW = 20
-
-
-def module(file):
-    """A file of Python, imported without hydrocrane's help."""
-    assert "import hydrocrane" not in file.read_text()
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
-
-
-def agrees(dx, expected):
-    return bool((np.abs(dx - expected) <= 1e-12 * np.abs(expected) + 1e-13 * np.abs(expected).max(axis=0)).all())
 
 
 @pytest.mark.parametrize("name", MACHINES)
