@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from exported_model import COMPILER, STATES, STRICT, CModel, exportable, needs_c
 import hydrocrane as hc
 from hydrocrane.errors import HydrocraneError, InputError
 
+PAGE = Path(__file__).resolve().parents[3] / "docs/howto/model-in-c.md"
 MACHINES = hc.bundled_machines()
 SLOW = [
     name if name in ("rottne-f9-lab", "rottne-f9-mobile") else pytest.param(name, marks=pytest.mark.evidence)
@@ -112,6 +114,24 @@ def test_the_file_can_be_included_for_its_declarations_and_compiled_as_cpp(tmp_p
         command = [str(COMPILER), "-c", str(tmp_path / f"user.{suffix}"), "-o", str(tmp_path / "user.o")]
         subprocess.run(command, check=True)
     subprocess.run([str(COMPILER), "-x", "c++", "-c", str(file), "-o", str(tmp_path / "crane.o")], check=True)
+
+
+@needs_compiler
+def test_the_loop_of_the_page_moves_as_the_simulator_does(tmp_path):
+    blocks = re.findall(r"```c\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    (loop,) = [text for text in blocks if "int main" in text]
+    (tmp_path / "loop.c").write_text(loop, encoding="utf-8")
+    crane = hc.load_machine("rottne-f9-lab")
+    hc.export_model(crane, tmp_path / "crane.c", outputs=["tip.x", "tip.z"])
+    np.savetxt(tmp_path / "start.txt", crane.equilibrium(crane.home))
+    subprocess.run([str(COMPILER), *STRICT, "-O2", "loop.c", "crane.c", "-o", "loop", "-lm"], check=True, cwd=tmp_path)
+    told = subprocess.run([str(tmp_path / "loop")], capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+    t, x, z = np.array([line.split() for line in told.splitlines()], dtype=float).T
+    home = dict(zip(crane.joint_names, crane.home, strict=True))
+    plan = hc.Scenario(machine=crane, joints=home, commands={"lift": 0.01}, duration=1.0)
+    columns = hc.simulate(plan, method="rodas5p", rtol=1e-9).columns
+    assert np.allclose(columns["time"].values, t) and np.ptp(z) > 0.02
+    assert max(np.abs(columns[f"tip.{axis}"].values - own).max() for axis, own in zip("xz", (x, z))) < 1e-10
 
 
 @needs_compiler
