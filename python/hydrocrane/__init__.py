@@ -13,9 +13,6 @@ Modules are imported on first use of a name, so ``import hydrocrane`` itself is 
 from __future__ import annotations
 
 import importlib
-import sys
-
-from hydrocrane._moved import OldNames
 
 # Public name -> module that defines it; `__init__.pyi` says the same to type checkers.
 _HOME = {
@@ -107,6 +104,3 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return __all__
-
-
-sys.meta_path.append(OldNames)

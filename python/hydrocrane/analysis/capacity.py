@@ -13,7 +13,6 @@ from typing import Literal
 
 import numpy as np
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.poses import forbidden, pose_grid
 from hydrocrane.arrays import Array, brief, rows
 from hydrocrane.errors import InputError
@@ -72,11 +71,6 @@ class LoadChart:
     ceiling: float = 1e5
 
     __repr__ = brief
-
-    @property
-    def crane(self) -> Machine:
-        """The same as `machine`, under its former name."""
-        return self.machine
 
     def _repr_html_(self) -> str:
         reach, best = self.against_reach()
@@ -266,7 +260,6 @@ def at_height(height: Height) -> str:
     return "at the worst permitted height" if height == "worst" else f"at z = {height:g} m"
 
 
-@renamed_keyword("crane", "machine")
 def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5) -> LoadChart:
     """Largest payload, kg, that the cylinders hold at rest, at each position of the tip that is permitted.
 

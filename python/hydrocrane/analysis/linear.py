@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.poses import forbidden, pose_grid
 from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, unknown
@@ -91,7 +90,6 @@ class Modes:
         )
 
 
-@renamed_keyword("crane", "machine")
 def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, friction: Friction = "held") -> Modes:
     """Natural modes at the ``hold`` equilibrium of pose q (n,), valves closed.
 
@@ -358,7 +356,6 @@ class ModeMap:
     __repr__ = brief
 
 
-@renamed_keyword("crane", "machine")
 def mode_map(
     machine: MachineLike, *, samples: int = 16, payload: float | None = None, friction: Friction = "held"
 ) -> ModeMap:

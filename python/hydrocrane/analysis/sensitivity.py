@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane._core_types import SensitivityRecord
-from hydrocrane._moved import former_attribute, renamed_keyword
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.notebook import card
@@ -68,8 +67,6 @@ class Solution:
     y: Array
     sensitivities: Array
     outcome: Outcome
-
-    slopes = former_attribute("slopes", "sensitivities")
 
 
 class Experiment:
@@ -306,7 +303,6 @@ class Sensitivities:
         return data
 
 
-@renamed_keyword("resolve_slopes", "resolve_sensitivities")
 def sensitivities(
     scenario: str | PathLike[str] | Scenario,
     keys: str | Sequence[str],

@@ -8,7 +8,6 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.gym.task import Draw, Numbers, TipTask
 from hydrocrane.machine.machine import MachineLike
 
@@ -25,7 +24,6 @@ class CraneTipEnv(gymnasium.Env[Numbers, NDArray[np.floating]]):
 
     metadata = {"render_modes": []}
 
-    @renamed_keyword("crane", "machine")
     def __init__(
         self,
         machine: MachineLike = "rottne-f9-lab",

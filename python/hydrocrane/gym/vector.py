@@ -10,7 +10,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.gym.task import Draw, Numbers, TipTask
@@ -34,7 +33,6 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
 
-    @renamed_keyword("crane", "machine")
     def __init__(
         self,
         num_envs: int = 1,

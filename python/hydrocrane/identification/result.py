@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrocrane._moved import former_attribute
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.averaging import akaike_weights, averaged
@@ -154,8 +153,6 @@ class StaticFit:
     successions: tuple[Succession, ...] = ()
     aicc: float = np.nan
     alternatives: tuple[StaticFit, ...] = field(default=(), repr=False)
-
-    misfit = former_attribute("misfit", "residual_analysis")
 
     @property
     def offset(self) -> float:

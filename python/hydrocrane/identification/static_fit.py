@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.causes import residual_analysis
@@ -37,7 +36,6 @@ OUTLIER = 5.0
 LOSSES = ("soft_l1", "huber", "cauchy", "arctan", "linear")
 
 
-@renamed_keyword("bow", "linearity_error")
 def fit_static(
     points: FrictionPoints,
     *,

@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.identification.averaging import akaike_weights
 from hydrocrane.identification.block import parameter_row, shown
 from hydrocrane.identification.form import Exponents
@@ -247,7 +246,6 @@ class StaticIdentification:
         return Section("Block for the machine file", code=self.fit.toml(cylinder))
 
 
-@renamed_keyword("bow", "linearity_error")
 def identify_static(
     windows: Iterable[SteadyWindow] | FrictionPoints,
     *,

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.errors import unknown
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.style import FIELD, MUTED, figure, styled, title
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 OPENINGS = (0.25, 0.5, 0.75, 1.0)
 
 
-@renamed_keyword("crane", "machine")
 @styled
 def flow_law(machine: MachineLike, cylinder: str | None = None) -> Figure:
     """Flow over pressure drop at several openings: near zero with laminar flow, and over the whole range."""

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.machine.overrides import Override
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 _FAST = 10.0
 
 
-@renamed_keyword("crane", "machine")
 @styled
 def friction_maps(machine: MachineLike, cylinder: str | None = None) -> Figure:
     """Six charts of one cylinder's seal friction.

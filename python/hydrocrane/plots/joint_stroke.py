@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.errors import HydrocraneError, unknown
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.style import COLOURS, MUTED, figure, shown, styled, title
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from hydrocrane.machine.machine import Machine
 
 
-@renamed_keyword("crane", "machine")
 @styled
 def joint_stroke(machine: MachineLike, joint: str | None = None) -> Figure:
     """Piston position over each revolute joint (or the one named), with limits and stroke ends."""

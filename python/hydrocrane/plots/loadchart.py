@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.capacity import Height, at_height
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import hatch, paint
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 _LINES = 6
 
 
-@renamed_keyword("crane", "machine")
 @styled
 def load_chart(machine: MachineLike, chart: LoadChart, *, height: Height | None = None) -> Figure:
     """Left, the largest payload at each tip position; right, against reach: at the best and the worst height.

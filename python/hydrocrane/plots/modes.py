@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.linear import FRICTION_WORDS
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import hatch, paint
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from hydrocrane.analysis.linear import ModeMap
 
 
-@renamed_keyword("crane", "machine")
 @styled
 def mode_map(machine: MachineLike, modes: ModeMap) -> Figure:
     """Slowest oscillation at each tip position (slowest over the poses that reach it), and the least damping.

@@ -9,7 +9,6 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.analysis.poses import pose_grid
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import patches
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 _AREA = "#dfebf0"
 
 
-@renamed_keyword("crane", "machine")
 @styled
 def workspace(machine: MachineLike) -> Figure:
     """Reach of the tip inside the joint limits, its boundary, and keep-out regions, with the crane in mid-range."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
@@ -23,7 +22,6 @@ class SteadyMotion:
     friction: float
 
 
-@renamed_keyword("crane", "machine")
 def steady_motion(machine: Machine, velocity: float, *, payload: float | None = None) -> SteadyMotion:
     """Spool and pressures that move the rig's piston at a constant `velocity` (m/s, not zero) in mid-stroke.
 

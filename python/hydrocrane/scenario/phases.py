@@ -12,7 +12,6 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SENSORS
-from hydrocrane.scenario.former import refuses_former_names
 
 # Fields of a phase that come with a controller.
 LOOP = ("period", "delay", "sensors", "controller_model", "monitor")
@@ -33,7 +32,6 @@ class Loop(Protocol):
     def monitor(self) -> bool | None: ...
 
 
-@refuses_former_names
 @dataclass(frozen=True)
 class Phase:
     """From a given time on the crane has another controller or other sticks, or other values.

@@ -36,7 +36,6 @@ from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
 from hydrocrane.scenario.command import Command, as_command
 from hydrocrane.scenario.due import in_order_of_time
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
-from hydrocrane.scenario.former import refuse_former_name, refuses_former_names
 from hydrocrane.scenario.goals import Goal
 from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import Phase, check_values
@@ -47,7 +46,6 @@ from hydrocrane.scenario.stage import Stage
 from hydrocrane.scenario.supply import MEASURED, SupplyPressure, as_supply
 
 
-@refuses_former_names
 @dataclass(frozen=True)
 class Scenario:
     """A complete description of one run.
@@ -218,7 +216,6 @@ class Scenario:
         own, inner = _FIELDS, _SOLVER_FIELDS
         changes: dict[str, Any] = dict(fields)
         for name in changes:
-            refuse_former_name(name)
             if name not in own | inner:
                 raise InputError(f"a scenario has no `{name}`{nearest(name, sorted(own | inner))}")
         solver = changes.pop("solver", self.solver)

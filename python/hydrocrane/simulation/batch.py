@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrocrane import _core
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, brief, real_array, vectors
 from hydrocrane.errors import HydrocraneError, InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -105,7 +104,6 @@ class BatchSimulator:
     {'cylinder.lift.bore': array([0.098, 0.1  , 0.102])}
     """
 
-    @renamed_keyword("crane", "machine")
     def __init__(
         self,
         machine: MachineLike,
@@ -138,11 +136,6 @@ class BatchSimulator:
             self._core = _core.BatchSimulator(
                 machine.core, self.n, self.sample_time, self.step_size, self.tolerance, workers, instruction_set
             )
-
-    @property
-    def crane(self) -> Machine:
-        """The same as `machine`, under its former name."""
-        return self.machine
 
     @property
     def state(self) -> Array:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane._moved import renamed_keyword
 from hydrocrane.arrays import Array, real_array, seed_number, vectors
 from hydrocrane.control.controllers import Observation
 from hydrocrane.errors import InputError, SimulationError, translated, unknown
@@ -51,7 +50,6 @@ class Simulator:
     1.00 s, up by 0.07 m
     """
 
-    @renamed_keyword("crane", "machine")
     def __init__(
         self,
         machine: MachineLike,
@@ -93,11 +91,6 @@ class Simulator:
                 faults,
             )
         self._sample = Sample(machine, self._core.signals)
-
-    @property
-    def crane(self) -> Machine:
-        """The same as `machine`, under its former name."""
-        return self.machine
 
     @property
     def state(self) -> Array:

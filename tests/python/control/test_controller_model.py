@@ -83,9 +83,6 @@ def test_a_machine_that_cannot_be_meant_is_one_error():
         hc.simulate(plan(controller_model=hc.load_machine("single-cylinder")))
     with pytest.raises(hc.InputError, match="no controller"):
         hc.Scenario(joints=POSE, controller_model={"payload.mass": 1.0})
-    for call in (lambda: plan(believed={}), lambda: plan().changed(believed={}), lambda: hc.Phase(1.0, believed={})):
-        with pytest.raises(hc.InputError, match="`believed` is called `controller_model` now"):
-            call()
     with pytest.raises(hc.InputError, match="mapping"):
         plan(controller_model="rottne-f9-lab")
     with pytest.raises(hc.MachineFileError, match="payload.mas"):

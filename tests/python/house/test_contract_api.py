@@ -170,11 +170,3 @@ def test_the_outcome_of_stepping_is_that_of_runs(corrected):
     assert sim.outcome is None
     sim.reset(q=corrected.home)
     assert isinstance(sim.outcome, hc.Outcome) and sim.outcome.completed and sim.outcome.time == 0.0
-
-
-def test_old_keywords_still_work(corrected):
-    with pytest.warns(DeprecationWarning, match="`crane` is called `machine`"):
-        sim = hc.Simulator(crane=corrected)
-    assert sim.machine is corrected and sim.crane is corrected
-    with pytest.raises(TypeError, match="twice"):
-        hc.modes(machine=corrected, crane=corrected, q=corrected.home)

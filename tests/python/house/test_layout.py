@@ -299,26 +299,6 @@ def test_rooms_are_listed_in_the_architecture():
         assert f"| `python/hydrocrane/{room}` |" in text, room
 
 
-def test_old_names_of_modules_still_work():
-    from hydrocrane._moved import MOVED
-
-    for old, homes in MOVED.items():
-        assert not (PACKAGE / f"{old}.py").exists() and not (PACKAGE / old).exists(), old
-        assert all(f"hydrocrane.{home}" in MODULES for home in homes), old
-    script = (
-        "import warnings, pytest, hydrocrane as hc\n"
-        "with pytest.warns(DeprecationWarning, match='hydrocrane.benchmark.tasks'):\n"
-        "    from hydrocrane import tasks\n"
-        "assert callable(tasks.straight)\n"
-        "warnings.simplefilter('ignore')\n"
-        "from hydrocrane.result import Outcome, Run\n"
-        "assert (Outcome, Run) == (hc.Outcome, hc.Run)\n"
-        "import hydrocrane.nothing"
-    )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
-    assert "No module named 'hydrocrane.nothing'" in done.stderr, done.stderr
-
-
 def test_the_stub_of_the_package_names_what_the_package_has():
     """Type checkers read `__init__.pyi`, programs the table in `__init__.py`."""
     import hydrocrane
