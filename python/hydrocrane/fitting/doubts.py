@@ -33,6 +33,7 @@ def doubts(
     accuracy: Accuracy | None,
     quality: Sequence[SignalQuality],
     differences: Mapping[tuple[str, str], Difference],
+    looks: Sequence[str],
 ) -> tuple[str, ...]:
     """All warnings, the most important first."""
     return (
@@ -41,6 +42,7 @@ def doubts(
         *doubtful_columns(differences),
         *_quality(quality),
         *_beyond_noise(quality),
+        *_looks(looks),
         *_not_identifiable(known),
         *_together(found.task, known),
         *_blocks(known),
@@ -125,8 +127,16 @@ def _beyond_noise(quality: Sequence[SignalQuality]) -> Iterator[str]:
         more = f" and {len(beyond) - NAMED} more" if len(beyond) > NAMED else ""
         yield (
             f"residuals are many times the signals' noise ({', '.join(worst)} times{more}): something that is not "
-            "fitted is wrong too; the fitted values compensate a part of it, and the intervals do not cover that; look "
-            "at the picture, and free what may be wrong"
+            "fitted is wrong too; the fitted values are effective ones that compensate a part of it, and the intervals "
+            "do not cover that; look at the picture, and free what may be wrong"
+        )
+
+
+def _looks(looks: Sequence[str]) -> Iterator[str]:
+    if looks:
+        yield (
+            f"the residuals look like {'; or like '.join(looks)} of the sum of squares, which is not fitted: until it "
+            "is corrected or freed, the fitted values are effective ones"
         )
 
 

@@ -15,6 +15,7 @@ from hydrocrane.fitting.records import HoldOut, opened, window_of
 from hydrocrane.fitting.result import Fit
 from hydrocrane.fitting.search import searched
 from hydrocrane.fitting.setup import Setup
+from hydrocrane.fitting.suspects import suspected
 from hydrocrane.fitting.ties import Ties, ties_of
 from hydrocrane.logs import log_mapping
 from hydrocrane.logs.columns import LogLike
@@ -158,7 +159,8 @@ def fit(
     found = searched(task, starts, seed_number(starts_seed), map if executor is None else executor.map, tell)
     tell("intervals")
     found, known, accuracy = accurate(found, tell)
-    return Fit(plan, machine, found, known, motion, accuracy, tuple(notes), bound)
+    looks = suspected(found, machine, interpolation)
+    return Fit(plan, machine, found, known, motion, accuracy, tuple(notes), bound, looks)
 
 
 def _machine(plan: Scenario) -> Machine:

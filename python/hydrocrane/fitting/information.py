@@ -14,9 +14,8 @@ import numpy as np
 from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
-from hydrocrane.fitting.search import Task, Weights, residuals
+from hydrocrane.fitting.search import Task, Weights, correlated, residuals
 from hydrocrane.identification.output_error import Estimate
-from hydrocrane.signals.statistics import correlation_samples
 
 # Most and least number of blocks of time in all logs together; the correlation time decides between them.
 MOST_BLOCKS, LEAST_BLOCKS = 40, 6
@@ -122,7 +121,7 @@ def _blocks(task: Task, rows: Array, places: Array) -> tuple[float, np.ndarray]:
         for column in table.T:
             rest = column[np.isfinite(column)]
             if rest.size > 3:
-                longest = max(longest, correlation_samples(rest) * interval)
+                longest = max(longest, correlated(rest) * interval)
     whole = sum(float(model.record.time[-1]) for model in task.models)
     wanted = int(np.clip(whole / max(BLOCK * longest, 1e-12), LEAST_BLOCKS, MOST_BLOCKS))
     length = whole / wanted

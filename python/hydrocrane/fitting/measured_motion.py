@@ -24,6 +24,7 @@ from hydrocrane.fitting.prediction import by_differences
 from hydrocrane.fitting.records import Record
 from hydrocrane.logs import Log, noise_of
 from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Overrides
 from hydrocrane.scenario.solver import Solver
 from hydrocrane.signals.filters import low_pass
 
@@ -87,6 +88,10 @@ class MeasuredMotion:
 
     def predict(self, values: Array) -> tuple[Array, Array]:
         return by_differences(self._forces, values, self.scales)
+
+    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
+        """Neither valve nor oil enters."""
+        return self._forces(values)
 
     def with_solver(self, solver: Solver) -> MeasuredMotion:
         return self

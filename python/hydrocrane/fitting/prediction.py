@@ -11,6 +11,7 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.fitting.parameters import SensorError
 from hydrocrane.fitting.records import Record
+from hydrocrane.machine.overrides import Overrides
 from hydrocrane.scenario.solver import Solver
 
 # Half step of a central difference for smooth functions, in standard deviations of a parameter.
@@ -29,6 +30,10 @@ class LogModel(Protocol):
 
     def predict(self, values: Array) -> tuple[Array, Array]:
         """Signals (m, n) at the record's times and their derivatives (m, n, k) by the values (k,), SI."""
+        ...
+
+    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
+        """Signals (m, n) at these values with further `overrides`, or with commands interpolated differently."""
         ...
 
     def with_solver(self, solver: Solver) -> LogModel:

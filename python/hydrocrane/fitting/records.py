@@ -20,6 +20,9 @@ MOST_SAMPLES = 6000
 LEAST_SAMPLES = 10
 # Wanted standard error of a start value, as a share of the signal's range.
 AT_START = 1e-4
+# Standard deviation of a normal sample over its median absolute value, and the distance in these at which a reading at
+# the start is an outlier.
+BY_MEDIAN, STRAY = 1.4826, 5.0
 # The last share of each log, or (from, to), s of the log's clock.
 HoldOut: TypeAlias = "float | tuple[float, float] | None"
 
@@ -150,15 +153,17 @@ def at_start(log: Log, name: str, longest: float) -> Start:
     asked = (noise / (AT_START * span)) ** 2 if span > 0.0 else 1.0
     within = max(int(np.searchsorted(log.time, log.time[0] + longest)), 5)
     count = int(np.clip(np.ceil(asked), 1, within))
-    time, first = log.time[:count] - log.time[0], values[:count]
-    good = np.isfinite(first)
-    if not good.any():
+    looked = values[: max(count, 5)]
+    there = np.flatnonzero(np.isfinite(looked))
+    if not there.size:
         raise InputError(f"{log.source}: `{name}` has no readings in its first {longest:g} s; begin later with window=")
-    if good.sum() < 3:
-        return Start(float(first[good][0]), noise)
+    off = np.abs(looked[there] - np.median(looked[there]))
+    good = there[off <= STRAY * max(BY_MEDIAN * float(np.median(off)), noise)][:count]
+    if good.size < 3:
+        return Start(float(values[good[0]]), noise)
     # The end of a regression line has twice the standard error of the mean.
-    line = np.polynomial.polynomial.polyfit(time[good], first[good], 1)
-    return Start(float(line[0]), 2.0 * noise / float(np.sqrt(good.sum())))
+    line = np.polynomial.polynomial.polyfit(log.time[good] - log.time[0], values[good], 1)
+    return Start(float(line[0]), 2.0 * noise / float(np.sqrt(good.size)))
 
 
 def _changes(log: Log, name: str) -> bool:

@@ -32,6 +32,11 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+UNCHECKED = (
+    "no log can check what is wrong with all of it alike: a clock that runs too fast or slow, positions on a wrong "
+    "scale, the gain of the only sensor of a quantity; these change the fitted values and leave no residuals"
+)
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -50,6 +55,8 @@ class Fit:
         Remarks about the logs.
     ties : tuple of Tie
         Keys that changed in proportion to fitted ones.
+    looks : tuple of str
+        What the residuals look like, of effects that are not fitted.
 
     Examples
     --------
@@ -67,6 +74,7 @@ class Fit:
     accuracy: Accuracy | None = None
     notes: tuple[str, ...] = ()
     ties: tuple[Tie, ...] = ()
+    looks: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Fit of {len(self.names)} parameters to {len(self.task.models)} logs: {self._ended}>"
@@ -184,7 +192,8 @@ class Fit:
     def warnings(self) -> tuple[str, ...]:
         """Warnings to read before trusting the result, the most important first."""
         behind = left_behind(self.start, self.machine, self.keys, self.ties)
-        return (*doubts(self.found, self.information, self.accuracy, self.quality, self.differences), *behind)
+        known = self.information, self.accuracy, self.quality, self.differences, self.looks
+        return (*doubts(self.found, *known), *behind)
 
     @cached_property
     def figure(self) -> Figure:
@@ -207,7 +216,7 @@ class Fit:
             lines.append(f"  {q.log}: {q.signal} rms {q.rms:.3g} {q.unit} ({q.share:.1%} of its range){held}")
         lines += [] if self.accuracy is None else [f"  {self.accuracy}"]
         lines += [f"the logs do not identify {text}" for text in self.cannot_tell]
-        return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings), *self.notes])
+        return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings), *self.notes, UNCHECKED])
 
     def toml(self, *, date: str = "") -> str:
         """The fitted values as a part of a machine file, to be included; comments give the 95 % intervals."""
@@ -233,8 +242,7 @@ class Fit:
         quality = "How well the model follows the logs"
         report.stage(quality, lambda: Section(quality, table=self._quality_table(), figure=self.figure))
         report.stage("Correlation", lambda: Section("Correlation", table=self._correlation_table()))
-        if self.notes:
-            report.add(Section("The logs", "\n\n".join(self.notes)))
+        report.add(Section("The logs", "\n\n".join((*self.notes, UNCHECKED))))
         report.stage("Part of the machine file", lambda: Section("Part of the machine file", code=self.toml()))
         return report
 

@@ -13,7 +13,7 @@ convergence.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
@@ -23,7 +23,7 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.errors import HydrocraneError
 from hydrocrane.fitting.prediction import LogModel, Reading
-from hydrocrane.fitting.records import Record
+from hydrocrane.fitting.records import BY_MEDIAN, Record
 from hydrocrane.identification.output_error import TOLERANCE, Estimate, Unknown
 from hydrocrane.identification.output_error import fit as output_error_fit
 from hydrocrane.logs.rates import runs
@@ -34,8 +34,6 @@ from hydrocrane.signals.statistics import correlation_samples
 RunAll: TypeAlias = "Callable[..., Iterable[Estimate | None]]"
 # Residuals above this many standard deviations count linearly and not by their square (Huber 1964).
 HUBER = 2.5
-# Standard deviation of a normal sample over its median absolute value.
-BY_MEDIAN = 1.4826
 # Intervals of the means in the first searches, s.
 STRETCHES = (1.0, 0.2)
 # Initial standard deviation of a signal, as a share of its range.
@@ -133,7 +131,11 @@ class Found:
 
 
 def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable[[str], None]) -> Found:
-    """The best of several starts, with weights from its residuals."""
+    """The best of several starts, with weights from its residuals.
+
+    Searches with different weights are compared by :func:`scatter`. One of them frees the keys one by one, each from
+    what those before it gave, so that a key more does not end in a worse minimum than without it.
+    """
     first = first_weights(task)
     rng = np.random.default_rng(seed)
     others = [tuple(_drawn(unknown, rng) for unknown in task.unknowns) for _ in range(starts - 1)]
@@ -142,7 +144,47 @@ def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable
     given = [i == 0 for i in range(starts)]
     ended = [e for e in run_all(_one_pass, tasks, [first] * starts, given) if e is not None]
     best = min(ended, key=lambda e: e.variance)
-    return refined(Found(task, best, first, 0, tuple(sorted(e.variance for e in ended))), tell)
+    found = Found(task, best, first, 0, tuple(sorted(e.variance for e in ended)))
+    one = refined(found, tell)
+    if task.keys < 2:
+        return one
+    tell("freeing the parameters one by one")
+    other = _one_by_one(found, tell)
+    return one if other is None or scatter(one) <= scatter(other) else other
+
+
+def scatter(found: Found) -> float:
+    """Mean logarithm of the residuals' standard deviations: the likelihood of a fit with weights from its residuals."""
+    counts = [model.record.used.sum(axis=0) for model in found.task.models]
+    logs = [np.log([found.weights.deviations[s] for s in model.record.signals]) for model in found.task.models]
+    return float(np.sum([n @ log for n, log in zip(counts, logs, strict=True)]) / np.sum([n.sum() for n in counts]))
+
+
+def _one_by_one(found: Found, tell: Callable[[str], None]) -> Found | None:
+    """The search with one key, then two, and so on; None if it fails."""
+    task, weights = found.task, found.weights
+    values = np.array([unknown.start for unknown in task.unknowns])
+    try:
+        for count in range(1, task.keys):
+            free = np.r_[:count, task.keys : len(task.unknowns)]
+            values = _freed(task, weights, values, free)
+            weights = next_weights(task, values, weights)
+        return refined(replace(found, estimate=replace(found.estimate, values=values), weights=weights), tell)
+    except HydrocraneError:
+        return None
+
+
+def _freed(task: Task, weights: Weights, values: Array, free: np.ndarray) -> Array:
+    """`values` (k,) of all unknowns after a search for the `free` ones."""
+
+    def function(some: Array) -> tuple[Array, Array]:
+        values[free] = some
+        rows, slopes, _ = residuals(task, weights, values)
+        return rows, slopes[:, free]
+
+    unknowns = [replace(task.unknowns[i], start=float(values[i])) for i in free]
+    values[free] = output_error_fit(unknowns, function, tolerance=ROUGHLY).values
+    return values
 
 
 def refined(found: Found, tell: Callable[[str], None]) -> Found:
@@ -184,7 +226,7 @@ def next_weights(task: Task, values: Array, before: Weights) -> Weights:
         else:
             spread = float(np.sqrt(np.mean(rest**2))) if rest.size else 0.0
         deviations[signal] = max(spread, _noise(task, signal), 1e-9 * before.deviations[signal])
-        shares[signal] = max([correlation_samples(column) for column in columns if column.size > 3], default=1.0)
+        shares[signal] = max([correlated(column) for column in columns if column.size > 3], default=1.0)
     found = Weights(deviations, (), ())
     roots, outliers = [], []
     for record, difference in zip(records, differences, strict=True):
@@ -193,6 +235,12 @@ def next_weights(task: Task, values: Array, before: Weights) -> Weights:
         roots.append(1.0 / np.sqrt(np.maximum(size, 1.0) * shared))
         outliers.append(size > 1.0)
     return replace(found, roots=tuple(roots), outliers=tuple(outliers))
+
+
+def correlated(rest: Array) -> float:
+    """Correlation time of residuals (n,), in samples; an outlier, which is like no neighbour, must not hide it."""
+    most = HUBER * BY_MEDIAN * float(np.median(np.abs(rest)))
+    return correlation_samples(np.clip(rest, -most, most))
 
 
 def _modelled(record: Record) -> np.ndarray:
@@ -240,6 +288,15 @@ def residuals(task: Task, weights: Weights, values: Array) -> tuple[Array, Array
         time = np.broadcast_to(record.time[:, None], used.shape)[used]
         places.append(np.column_stack([np.full(time.size, i), time]))
     return np.concatenate(rows), np.concatenate(slopes), np.concatenate(places)
+
+
+def weighted(task: Task, weights: Weights, differences: Sequence[Array]) -> Array:
+    """Differences (m, n) of each log's signals as residuals (r,)."""
+    rows = []
+    for i, (model, difference) in enumerate(zip(task.models, differences, strict=True)):
+        scale = weights.roots[i] / _deviations(model.record, weights)
+        rows.append((difference * scale)[model.record.used])
+    return np.concatenate(rows)
 
 
 def readings(model: LogModel, signal: str) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +16,7 @@ from hydrocrane.fitting.prediction import by_differences
 from hydrocrane.fitting.records import Record, at_start
 from hydrocrane.logs import Log, noise_of
 from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Overrides
 from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
@@ -61,6 +62,9 @@ class OpenLoop:
             raise _broken_off(self.record, found.outcome.kind, found.outcome.time, found.outcome.message)
         return found.y, found.sensitivities
 
+    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
+        return _signals(self.plan, self.record, self.keys, values, overrides, interpolation)
+
     @property
     def solver(self) -> Solver:
         return self.plan.solver
@@ -85,7 +89,10 @@ class ClosedLoop:
     scales: tuple[float, ...]
 
     def predict(self, values: Array) -> tuple[Array, Array]:
-        return by_differences(self._signals, values, self.scales, SAMPLED)
+        return by_differences(lambda at: self.varied(at, {}), values, self.scales, SAMPLED)
+
+    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
+        return _signals(self.plan, self.record, self.keys, values, overrides, interpolation)
 
     @property
     def solver(self) -> Solver:
@@ -94,21 +101,24 @@ class ClosedLoop:
     def with_solver(self, solver: Solver) -> ClosedLoop:
         return dataclasses.replace(self, plan=self.plan.changed(solver=solver))
 
-    @cached_property
-    def _machine(self) -> Machine:
-        return self.plan.load_machine()
 
-    def _signals(self, values: Array) -> Array:
-        overrides = self._machine.overrides_at(self.keys, values)
-        payload = overrides.pop("payload.mass", None)
-        changes: Changes = {"overrides": overrides}
-        if payload is not None:
-            changes["payload"] = float(payload)  # type: ignore[arg-type]
-        run = simulate(self.plan, ledger=False, **changes)
-        if run.outcome.kind != "completed":
-            raise _broken_off(self.record, run.outcome.kind, run.outcome.time, run.outcome.message)
-        columns = [run.columns[name].values for name in self.record.signals]
-        return np.stack([np.interp(self.record.time, run.columns.time, column) for column in columns], axis=1)
+def _signals(
+    plan: Scenario, record: Record, keys: Sequence[str], values: Array, overrides: Overrides, interpolation: str
+) -> Array:
+    """Signals (m, n) of a run with these `values` of the `keys`, and with further changes."""
+    moved = {**plan.load_machine().overrides_at(keys, values), **overrides}
+    payload = moved.pop("payload.mass", None)
+    changes: Changes = {"overrides": moved}
+    if payload is not None:
+        changes["payload"] = float(payload)  # type: ignore[arg-type]
+    if interpolation and isinstance(plan.commands, Mapping):
+        held = {c: dataclasses.replace(command, interpolation=interpolation) for c, command in plan.commands.items()}
+        changes["commands"] = held
+    run = simulate(plan, ledger=False, **changes)
+    if run.outcome.kind != "completed":
+        raise _broken_off(record, run.outcome.kind, run.outcome.time, run.outcome.message)
+    columns = [run.columns[name].values for name in record.signals]
+    return np.stack([np.interp(record.time, run.columns.time, column) for column in columns], axis=1)
 
 
 @dataclass(frozen=True)

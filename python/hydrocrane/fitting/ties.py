@@ -18,6 +18,7 @@ from hydrocrane.fitting.parameters import key_value
 from hydrocrane.fitting.prediction import LogModel
 from hydrocrane.fitting.records import Record
 from hydrocrane.machine.machine import Machine
+from hydrocrane.machine.overrides import Overrides
 from hydrocrane.scenario.solver import Solver
 
 # The leading parameter of each tied key.
@@ -86,6 +87,9 @@ class TiedModel:
     def predict(self, values: Array) -> tuple[Array, Array]:
         y, slopes = self.model.predict(self.matrix @ values)
         return y, slopes @ self.matrix
+
+    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
+        return self.model.varied(self.matrix @ values, overrides, interpolation)
 
     def with_solver(self, solver: Solver) -> TiedModel:
         return replace(self, model=self.model.with_solver(solver))

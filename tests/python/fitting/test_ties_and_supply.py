@@ -61,7 +61,7 @@ def test_the_logged_supply_pressure_is_replayed(log: dict[str, np.ndarray], tied
     assert all(q.share < 0.02 for q in tied.quality if "extension" not in q.signal)
     without = {name: column for name, column in log.items() if name != "supply.pressure"}
     constant = hc.fit(plan(), without, NAMES, overrides=FILE, priors={"payload.mass": 50.0})
-    assert abs(constant.value("payload.mass") - MASS) > 2.0
+    assert max(q.rms / q.noise for q in constant.quality) > 5.0 * max(q.rms / q.noise for q in tied.quality)
     assert any("something that is not fitted is wrong" in warning for warning in constant.warnings)
 
 
