@@ -12,8 +12,9 @@ import pytest
 SCRIPTS = Path(__file__).resolve().parents[3] / "docs/validation"
 
 
+# In processes of their own: one that has imported JAX must not fork.
 @pytest.mark.evidence
-@pytest.mark.parametrize(("script", "library"), [("time_optimal", "casadi")])
+@pytest.mark.parametrize(("script", "library"), [("time_optimal", "casadi"), ("exported_models", "jax")])
 def test_a_page_of_exported_models(script, library):
     if importlib.util.find_spec(library) is None:
         pytest.skip(f"no {library} here")
