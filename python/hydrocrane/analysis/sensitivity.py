@@ -83,6 +83,8 @@ class Experiment:
         States and outputs to return, by their names; default is all except ``energy.oil``.
     times : (m,) array_like, optional
         Times to record, s, increasing, within the duration; default is the scenario's record interval.
+    start : (n_states,) array, optional
+        State at time zero, which no key moves; default is that of the scenario.
     resolve_sensitivities : bool
         Choose step sizes so that the sensitivities keep the tolerance too. Without it the states are, to the last bit,
         those of :func:`hydrocrane.simulate` by the same method, and the sensitivities inaccurate at kinks of the laws.
@@ -97,6 +99,7 @@ class Experiment:
         *,
         signals: Sequence[str] | None = None,
         times: ArrayLike | None = None,
+        start: Array | None = None,
         resolve_sensitivities: bool = True,
         **changes: Unpack[Changes],
     ) -> None:
@@ -112,7 +115,7 @@ class Experiment:
         self.payload = self.machine.payload(self.plan.payload)
         wanted = _checked_times(times, self.plan)
         check_record(self.machine, self.plan, wanted.size, parameters=len(self.keys))
-        self._core = self._prepared(wanted, resolve_sensitivities)
+        self._core = self._prepared(wanted, start, resolve_sensitivities)
         with translated():
             self.parameters = tuple(Parameter(*entry) for entry in self._core.parameters())
         known = self.known_signals
@@ -169,11 +172,11 @@ class Experiment:
         later = tuple((time, machine.made(changed)) for time, changed in changes)
         return RecordedStage(0.0, machine, machine, plan.stick_mode, controlled=False, changes=later)
 
-    def _prepared(self, times: Array, resolve_sensitivities: bool) -> _core.SensitivityExperiment:
+    def _prepared(self, times: Array, start: Array | None, resolve_sensitivities: bool) -> _core.SensitivityExperiment:
         plan, machine = self.plan, self.machine
-        state = plan.initial_state(machine)
-        at_rest = isinstance(plan.pressures, str)
-        start = state[: len(machine.joint_names)] if at_rest else state
+        state = plan.initial_state(machine) if start is None else start
+        at_rest = isinstance(plan.pressures, str) and start is None
+        given = state[: len(machine.joint_names)] if at_rest else state
         overrides = {**machine.overrides, "payload.mass": self.payload}
         command_times, spools, linear = plan.command_grid(machine)
         with translated():
@@ -181,7 +184,7 @@ class Experiment:
                 machine.source,
                 list(overrides.items()),
                 self.keys,
-                np.ascontiguousarray(start),
+                np.ascontiguousarray(given),
                 at_rest,
                 float(plan.duration),
                 command_times,

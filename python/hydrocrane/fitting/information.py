@@ -15,7 +15,7 @@ from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
 from hydrocrane.fitting.search import Task, Weights, correlated, residuals
-from hydrocrane.identification.output_error import Estimate
+from hydrocrane.identification.output_error import Estimate, inverse
 
 # Most and least number of blocks of time in all logs together; the correlation time decides between them.
 MOST_BLOCKS, LEAST_BLOCKS = 40, 6
@@ -84,7 +84,7 @@ def information(task: Task, weights: Weights, estimate: Estimate) -> Information
     np.add.at(sums, labels, derivatives * rows[:, None])
     # Not below the covariance that the weights imply: a few blocks may agree by chance.
     meat = _larger(sums.T @ sums * count / max(count - 1, 1), derivatives.T @ derivatives)
-    bread = _inverse(derivatives.T @ derivatives + np.diag(prior_weight**2))
+    bread = inverse(np.vstack([derivatives, np.diag(prior_weight)]))
     mean = np.array([u.prior[0] if u.prior is not None else u.start for u in task.unknowns])
     slope = derivatives.T @ rows + prior_weight**2 * (estimate.values - mean) / scales
     # What ended on a bound stays there.
@@ -138,11 +138,6 @@ def _larger(one: Array, other: Array) -> Array:
     back = np.linalg.inv(root)
     shares, turn = np.linalg.eigh(back @ one @ back.T)
     return np.asarray(root @ (turn * np.maximum(shares, 1.0)) @ turn.T @ root.T)
-
-
-def _inverse(matrix: Array) -> Array:
-    values, axes = np.linalg.eigh(matrix)
-    return np.asarray((axes / np.maximum(values, 1e-14 * values[-1])) @ axes.T)
 
 
 def _not_identifiable(names: Sequence[str], covariance: Array, before: Array) -> tuple[str, ...]:

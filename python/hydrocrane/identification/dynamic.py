@@ -21,6 +21,7 @@ from hydrocrane.identification.output_error import Estimate, JointPrior, Unknown
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_model import (
     OTHER_DELAY,
+    OTHER_FRICTION,
     OTHER_PLACE,
     OTHER_PRESSURE,
     LogModel,
@@ -51,9 +52,14 @@ STRAINED = 4.5
 ROUGH, FAR_OFF = 1e-3, 100.0
 # Factor on the noise in the first, softened fit, and its tolerance.
 SOFTENED, ON_THE_WAY = (100.0, 10.0), 0.1
-# Unknowns in the start of the simulation, with the largest change, Pa, m and s, that needs no new start, and the most
-# repetitions of the fit from a new start.
-MOVED = {"p1.start": 0.1 * OTHER_PRESSURE, "x.start": 0.1 * OTHER_PLACE, "delay": OTHER_DELAY}
+# Unknowns in the start of the simulation, with the largest change, Pa, m, N and s, that needs no new start, and the
+# most repetitions of the fit from a new start.
+MOVED = {
+    "p1.start": 0.1 * OTHER_PRESSURE,
+    "x.start": 0.1 * OTHER_PLACE,
+    "rest.friction": 0.1 * OTHER_FRICTION,
+    "delay": OTHER_DELAY,
+}
 MOST_MOVES = 5
 
 
@@ -230,10 +236,7 @@ def _doubts(estimate: Estimate, residuals: RigResiduals, rig: Machine) -> list[s
 
 
 def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior | None) -> list[str]:
-    """Warning on unknowns further from their priors than chance explains, which points to another error.
-
-    Bristles that are bent at rest add a constant friction, which the fit takes for a wrong zero of a pressure.
-    """
+    """Warning on unknowns further from their priors than chance explains, which points to another error."""
     priors = {u.name: u.prior for u in unknowns if u.prior is not None}
     if joint is not None:
         priors |= {
@@ -244,13 +247,6 @@ def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior
     worst = max(far, key=lambda name: far[name])
     if far[worst] < STRAINED:
         return []
-    if worst.split(" ")[0] in ("p1.zero", "p2.zero", "p1.calibration", "p2.calibration"):
-        return [
-            f"the fit moves {worst} by {far[worst]:.0f} standard deviations from its prior, as bristles that are "
-            "bent when a log begins make it do: the piston then rests with friction, which is not modelled, and "
-            "stiffness and damping are off by more than their intervals. Begin where the load rests without friction; "
-            "if it did, check load, rig file and sensors"
-        ]
     return [
         f"the fit moves {worst} by {far[worst]:.0f} standard deviations from its prior; check load, rig file "
         "and sensors before trusting anything here"

@@ -195,7 +195,7 @@ def fit(
     return Estimate(
         names=tuple(u.name for u in unknowns),
         values=np.asarray(found.x * evaluator.scale),
-        bound=_inverse(found.jac) * np.outer(evaluator.scale, evaluator.scale),
+        bound=inverse(found.jac) * np.outer(evaluator.scale, evaluator.scale),
         variance=float(2.0 * found.cost * softened**2 / freedom),
         converged=bool(found.success),
         message=str(found.message),
@@ -212,7 +212,7 @@ def bound(
     Priors count as data.
     """
     evaluator = _Evaluator(unknowns, function, joint)
-    deviation = np.sqrt(np.diag(_inverse(evaluator.slopes(evaluator.start)))) * evaluator.scale
+    deviation = np.sqrt(np.diag(inverse(evaluator.slopes(evaluator.start)))) * evaluator.scale
     return {u.name: float(d) for u, d in zip(unknowns, deviation, strict=True)}
 
 
@@ -289,7 +289,7 @@ def _priors(unknowns: Sequence[Unknown], joint: JointPrior | None) -> tuple[Arra
     return np.vstack([rows, together]), mean
 
 
-def _inverse(slopes: Array) -> Array:
+def inverse(slopes: Array) -> Array:
     """(J^T J)^-1; a combination of unknowns without information gets a huge variance in place of infinity."""
     _, s, vt = np.linalg.svd(slopes, full_matrices=False)
     weight = 1.0 / np.maximum(s, BLIND * s[0]) ** 2

@@ -1,11 +1,11 @@
 """Prediction of a rig's log: simulated signals as its sensors would read them, with exact derivatives.
                                                               theory: docs/theory/identification/dynamic.md
 
-The rig starts at rest with its bristles straight. Its start pressures follow from the first readings of p1 and the
-equilibrium of forces, so that a zero error of the transmitters does not move the piston. The errors of the start
-pressure p1 and of the start position, which determines the oil volumes, are nuisances. Their effects are found once, by
-simulations with other start values. The delay of the readings against the command is a nuisance too; its effect is
-minus the rate of the signals.
+The rig starts at rest. Its start pressures follow from the first readings of p1 and the equilibrium of forces, so that
+a zero error of the transmitters does not move the piston. The errors of the start pressure p1 and of the start
+position, which determines the oil volumes, and the friction at rest, which bends the bristles, are nuisances. Their
+effects are found once, by simulations with other start values. The delay of the readings against the command is a
+nuisance too; its effect is minus the rate of the signals.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hydrocrane.analysis.sensitivity import Experiment, solve
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.identification.blocks import Blocks
-from hydrocrane.identification.rig_unknowns import with_values
+from hydrocrane.identification.rig_unknowns import DYNAMIC, key_of, number, with_values
 from hydrocrane.identification.sensors import NUISANCES, OF_A_LOG, RigSensors, gains, read, whitened
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
@@ -39,6 +39,8 @@ LEAST_SAMPLES = 10
 # effect.
 LEAST_PRESSURE = 1e5
 OTHER_PRESSURE, OTHER_PLACE = 1e4, 1e-3
+# Friction at rest, N, that determines its effect.
+OTHER_FRICTION = 10.0
 # Delay, s, that determines its effect: a small part of a pressure transmitter's lag.
 OTHER_DELAY = 1e-4
 # The step size control uses the states alone, which makes sensitivities twenty times as fast. The tolerance is far
@@ -60,9 +62,9 @@ class LogModel:
         kg.
     keys : sequence of str
         Keys of the machine that are fitted.
-    moved : (float, float, float)
-        Differences of the start values p1 (Pa) and x (m) from the readings, and delay (s) of the command against the
-        log.
+    moved : (float, float, float, float)
+        Differences of the start values p1 (Pa) and x (m) from the readings, friction at rest (N), and delay (s) of the
+        command against the log.
     near : (k,) array, optional
         Values of the keys for which the effects of the start values are found; default is the rig's file.
 
@@ -82,7 +84,7 @@ class LogModel:
         *,
         payload: float | None,
         keys: Sequence[str],
-        moved: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        moved: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
         near: Array | None = None,
     ) -> None:
         self.log, self.rig, self.payload, self.moved = log, rig, payload, moved
@@ -92,31 +94,47 @@ class LogModel:
         samples[log.spoilt(*SIGNALS)] = np.nan
         self.source, self.sensors = log.source, sensors
         corner, spool = corners(time, _command(log), COMMAND_TOLERANCE * float(np.abs(log["command"]).max()))
-        command = corner + moved[2], spool
+        command = corner + moved[3], spool
         self.blocks = Blocks.of(time, command[0])
         self.time, self.measured = self.blocks.mean(time), self.blocks.mean(samples)
         self.counted = np.isfinite(self.measured).all(axis=1) & (self.time > SETTLING)
         if not self.counted.any():
             raise InputError(f"{log.source}: no stretch in which every sensor reads")
+        self._near = rig if near is None else with_values(rig, keys, near)
+        plan = _scenario(log, rig, command, _start(log, samples) + np.array(moved[:2]), payload)
         self.experiment = Experiment(
-            _scenario(log, rig, command, _start(log, samples) + np.array(moved[:2]), payload),
+            plan,
             list(keys),
             signals=[f"cylinder.{rig.cylinder_names[0]}.{name}" for name in SIGNALS],
             times=np.minimum(self.blocks.nodes, time[-1] * (1 - 1e-12)),
+            start=self._bent(plan, moved[2], moved[2]),
             resolve_sensitivities=False,
         )
-        self._near = rig if near is None else with_values(rig, keys, near)
 
     def restarted(self, by: Array, near: Array) -> LogModel:
-        """This log with the start values p1 (Pa) and x (m) and the delay (s) changed `by` (3,)."""
-        moved = (self.moved[0] + float(by[0]), self.moved[1] + float(by[1]), self.moved[2] + float(by[2]))
+        """This log with the start values p1 (Pa) and x (m), the friction at rest (N) and the delay (s) changed `by`
+        (4,)."""
+        p1, x, friction, delay = (np.array(self.moved) + by).tolist()
+        moved = p1, x, friction, delay
         keys = self.experiment.keys
         return LogModel(self.log, self.rig, self.sensors, payload=self.payload, keys=keys, moved=moved, near=near)
 
+    def _bent(self, plan: Scenario, friction: float, bent: float) -> Array:
+        """The start of a scenario: p2 in balance with a `friction` at rest, N, and bristles as `bent` N bend them."""
+        cylinder, names = self.rig.cylinder_names[0], self.rig.state_names
+        state = plan.initial_state(self.rig)
+        state[names.index(f"cylinder.{cylinder}.z")] = bent / number(self._near, self._stiffness)
+        state[names.index(f"cylinder.{cylinder}.p2")] -= friction / self.rig.piston_areas[0][1]
+        return state
+
+    @property
+    def _stiffness(self) -> str:
+        return key_of(self.rig, "friction", DYNAMIC[0])
+
     @cached_property
     def by_start(self) -> Array:
-        """(b, 3, 2) derivatives of x, p1, p2 by the start pressure p1 in equilibrium, and by the start position with
-        the same reading."""
+        """(b, 3, 3) derivatives of x, p1, p2 by the start pressure p1 in equilibrium, by the start position with the
+        same reading, and by the friction at rest."""
         plan, rig = self.experiment.plan, self.experiment.machine
         cylinder, (a1, a2) = rig.cylinder_names[0], rig.piston_areas[0]
         assert not isinstance(plan.pressures, str), "this scenario was made with pressures"
@@ -127,19 +145,33 @@ class LogModel:
         other = rig.joints_from_strokes(rig.strokes([place]) + OTHER_PLACE)
         by_place = (self._started(joints={joint: float(other[0])}) - self._nominal) / OTHER_PLACE
         by_place[:, 0] -= 1.0
-        return np.stack([by_pressure, by_place], axis=-1)
+        by_friction = (self._started(friction=OTHER_FRICTION, bent=OTHER_FRICTION) - self._nominal) / OTHER_FRICTION
+        return np.stack([by_pressure, by_place, by_friction], axis=-1)
+
+    @cached_property
+    def _by_bending(self) -> Array:
+        """(b, 3) derivatives by a relative change of the bristles' first deflection alone."""
+        if self.moved[2] == 0.0:
+            return np.zeros_like(self._nominal)
+        return (self._started(bent=OTHER_FRICTION) - self._nominal) * self.moved[2] / OTHER_FRICTION
 
     @cached_property
     def by_delay(self) -> Array:
         """(b, 3) derivatives of x, p1, p2 by a common delay, s: minus their rates."""
         return (self._started(later=OTHER_DELAY) - self._nominal) / OTHER_DELAY
 
-    def _started(self, later: float = 0.0, **start: Unpack[RunChanges]) -> Array:
-        """(b, 3) prediction from other start values, or with readings `later`, s."""
+    def _started(
+        self, later: float = 0.0, friction: float = 0.0, bent: float = 0.0, **start: Unpack[RunChanges]
+    ) -> Array:
+        """(b, 3) prediction from other start values, with more friction at rest or bristles more `bent`, N, or with
+        readings `later`, s."""
         made, plan = self.experiment, self.experiment.plan.changed(**start, machine=self._near)
+        state = self._bent(plan, self.moved[2] + friction, self.moved[2] + bent)
         # In the first sample the rig is at rest.
         times = np.clip(self.blocks.nodes - later, 0.0, plan.duration * (1 - 1e-12))
-        one = Experiment(plan, made.keys[:1], signals=made.signals, times=times, resolve_sensitivities=False)
+        one = Experiment(
+            plan, made.keys[:1], signals=made.signals, times=times, start=state, resolve_sensitivities=False
+        )
         return self._means(one, one.values)[0]
 
     @cached_property
@@ -152,6 +184,12 @@ class LogModel:
         k)."""
         y, slopes = self._means(self.experiment, values)
         y[:, 0] -= self.moved[1]
+        if self._stiffness in self.experiment.keys:
+            # The same friction bends stiffer bristles less.
+            at = self.experiment.keys.index(self._stiffness)
+            softer = number(self._near, self._stiffness) / float(values[at])
+            y += self._by_bending * (softer - 1.0)
+            slopes[:, :, at] -= self._by_bending * softer / float(values[at])
         return y, slopes
 
     def _means(self, experiment: Experiment, values: Array) -> tuple[Array, Array]:
@@ -360,9 +398,9 @@ class RigResiduals:
         return seen, row
 
     def _moving(self, log: int) -> list[int]:
-        """Indices of the start pressure and position of a log, and of the common delay, among the unknowns."""
+        """Indices of start pressure, position and friction of a log, and of the common delay, among the unknowns."""
         first = self._own(log).start
-        own = [first + OF_A_LOG.index(name) for name in ("p1.start", "x.start")]
+        own = [first + OF_A_LOG.index(name) for name in ("p1.start", "x.start", "rest.friction")]
         return [*own, self.keys + NUISANCES.index("delay")]
 
     def _own(self, log: int) -> slice:

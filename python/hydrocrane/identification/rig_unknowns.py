@@ -118,10 +118,12 @@ def unknowns_of(
         Unknown(name, 0.0, deviation, (0.0, deviation), BOUNDS.get(name, (-np.inf, np.inf)))
         for name, deviation in zip(NUISANCES, sensors.deviations, strict=True)
     ]
+    most = float(np.max(_pair(rig, "breakaway")))
+    limits = {"rest.friction": (-most, most)}
     readings += [
-        Unknown(f"{name} {k}", 0.0, deviation, (0.0, deviation))
+        Unknown(f"{name} {k}", 0.0, deviation, (0.0, deviation), limits.get(name, (-np.inf, np.inf)))
         for k in range(len(logs))
-        for name, deviation in zip(OF_A_LOG, sensors.of_a_log(rig.supply_pressure), strict=True)
+        for name, deviation in zip(OF_A_LOG, sensors.of_a_log(rig.supply_pressure, most), strict=True)
     ]
     return keys, readings
 

@@ -91,7 +91,7 @@ DELAY = 1e-3
 Calibrated = bool | Sequence[float]
 NUISANCES = ("p1.zero", "p2.zero", "p1.span", "p2.span", "x.slope", "x.curve", "x.hysteresis", "delay")
 # The same for each log: each zero calibration has its own error.
-OF_A_LOG = ("x.offset", "p1.start", "x.start", "p1.calibration", "p2.calibration")
+OF_A_LOG = ("x.offset", "p1.start", "x.start", "rest.friction", "p1.calibration", "p2.calibration")
 
 
 @dataclass(frozen=True)
@@ -144,14 +144,16 @@ class RigSensors:
             hysteresis=max(UNIFORM * position.get("repeatability", 0.0) * width, 1e-9),
         )
 
-    def of_a_log(self, supply: float) -> tuple[float, ...]:
+    def of_a_log(self, supply: float, breakaway: float) -> tuple[float, ...]:
         """Standard deviations of :data:`OF_A_LOG`: errors that remain after a reading at rest and a calibration.
 
-        The error of the span is proportional to the pressure, which is below that of the `supply`, Pa.
+        The error of the span is proportional to the pressure, which is below that of the `supply`, Pa. Friction at rest
+        is anything up to `breakaway`, N.
         """
         offset, pressure = START_READING * self.position_noise, START_READING * self.pressure_noise
         p1 = float(np.linalg.norm([pressure, self.zeros[0], self.left[0], self.span * supply]))
-        return (offset, p1, float(np.hypot(self.hysteresis, self.linearity_error)), *self.left)
+        x = float(np.hypot(self.hysteresis, self.linearity_error))
+        return (offset, p1, x, UNIFORM * breakaway, *self.left)
 
     @property
     def deviations(self) -> tuple[float, ...]:
@@ -194,15 +196,15 @@ def read(
         x, p1, p2, SI.
     turned : (b,) array
         As from :meth:`RigSensors.turned`.
-    by_delay, by_start : (b, 3) and (b, 3, 2) arrays
+    by_delay, by_start : (b, 3) and (b, 3, 3) arrays
         As from :class:`LogModel`.
-    nuisances, of_log : (8,) and (5,) arrays
+    nuisances, of_log : (8,) and (6,) arrays
         In the order of :data:`NUISANCES` and :data:`OF_A_LOG`.
 
     Returns
     -------
     readings : (b, 3) array
-    slopes : (b, 3, 13) array
+    slopes : (b, 3, 14) array
         Derivatives of the readings by both.
     """
     way = y[:, 0] - y[0, 0]
@@ -210,8 +212,8 @@ def read(
     slopes[:, 1, 0] = slopes[:, 2, 1] = slopes[:, 0, 8] = 1.0
     slopes[:, 1, 2], slopes[:, 2, 3] = y[:, 1], y[:, 2]
     slopes[:, 0, 4], slopes[:, 0, 5], slopes[:, 0, 6] = way, way**2, -turned
-    slopes[:, :, 7], slopes[:, :, 9:11] = by_delay, by_start
-    slopes[:, 1, 11] = slopes[:, 2, 12] = 1.0
+    slopes[:, :, 7], slopes[:, :, 9:12] = by_delay, by_start
+    slopes[:, 1, 12] = slopes[:, 2, 13] = 1.0
     # The readings are linear in the errors of the sensors.
     return y + slopes @ np.concatenate([nuisances, of_log]), slopes
 
