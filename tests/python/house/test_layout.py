@@ -39,9 +39,8 @@ MAY_USE = {
 
 # Each room of the Python package, and each module beside the rooms, with what it may use of the others. They stand from
 # left to right: what a room may use stands before it.
-BASE = {"_moved", "_core_types", "errors", "arrays", "result_warning", "units", "notebook"}
+BASE = {"_core_types", "errors", "arrays", "result_warning", "units", "notebook"}
 ROOMS = {
-    "_moved": set(),
     "_core_types": set(),
     "errors": set(),
     "arrays": {"errors"},
