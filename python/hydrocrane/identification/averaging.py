@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 from hydrocrane.arrays import Array
 
@@ -36,12 +36,12 @@ def averaged(weights: ArrayLike, values: Sequence[float], intervals: Sequence[En
         Of each model, finite; the intervals at the confidence `level`.
     """
     outside = 0.5 * (1.0 - level)
-    far = float(norm.isf(outside))
+    far = -float(ndtri(outside))
 
     def below(x: float) -> float:
         """Weighted share of all models below x."""
         shares = [
-            norm.cdf(far * (x - value) / max(value - low if x < value else high - value, 1e-12 * (1.0 + abs(value))))
+            ndtr(far * (x - value) / max(value - low if x < value else high - value, 1e-12 * (1.0 + abs(value))))
             for value, (low, high) in zip(values, intervals, strict=True)
         ]
         return float(np.dot(np.asarray(weights, dtype=float), shares))

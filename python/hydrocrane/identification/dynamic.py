@@ -101,6 +101,7 @@ def fit_dynamic(
     if not logs:
         raise InputError("a dynamic fit needs the log of a ramp or a step")
     check_bristles(rig)
+    static = None if static is None else static.for_machines
     law = rig_map(rig) if static is None else static.law
     machine = with_map(rig, law)
     readings, warnings = first_readings(ramps, steps, machine, law, payload=payload)

@@ -16,8 +16,10 @@ from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.static_map import EXPONENTS
 
 Exponents = Literal["chosen", "fixed", "free"] | Mapping[str, ArrayLike | str]
-# An exponent is held, free with one value for both directions, or free in each direction.
+# An exponent is held, free with one value for both directions, or free in each direction; a viscous one may be held at
+# 1, and friction may fall by a Lorentzian, which has no exponent.
 HELD, SHARED, EACH = "held", "shared", "each"
+LINEAR, LORENTZIAN = "linear", "lorentzian"
 CHOICES = ("chosen", "fixed", "free")
 # Least number of levels in a direction for Coulomb, break-away, Stribeck velocity and viscous coefficient.
 LEAST_LEVELS = 4
@@ -33,13 +35,20 @@ class Form:
     ----------
     stribeck : (bool, bool)
         Whether there is a Stribeck term, (extending, retracting).
-    stribeck_exponent, viscous_exponent : {"held", "shared", "each"}
-        Held, free and the same in both directions, or free in each.
+    stribeck_exponent : {"held", "shared", "each", "lorentzian"}
+        Held, free and the same in both directions, or free in each; or no exponential but 1/(1 + (v/v_s)^2).
+    viscous_exponent : {"linear", "held", "shared", "each"}
+        Held at 1, held at another value, or free.
     """
 
     stribeck: tuple[bool, bool] = (True, True)
     stribeck_exponent: str = HELD
     viscous_exponent: str = HELD
+
+    @property
+    def lorentzian(self) -> bool:
+        """Whether friction falls by a Lorentzian; machine files have no such map."""
+        return self.stribeck_exponent == LORENTZIAN
 
     def freedom(self, name: str) -> str:
         """That of an exponent by its key."""
@@ -49,15 +58,15 @@ class Form:
         """The form in words, with the values of `held` exponents."""
         sides = [name for name, has in zip(DIRECTIONS, self.stribeck, strict=True) if has]
         stribeck = {0: "no Stribeck term", 1: f"Stribeck term {''.join(sides)} only", 2: "Stribeck term"}[len(sides)]
-        exponents = ["viscous-exponent", *(["stribeck-exponent"] if sides else [])]
+        stribeck = f"Lorentzian {stribeck}" if self.lorentzian else stribeck
+        exponents = ["viscous-exponent", *(["stribeck-exponent"] if sides and not self.lorentzian else [])]
         return ", ".join([stribeck, *(self._exponent(name, held[name]) for name in exponents)])
 
     def _exponent(self, name: str, value: Array) -> str:
         words = name.replace("-", " ")
         values = " and ".join(f"{v:g}" for v in dict.fromkeys(value))
-        return {HELD: f"{words} {values}", SHARED: f"{words} free", EACH: f"{words} free in each direction"}[
-            self.freedom(name)
-        ]
+        held = {LINEAR: f"{words} 1", HELD: f"{words} {values}"}
+        return {**held, SHARED: f"{words} free", EACH: f"{words} free in each direction"}[self.freedom(name)]
 
 
 @dataclass(frozen=True)
@@ -82,7 +91,9 @@ class Wish:
         if isinstance(exponents, str):
             if exponents not in CHOICES:
                 raise unknown("choice of exponents", exponents, CHOICES)
-            chosen = {"stribeck-exponent": (HELD, SHARED), "viscous-exponent": (HELD, SHARED, EACH)}
+            linear = () if (values["viscous-exponent"] == 1.0).all() else (LINEAR,)
+            chosen: dict[str, tuple[str, ...]] = {"stribeck-exponent": (HELD, SHARED, LORENTZIAN)}
+            chosen["viscous-exponent"] = (*linear, HELD, SHARED, EACH)
             other = (HELD,) if exponents == "fixed" else (EACH,)
             return cls(values, chosen if exponents == "chosen" else dict.fromkeys(EXPONENTS, other))
         if not isinstance(exponents, Mapping):

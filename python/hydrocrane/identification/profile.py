@@ -104,6 +104,11 @@ class Solved:
     x: Array
     sigma: Array
 
+    def edges(self, label: str) -> tuple[float, float]:
+        """Bounds of a parameter, SI."""
+        handle = Handle(self.problem, LABELS.index(label), LOG if label.split(".")[0] in LOGARITHMIC else NATURAL)
+        return handle.back(handle.edge(False)), handle.back(handle.edge(True))
+
     def ends(self, label: str, deviation: float, reach: float) -> tuple[float, float]:
         """Values of a parameter at which the log likelihood is lower by reach^2/2, or the physical bound.
 

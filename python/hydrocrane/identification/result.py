@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.averaging import akaike_weights, averaged
-from hydrocrane.identification.block import head, interval, signature
+from hydrocrane.identification.block import comment, head, interval, signature
 from hydrocrane.identification.form import Form
 from hydrocrane.identification.held_out import HeldOut
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 # Forms within this difference of Akaike's criterion cannot be distinguished with certainty; others have considerably
 # less support (Burnham and Anderson, Model Selection, 2002, section 2.6).
 ALIKE = 4.0
+# Multiple of the fastest measured speed at which an extrapolation is shown.
+BEYOND = 2.0
 OFFSET, SPANS, LINEARITY = "offset", ("span.p1", "span.p2"), "linearity"
 # Sensor errors that a fit may include; with one offset per log these are offset.1, offset.2 ...
 OF_SENSORS = (OFFSET, *SPANS, LINEARITY)
@@ -79,6 +81,9 @@ class Profile(Protocol):
 
     def ends(self, label: str, sigma: float, far: float) -> tuple[float, float]:
         """The interval of a parameter with standard error `sigma`, `far` standard errors on either side."""
+
+    def edges(self, label: str) -> tuple[float, float]:
+        """Bounds of a parameter."""
 
 
 @dataclass(frozen=True)
@@ -169,18 +174,34 @@ class StaticFit:
         return self.law.force(v)
 
     def force_error(self, v: Array) -> Array:
-        """Standard error of the map's force, N, at velocities v (n,), m/s, from the scatter of the points.
+        """Standard error of the map's force, N, at velocities v (n,), m/s, of this form.
 
-        Infinite at velocities where a parameter that is not identifiable has an effect. Sensor errors are not included.
+        Infinite at velocities where a parameter that is not identifiable has an effect.
         """
         spread = self._known_spread()
         at = [i for i, label in enumerate(spread.labels) if not of_sensors(label)]
         gradient = self.law.evaluate(v)[2][:, [LABELS.index(spread.labels[i]) for i in at]]
-        covariance = spread.from_data[np.ix_(at, at)]
+        covariance = (spread.from_data + spread.from_prior)[np.ix_(at, at)]
         blind = ~np.isfinite(np.diag(covariance))
         variance = np.einsum("ni,ij,nj->n", gradient, np.where(np.isfinite(covariance), covariance, 0.0), gradient)
         variance[(gradient[:, blind] != 0.0).any(axis=1)] = np.inf
         return np.sqrt(np.maximum(variance, 0.0))
+
+    def force_interval(self, v: Array, level: float = 0.95) -> Array:
+        """(n, 2) interval of friction, N, at velocities v (n,), m/s, averaged over all forms that the points hardly
+        distinguish. Beyond the measured speeds these differ, and it widens; infinite where nothing is known."""
+        forms = (self, *self.rivals)
+        weights = akaike_weights([fit.aicc for fit in forms])
+        forces = np.stack([fit.force(v) for fit in forms])
+        far = [reach(level, 1.0, fit._known_spread().degrees_of_freedom, np.empty(0)) for fit in forms]
+        half = np.stack([k * fit.force_error(v) for k, fit in zip(far, forms, strict=True)])
+        found = np.tile([-np.inf, np.inf], (v.size, 1))
+        for i in np.flatnonzero(np.isfinite(half[0])):
+            known = np.isfinite(half[:, i])
+            middle, width = forces[known, i], half[known, i]
+            ends = list(zip(middle - width, middle + width, strict=True))
+            found[i] = averaged(weights[known] / weights[known].sum(), list(middle), ends, level)
+        return found
 
     def value(self, label: str) -> float:
         """One parameter by its label, such as ``coulomb.extending``."""
@@ -224,6 +245,13 @@ class StaticFit:
         used = np.ones(len(self.points), dtype=bool)
         used[[r.index for r in self.rejected]] = False
         return used
+
+    def shown_speeds(self, side: int) -> Array:
+        """Speeds (n,) at which the friction of a direction is shown, m/s: the slowest, a middle and the fastest level,
+        and :data:`BEYOND` times the fastest."""
+        speed = np.abs(self.points.velocity[(self.points.direction == side) & (self.points.velocity != 0.0)])
+        least, most = (float(speed.min()), float(speed.max())) if speed.size else (np.nan, np.nan)
+        return np.array([least, np.sqrt(least * most), most, BEYOND * most])[: 4 * (speed.size > 0)]
 
     @property
     def covariance(self) -> xr.DataArray:
@@ -278,17 +306,31 @@ class StaticFit:
 
     @cached_property
     def rivals(self) -> tuple[StaticFit, ...]:
-        """The alternatives that the points hardly distinguish from this fit."""
-        return tuple(fit for fit in self.alternatives if fit.aicc - self.aicc < ALIKE)
+        """The alternatives that the points hardly distinguish from the likeliest form."""
+        least = min(fit.aicc for fit in (self, *self.alternatives))
+        return tuple(fit for fit in self.alternatives if fit.aicc - least < ALIKE)
+
+    @cached_property
+    def for_machines(self) -> StaticFit:
+        """This fit, or, if it has a Lorentzian, the likeliest one of a form that machine files have."""
+        if not self.form.lorentzian:
+            return self
+        fits = [fit for fit in self.alternatives if not fit.form.lorentzian]
+        if not fits:
+            raise InputError("machine files have no Lorentzian map: fit a form with a Stribeck exponent")
+        return fits[0]
 
     def _interval(self, label: str, level: float, method: str) -> tuple[float, float]:
-        """The interval of a parameter over all forms that the points hardly distinguish."""
+        """The interval of a parameter over all forms that the points hardly distinguish and that determine it.
+
+        A form that leaves a parameter open, such as a nearly flat Stribeck term the Coulomb force, says nothing on it.
+        """
         alone = self._alone(label, level, method)
         rivals = self._rivals_in(label)
         if not rivals or not np.isfinite(alone).all():
             return alone
-        models = [(self, alone), *((fit, fit._alone(label, level, "t")) for fit in rivals)]
-        models = [(fit, ends) for fit, ends in models if np.isfinite(ends).all()]
+        others = ((fit, fit._alone(label, level, "t")) for fit in rivals)
+        models = [(self, alone), *((fit, ends) for fit, ends in others if _closed(label, fit.value(label), ends))]
         weights = akaike_weights([fit.aicc for fit, _ in models])
         low, high = averaged(weights, [fit.value(label) for fit, _ in models], [ends for _, ends in models], level)
         return (low if of_sensors(label) else max(low, min(0.0, alone[0]))), high
@@ -326,7 +368,10 @@ class StaticFit:
         if label.split(".")[0] in LOGARITHMIC:
             with np.errstate(over="ignore"):
                 factor = float(np.exp(far * sigma / value))
-            return value / factor, value * factor
+            # The range in which it was searched; if nothing in that is excluded, it is not identifiable.
+            least, most = (0.0, np.inf) if self.solved is None else self.solved.edges(label)
+            low, high = max(value / factor, least), min(value * factor, most)
+            return (low, high) if low > least or high < most else (-np.inf, np.inf)
         return float(value - far * sigma), float(value + far * sigma)
 
     def toml(
@@ -353,6 +398,9 @@ class StaticFit:
 
         Comments give the 95 % intervals.
         """
+        if self.form.lorentzian:
+            block = self.for_machines.toml(cylinder, name=name, source=source, date=date, bristles=bristles)
+            return f"{comment('the likeliest form, a Lorentzian, is none of machine files: the next one')}\n{block}"
         missing = [name for side, name in enumerate(DIRECTIONS) if not self._finite(side)]
         if missing:
             raise InputError(
@@ -396,6 +444,12 @@ class StaticFit:
         if self.spread is None:
             raise InputError(f"a {self.method} reading has no intervals or covariance; use fit_static")
         return self.spread
+
+
+def _closed(label: str, value: float, ends: tuple[float, float]) -> bool:
+    """Whether an interval determines a parameter: it is finite, and that of a parameter of the map not wider than twice
+    the value."""
+    return bool(np.isfinite(ends).all() and (of_sensors(label) or ends[1] - ends[0] <= 2.0 * abs(value)))
 
 
 def of_sensors(label: str) -> bool:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
-from hydrocrane.identification.form import EACH, HELD, SHARED, Form
+from hydrocrane.identification.form import EACH, SHARED, Form
 from hydrocrane.identification.least_squares import OffsetPrior, Problem, SensorErrors
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.result import Rejected
@@ -62,7 +62,7 @@ def problem_of(
         raise InputError(f"floor must be a force of zero or more, N, got {floor}")
     if symmetric and np.unique(points.direction).size < 2:
         raise InputError(f"symmetric needs points in both directions, but all are {DIRECTIONS[points.direction[0]]}")
-    coordinates = Coordinates(float(points.speed.max()))
+    coordinates = Coordinates(float(points.speed.max()), form.lorentzian)
     begin = start(points, form, held, coordinates.reference_speed)
     smallest = 1e-9 * float(np.abs(points.force).max())
     chosen = FLOOR_SHARE * float(np.median(np.abs(points.force))) if floor is None else floor
@@ -129,7 +129,7 @@ def _columns(can: NDArray[np.bool_], form: Form, symmetric: bool) -> NDArray[np.
     count = 0
     for row, name in enumerate(PARAMETERS):
         freedom = form.freedom(name) if name in EXPONENTS else EACH
-        if freedom == HELD:
+        if freedom not in (SHARED, EACH):
             continue
         shared = freedom == SHARED or (symmetric and name in ("coulomb", "breakaway"))
         for side in np.flatnonzero(can[row]):

@@ -9,11 +9,13 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from hydrocrane.arrays import Array
-from hydrocrane.identification.form import Form
+from hydrocrane.identification.form import LINEAR, Form
 from hydrocrane.identification.least_squares import Problem, level_means, scale_of, with_floor
 
 # Iterations of the weights, which depend on the slope of the map and on the estimated scatter.
 ROUNDS = 4
+# Difference of AICc up to which a form has substantial support (Burnham and Anderson 2002, section 2.6).
+TOLD = 2.0
 # Relative change of the weights at convergence.
 SETTLED = 1e-5
 
@@ -44,7 +46,7 @@ class Candidate:
 def candidates_of(
     forms: Sequence[Form], stribeck_exponents: Sequence[str], problem: Callable[[Form], Problem]
 ) -> list[Candidate]:
-    """Fits of all forms, the likeliest first; the best ones also with the further freedoms of the Stribeck exponent.
+    """Fits of all forms, the best first; the best ones also with the further freedoms of the Stribeck exponent.
 
     Forms with more unknowns than levels are left out if others have fewer.
     """
@@ -54,7 +56,10 @@ def candidates_of(
         alike = [form for form in forms if form.stribeck == best.stribeck]
         more = [replace(form, stribeck_exponent=freedom) for form in alike for freedom in stribeck_exponents]
         found += [c for c in _fitted(more, problem) if c.problem.unknowns <= c.problem.points.levels.count.size]
-    return sorted(found, key=lambda candidate: candidate.aicc)
+    found.sort(key=lambda candidate: candidate.aicc)
+    # Speeds that do not tell a viscous exponent of 1 from another one are no evidence for the other one.
+    near = [c for c in found if c.aicc < found[0].aicc + TOLD and c.form.viscous_exponent == LINEAR]
+    return [*near[:1], *(c for c in found if c not in near[:1])]
 
 
 def _fitted(forms: Sequence[Form], problem: Callable[[Form], Problem]) -> list[Candidate]:

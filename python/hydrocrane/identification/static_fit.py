@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.causes import residual_analysis
-from hydrocrane.identification.form import EACH, HELD, SHARED, Exponents, Form, Wish
+from hydrocrane.identification.form import EACH, HELD, LINEAR, SHARED, Exponents, Form, Wish
 from hydrocrane.identification.least_squares import (
     Loss,
     Problem,
@@ -52,7 +52,8 @@ def fit_static(
 ) -> StaticFit:
     """Least-squares fit of both directions at once, robust against uneven levels and outliers.
 
-    The least AICc decides whether a direction has a Stribeck term, and which exponents are free if they are not stated.
+    The least AICc decides whether a direction has a Stribeck term, how friction falls, and which exponents are free if
+    they are not stated. A viscous exponent of 1 is preferred if no other form is better by 2 AICc.
     Intervals are averaged over all forms within 4 AICc of the best; `alternatives` holds the others.
 
     Parameters
@@ -141,7 +142,7 @@ def fit_static(
 
 def _largest(forms: Sequence[Form]) -> Form:
     """The form with the most parameters; it decides which points are outliers."""
-    return max(forms, key=lambda form: (sum(form.stribeck), (HELD, SHARED, EACH).index(form.viscous_exponent)))
+    return max(forms, key=lambda form: (sum(form.stribeck), (LINEAR, HELD, SHARED, EACH).index(form.viscous_exponent)))
 
 
 def _without_outliers(problem: Problem, loss: Loss) -> tuple[FrictionPoints, list[tuple[int, float]]]:
@@ -180,7 +181,7 @@ def _result(
     of_sensors = dict(zip(problem.priors, map(float, x[problem.unknowns :]), strict=True))
     return StaticFit(
         points=points,
-        law=StaticMap(values.ravel()),
+        law=StaticMap(values.ravel(), candidate.form.lorentzian),
         form=candidate.form,
         form_text=candidate.form.text(wish.held),
         unknowns=problem.unknowns,

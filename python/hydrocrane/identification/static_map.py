@@ -48,9 +48,12 @@ class StaticMap:
     ----------
     values : ndarray, shape (12,)
         In the order of :data:`LABELS`, SI.
+    lorentzian : bool
+        Whether friction falls as 1/(1 + (v/v_s)^2) and not exponentially. Machine files have no such map.
     """
 
     values: Array
+    lorentzian: bool = False
 
     @classmethod
     def of(cls, pairs: Mapping[str, ArrayLike]) -> StaticMap:
@@ -78,7 +81,19 @@ class StaticMap:
 
     def evaluate(self, v: Array) -> tuple[Array, Array, Array]:
         """Force (n,) and its derivatives by velocity (n,) and by the parameters (n, 12), at velocities (n,)."""
-        return _core.friction_map(np.ascontiguousarray(self.values), np.ascontiguousarray(v))
+        table, v = self.values.reshape(6, 2), np.ascontiguousarray(v)
+        if not self.lorentzian:
+            return _core.friction_map(np.ascontiguousarray(self.values), v)
+        # The core's law without a fall, and the fall on top of it.
+        force, over_v, over = _core.friction_map(np.concatenate([table[0], table[0], *table[2:]]), v)
+        place, side, sign = np.arange(v.size), (v < 0.0).astype(int), np.where(v < 0.0, -1.0, 1.0)
+        rise, ratio = (table[1] - table[0])[side], np.abs(v) / table[2, side]
+        share = 1.0 / (1.0 + ratio**2)
+        over_speed = 2.0 * rise * ratio * share**2 / table[2, side]
+        over[:, :6] = 0.0
+        for column, slope in zip((0, 2, 4), (1.0 - share, share, over_speed * ratio), strict=True):
+            over[place, column + side] = sign * slope
+        return force + sign * rise * share, over_v - over_speed, over
 
     @property
     def stretched(self) -> Array:
@@ -100,17 +115,19 @@ class Coordinates:
     ----------
     reference_speed : float
         Speed at which the viscous force is stated, m/s: the fastest point.
+    lorentzian : bool
+        As of the map.
     """
 
     reference_speed: float
+    lorentzian: bool = False
 
     def to_map(self, theta: Array) -> StaticMap:
         """The map at coordinates (12,)."""
         coulomb, rise, log_speed, log_exponent, top, power = theta.reshape(6, 2)
         viscous = top * self.reference_speed**-power
-        return StaticMap(
-            np.concatenate([coulomb, coulomb + rise, np.exp(log_speed), np.exp(log_exponent), viscous, power])
-        )
+        values = [coulomb, coulomb + rise, np.exp(log_speed), np.exp(log_exponent), viscous, power]
+        return StaticMap(np.concatenate(values), self.lorentzian)
 
     def of_map(self, law: StaticMap) -> Array:
         """Coordinates (12,) of a map."""

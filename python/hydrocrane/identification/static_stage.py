@@ -67,6 +67,7 @@ class StaticIdentification:
             ("Data", self._data),
             ("Static friction", self._map),
             ("Parameters", self._parameters),
+            ("Friction of the map", self._predicted),
             ("Forms of the map", self._forms),
             ("Residuals", self._left_over),
             ("Prediction of levels left out", self._held_out),
@@ -136,11 +137,26 @@ class StaticIdentification:
         ruler = "-" if of_sensors(label) else f"{self.reading.value(label):.4g}"
         return (*parameter_row(label, self.fit.unit(label), self.fit.value(label), *ends), ruler)
 
+    def _predicted(self) -> Section:
+        """Friction at measured speeds and beyond; any form determines it better than its own parameters."""
+        rows = []
+        for side, (name, sign) in enumerate(zip(DIRECTIONS, (1.0, -1.0), strict=True)):
+            speeds = self.fit.shown_speeds(side)
+            for v, (low, high) in zip(speeds, self.fit.force_interval(sign * speeds), strict=True):
+                ends = sorted((sign * low, sign * high))
+                value = float(sign * self.fit.force(sign * v))
+                where = "beyond the levels" if v > speeds[-2] else "measured"
+                rows.append(parameter_row(f"{name}, {v * 1e3:.3g} mm/s", where, value, *ends))
+        heads = ("friction", "speed", "fitted [N]", "95 % from", "to")
+        text = "Intervals are averaged over the forms by their weights, as those of the parameters."
+        return Section("Friction of the map", text, Table(heads, tuple(rows)))
+
     def _forms(self) -> Section:
         """The fitted forms, the likeliest first."""
         fits = (self.fit, *self.fit.alternatives)
         weights = akaike_weights([fit.aicc for fit in fits])
-        rows = tuple(self._form(fit, weight) for fit, weight in zip(fits, weights, strict=True))
+        least = min(fit.aicc for fit in fits)
+        rows = tuple(self._form(fit, weight, least) for fit, weight in zip(fits, weights, strict=True))
         text = (
             f"{len(fits)} forms were fitted to the same points; the first is used, and intervals are averaged over "
             f"those within {ALIKE:g} AICc by their weights."
@@ -148,13 +164,13 @@ class StaticIdentification:
         heads = ("form", "parameters", "AICc more", "weight", "floor [N]", "Coulomb extending [N]", "retracting [N]")
         return Section("Forms of the map", text, Table(heads, rows))
 
-    def _form(self, fit: StaticFit, weight: float) -> tuple[str, ...]:
+    def _form(self, fit: StaticFit, weight: float, least: float) -> tuple[str, ...]:
         floor = fit.spread.floor if fit.spread else np.nan
         coulomb = (shown(value, value, floor) if np.isfinite(value) else "-" for value in fit.params["coulomb"])
         return (
             fit.form_text,
             str(fit.unknowns),
-            f"{fit.aicc - self.fit.aicc:.1f}",
+            f"{fit.aicc - least:.1f}",
             f"{weight:.2g}",
             f"{floor:.2g}",
             *coulomb,

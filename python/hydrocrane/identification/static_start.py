@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from hydrocrane.arrays import Array
-from hydrocrane.identification.form import EACH, HELD, Form
+from hydrocrane.identification.form import EACH, HELD, LINEAR, LORENTZIAN, Form
 from hydrocrane.identification.points import FrictionPoints
 
 # Stribeck velocities tried, from below the slowest to above the fastest level by this factor; exponents tried.
@@ -28,7 +28,7 @@ def start(points: FrictionPoints, form: Form, held: Mapping[str, Array], referen
     tried = {name: _tried(form, name, held[name]) for name in TRIED}
     measured = [side for side in (0, 1) if (points.direction == side).any()]
     grid = list(product(*(range(len(values)) for values in tried.values())))
-    found = [[_side(points, side, form.stribeck[side], tried, at, reference) for at in grid] for side in measured]
+    found = [[_side(points, side, form, tried, at, reference) for at in grid] for side in measured]
     costs = np.array([[cost for cost, _ in row] for row in found])
     shared = EACH not in (form.stribeck_exponent, form.viscous_exponent)
     best = np.full(len(measured), costs.sum(axis=0).argmin()) if shared else costs.argmin(axis=1)
@@ -42,13 +42,14 @@ def start(points: FrictionPoints, form: Form, held: Mapping[str, Array], referen
 
 def _tried(form: Form, name: str, held: Array) -> list[Array]:
     """Values of an exponent to try, as pairs."""
-    return [held] if form.freedom(name) == HELD else [np.full(2, value) for value in TRIED[name]]
+    alone = {HELD: held, LORENTZIAN: held, LINEAR: np.ones(2)}.get(form.freedom(name))
+    return [np.full(2, value) for value in TRIED[name]] if alone is None else [alone]
 
 
 def _side(
     points: FrictionPoints,
     side: int,
-    stribeck: bool,
+    form: Form,
     tried: Mapping[str, list[Array]],
     at: tuple[int, ...],
     reference: float,
@@ -62,11 +63,13 @@ def _side(
     fall, power = (float(values[k][side]) for values, k in zip(tried.values(), at, strict=True))
     moving = speed[speed > 0.0]
     slowest, fastest = (float(moving.min()), float(moving.max())) if moving.size else (1e-4, 1e-2)
-    velocities = np.geomspace(slowest / OUTSIDE, fastest * OUTSIDE, VELOCITIES if stribeck else 1)
+    velocities = np.geomspace(slowest / OUTSIDE, fastest * OUTSIDE, VELOCITIES if form.stribeck[side] else 1)
     viscous = (speed / reference) ** power
     best, theta = np.inf, np.zeros(6)
     for velocity in velocities:
-        rise = np.exp(-((speed / velocity) ** fall)) if stribeck else np.zeros_like(speed)
+        ratio = speed / velocity
+        rise = 1.0 / (1.0 + ratio**2) if form.lorentzian else np.exp(-(ratio**fall))
+        rise *= form.stribeck[side]
         columns = np.stack([np.ones_like(speed), rise, viscous], axis=-1)
         sizes, distance = nnls(columns * weight[:, None], force * weight)
         if distance < best:

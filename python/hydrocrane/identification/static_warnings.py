@@ -12,6 +12,8 @@ from hydrocrane.identification.result import StaticFit, missing_directions, of_s
 
 # A parameter whose 95 % interval reaches further than this share of its value is called poorly known.
 POOR = 0.5
+# The same for the friction at a speed beyond the measured ones.
+OPEN = 0.2
 # Above this condition number of the scaled columns parameters have the same effect.
 ILL_CONDITIONED = 1e4
 
@@ -23,6 +25,7 @@ def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
         *_levels(fit),
         *_bounds(fit),
         *_poorly_known(fit),
+        *_extrapolated(fit),
         *_too_few(fit),
         *(fit.residual_analysis.warnings if fit.residual_analysis else ()),
         *(fit.held_out.warnings if fit.held_out else ()),
@@ -35,7 +38,8 @@ def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
 def _levels(fit: StaticFit) -> Iterator[str]:
     """Warnings on missing velocities."""
     used = fit.points.select(fit.accepted)
-    not_identifiable = [label for label, (low, _) in fit.intervals(method="t").items() if not np.isfinite(low)]
+    spread = fit.spread
+    not_identifiable = [] if spread is None else np.array(spread.labels)[np.isinf(np.diag(spread.from_data))]
     for side, name in enumerate(DIRECTIONS):
         here = used.levels.direction == side
         speed = np.abs(used.levels.velocity[here])
@@ -75,7 +79,7 @@ def _bounds(fit: StaticFit) -> Iterator[str]:
 
 
 def _poorly_known(fit: StaticFit) -> Iterator[str]:
-    for label, (low, high) in fit.intervals(0.95, method="t").items():
+    for label, (low, high) in fit.intervals(0.95).items():
         value = fit.value(label)
         if of_sensors(label):
             continue
@@ -86,6 +90,21 @@ def _poorly_known(fit: StaticFit) -> Iterator[str]:
     spread = fit.spread
     if spread is not None and spread.condition > ILL_CONDITIONED:
         yield f"parameters have the same effect: condition number {spread.condition:.2g}; see the correlation"
+
+
+def _extrapolated(fit: StaticFit) -> Iterator[str]:
+    """Warning on a map that leaves friction open beyond the measured speeds."""
+    for side, (name, sign) in enumerate(zip(DIRECTIONS, (1.0, -1.0), strict=True)):
+        speeds = fit.shown_speeds(side)
+        if not speeds.size:
+            continue
+        low, high = sorted(sign * fit.force_interval(sign * speeds[-1:])[0])
+        force = float(np.abs(fit.force(sign * speeds[-1])))
+        if max(high - force, force - low) > OPEN * force:
+            yield (
+                f"{name}: beyond {speeds[-2] * 1e3:.3g} mm/s, the fastest level, the map is an extrapolation: at "
+                f"{speeds[-1] * 1e3:.3g} mm/s it gives {force:.3g} N, 95 % {low:.3g} to {high:.3g} N; add faster levels"
+            )
 
 
 def _too_few(fit: StaticFit) -> Iterator[str]:

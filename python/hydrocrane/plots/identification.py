@@ -36,10 +36,10 @@ def static_fit(fit: StaticFit) -> Figure:
         used = fit.accepted[here]
         speed = _speeds(points)
         colour = COLOURS[side]
-        force, error = fit.force(sign * speed), _band(fit, sign * speed)
-        for axes_, v, f in ((whole, sign * speed * 1e3, force), (axes[0, 1], speed * 1e3, np.abs(force))):
-            axes_.plot(v, f, color=colour, label=name)
-            axes_.fill_between(v, f - error, f + error, color=colour, alpha=0.2, lw=0)
+        force, band = fit.force(sign * speed), _band(fit, sign * speed)
+        for axes_, v, turn in ((whole, sign * speed * 1e3, 1.0), (axes[0, 1], speed * 1e3, sign)):
+            axes_.plot(v, turn * force, color=colour, label=name)
+            axes_.fill_between(v, *(turn * band), color=colour, alpha=0.2, lw=0)
         shift = points.force - fit.of_sensors[here]
         _dots(whole, points.velocity * 1e3, shift, used, colour)
         _dots(axes[0, 1], _shown_speed(points) * 1e3, shift * sign, used, colour)
@@ -75,13 +75,10 @@ def _shown_speed(points: FrictionPoints) -> np.ndarray:
 
 
 def _band(fit: StaticFit, v: np.ndarray) -> np.ndarray:
-    """Half width of the 95 % band of the map, N; zero if it is unknown."""
-    if fit.spread is None:
-        return np.zeros_like(v)
-    from scipy.stats import t as student
-
-    error = fit.force_error(v) * student.ppf(0.975, fit.spread.degrees_of_freedom)
-    return np.where(np.isfinite(error), error, 0.0)
+    """Both ends (2, n) of the 95 % band of the map, N; its force where they are unknown."""
+    force = fit.force(v)
+    ends = np.stack([force, force]) if fit.spread is None else fit.force_interval(v).T
+    return np.where(np.isfinite(ends), ends, force)
 
 
 def _dots(axes: Axes, x: np.ndarray, y: np.ndarray, used: np.ndarray, colour: str) -> None:

@@ -182,7 +182,7 @@ def test_what_friction_depends_on_is_named(cause, change, size, seed):
     """10 % over the 0.3 m of the travel are 7 % over the 0.2 m between the middles of the windows."""
     found = identified(foreign_rig.imposed(foreign_rig.drawn(seed, **change), seed=seed), seed)
     analysis = found.static.fit.residual_analysis
-    assert analysis.notable and analysis.floor > 3.0 * analysis.point_error
+    assert analysis.notable and analysis.floor > 2.0 * analysis.point_error
     first = analysis.likely[0]
     assert first.name == cause and first.change == pytest.approx(size, rel=0.4)
     said = [
