@@ -38,8 +38,8 @@ def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
 def _levels(fit: StaticFit) -> Iterator[str]:
     """Warnings on missing velocities."""
     used = fit.points.select(fit.accepted)
-    spread = fit.spread
-    not_identifiable = [] if spread is None else np.array(spread.labels)[np.isinf(np.diag(spread.from_data))]
+    known = () if fit.spread is None else zip(fit.spread.labels, np.diag(fit.spread.from_data), strict=True)
+    not_identifiable = [label for label, variance in known if np.isinf(variance)]
     for side, name in enumerate(DIRECTIONS):
         here = used.levels.direction == side
         speed = np.abs(used.levels.velocity[here])
