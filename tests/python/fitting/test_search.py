@@ -24,8 +24,8 @@ NAMES = ["valve.test.nominal-flow", "friction.test.viscous[0]"]
 COURSE = ((0, 0), (0.3, 0), (0.5, 300), (1.5, 300), (1.7, 0), (2.0, 0), (2.2, -250), (3.2, -250), (3.4, 0), (4, 0))
 
 
-def log(*, held: float = 0.0, noise: float = 1.0, seed: int = 0, **values: float) -> dict[str, np.ndarray]:
-    """Readings of a rig with these values; commands are joined by lines, or `held` for so long, s."""
+def log(*, held: float = 0.0, dead: float = 0.0, noise: float = 1.0, seed: int = 0, **values: float) -> dict[str, np.ndarray]:
+    """Readings of a rig with these values; commands are joined by lines, or `held` for so long, s; `dead` um of them open nothing."""
     rig, rng = Rig(**values), np.random.default_rng(seed)
     times, spools = (np.array(column, dtype=float) for column in zip(*COURSE, strict=True))
     if held:
@@ -33,10 +33,15 @@ def log(*, held: float = 0.0, noise: float = 1.0, seed: int = 0, **values: float
         level = np.interp(at, times, spools)
         times = np.column_stack([at, np.append(at[1:], 4.0) - 1e-6]).ravel()
         spools = np.repeat(level, 2)
+    opens, opened = times, spools
+    if dead:
+        at = np.arange(0.0, 4.0, 0.01)
+        opened = np.interp(at, times, spools)
+        opened, opens = np.sign(opened) * np.maximum(np.abs(opened) - dead, 0.0), at
     p1 = 30e5
     begin = [0.0, 0.0, p1, (p1 * rig.a1 + rig.mass * rig.gravity) / rig.a2, 0.0, 0.0, 0.0]
     time = np.arange(0.0, 4.0, 0.02)
-    states = rig.integrate(begin, times, 1e-6 * spools, time[1:], 1e-8)[: time.size]
+    states = rig.integrate(begin, opens, 1e-6 * opened, time[1:], 1e-8)[: time.size]
     found = {"time": time, "cylinder.test.command": 1e-6 * np.interp(time, times, spools)}
     for name, column, size in (("x", 0, 2e-5), ("p1", 2, 2e4), ("p2", 3, 2e4)):
         found[f"cylinder.test.{name}"] = states[:, column] + noise * size * rng.normal(size=time.size)
@@ -90,8 +95,9 @@ def test_a_first_sample_that_is_wrong_moves_nothing():
     [
         ({"bulk-modulus-max": 0.75e9}, "lower `fluid.bulk-modulus-max`"),
         ({"held": 0.1}, 'interpolation="hold"'),
+        ({"dead": 20.0}, "wider dead zone, `valve.test.overlap`"),
     ],
-    ids=["soft oil", "held commands"],
+    ids=["soft oil", "held commands", "dead zone"],
 )
 def test_what_the_residuals_look_like_is_named(made: dict[str, float], said: str):
     found = hc.fit(PLAN, log(**made), NAMES)
