@@ -24,8 +24,12 @@ NAMES = ["valve.test.nominal-flow", "friction.test.viscous[0]"]
 COURSE = ((0, 0), (0.3, 0), (0.5, 300), (1.5, 300), (1.7, 0), (2.0, 0), (2.2, -250), (3.2, -250), (3.4, 0), (4, 0))
 
 
-def log(*, held: float = 0.0, dead: float = 0.0, noise: float = 1.0, seed: int = 0, **values: float) -> dict[str, np.ndarray]:
-    """Readings of a rig with these values; commands are joined by lines, or `held` for so long, s; `dead` um of them open nothing."""
+def log(
+    *, held: float = 0.0, dead: float = 0.0, noise: float = 1.0, seed: int = 0, **values: float
+) -> dict[str, np.ndarray]:
+    """Readings of a rig with these values; commands are joined by lines, or `held` for so long, s; `dead` um of them
+    open nothing.
+    """
     rig, rng = Rig(**values), np.random.default_rng(seed)
     times, spools = (np.array(column, dtype=float) for column in zip(*COURSE, strict=True))
     if held:
