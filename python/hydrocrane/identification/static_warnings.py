@@ -101,9 +101,10 @@ def _extrapolated(fit: StaticFit) -> Iterator[str]:
         low, high = sorted(sign * fit.force_interval(sign * speeds[-1:])[0])
         force = float(np.abs(fit.force(sign * speeds[-1])))
         if max(high - force, force - low) > OPEN * force:
+            known = f"95 % {low:.3g} to {high:.3g} N" if np.isfinite(high - low) else "but anything else is as likely"
             yield (
                 f"{name}: beyond {speeds[-2] * 1e3:.3g} mm/s, the fastest level, the map is an extrapolation: at "
-                f"{speeds[-1] * 1e3:.3g} mm/s it gives {force:.3g} N, 95 % {low:.3g} to {high:.3g} N; add faster levels"
+                f"{speeds[-1] * 1e3:.3g} mm/s it gives {force:.3g} N, {known}; add faster levels"
             )
 
 
