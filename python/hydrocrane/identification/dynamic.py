@@ -127,6 +127,8 @@ def fit_dynamic(
                 (estimate, residuals, unknowns), other, key=lambda found: found[0].variance
             )
         warnings += [*_doubts(estimate, residuals, machine), *_strained(estimate, unknowns, joint)]
+        if static is None and not ramps:
+            warnings += _resting(estimate, residuals)
     except HydrocraneError as error:
         if not any(readings.values()):
             raise
@@ -252,6 +254,20 @@ def _strained(estimate: Estimate, unknowns: Sequence[Unknown], joint: JointPrior
         f"the fit moves {worst} by {far[worst]:.0f} standard deviations from its prior; check load, rig file "
         "and sensors before trusting anything here"
     ]
+
+
+def _resting(estimate: Estimate, residuals: RigResiduals) -> list[str]:
+    """Warnings on friction at rest, which a wrong load looks like where no log moves on."""
+    found = []
+    for k, model in enumerate(residuals.models):
+        name = f"rest.friction {k}"
+        friction = model.moved[2] + estimate[name]
+        if abs(friction) > STRAINED * estimate.deviation(name):
+            found.append(
+                f"{model.source}: the piston rests with {friction:.3g} N of friction, or the load is off by as much: "
+                "steps alone do not tell them apart; check load, or add a ramp beyond break-away"
+            )
+    return found
 
 
 def _passive_up_to(rig: Machine, estimate: Estimate | None) -> float:
