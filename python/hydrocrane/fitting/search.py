@@ -264,7 +264,7 @@ def means(task: Task, weights: Weights, values: Array, stretch: float) -> tuple[
     readings."""
     rows, slopes = [], []
     for i, (model, (y, by)) in enumerate(zip(task.models, task.read(values), strict=True)):
-        record, scale = model.record, weights.roots[i] / _deviations(model.record, weights)
+        record, scale = model.record, _scale(weights, i, model.record)
         part = (record.time / stretch).astype(int)
         for k in range(len(record.signals)):
             used = record.used[:, k]
@@ -279,24 +279,27 @@ def means(task: Task, weights: Weights, values: Array, stretch: float) -> tuple[
 
 def residuals(task: Task, weights: Weights, values: Array) -> tuple[Array, Array, Array]:
     """Weighted residuals (r,) of all readings used, their derivatives (r, k), and the log and time of each (r, 2)."""
-    rows, slopes, places = [], [], []
+    differences, slopes, places = [], [], []
     for i, (model, (y, by)) in enumerate(zip(task.models, task.read(values), strict=True)):
         record, used = model.record, model.record.used
-        scale = weights.roots[i] / _deviations(record, weights)
-        rows.append(((y - record.readings) * scale)[used])
-        slopes.append((by * scale[:, :, None])[used])
+        differences.append(y - record.readings)
+        slopes.append((by * _scale(weights, i, record)[:, :, None])[used])
         time = np.broadcast_to(record.time[:, None], used.shape)[used]
         places.append(np.column_stack([np.full(time.size, i), time]))
-    return np.concatenate(rows), np.concatenate(slopes), np.concatenate(places)
+    return weighted(task, weights, differences), np.concatenate(slopes), np.concatenate(places)
 
 
 def weighted(task: Task, weights: Weights, differences: Sequence[Array]) -> Array:
     """Differences (m, n) of each log's signals as residuals (r,)."""
-    rows = []
-    for i, (model, difference) in enumerate(zip(task.models, differences, strict=True)):
-        scale = weights.roots[i] / _deviations(model.record, weights)
-        rows.append((difference * scale)[model.record.used])
-    return np.concatenate(rows)
+    records = [model.record for model in task.models]
+    return np.concatenate(
+        [(d * _scale(weights, i, r))[r.used] for i, (d, r) in enumerate(zip(differences, records, strict=True))]
+    )
+
+
+def _scale(weights: Weights, log: int, record: Record) -> Array:
+    """What the differences of a log's signals (m, n) are multiplied by."""
+    return np.asarray(weights.roots[log] / _deviations(record, weights))
 
 
 def readings(model: LogModel, signal: str) -> Array:

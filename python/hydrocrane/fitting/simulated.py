@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -32,19 +33,43 @@ START = (0.1, 2.0)
 
 
 @dataclass(frozen=True)
-class OpenLoop:
-    """A run with spool commands.
-
-    Parameters
-    ----------
-    plan : Scenario
-        As from :func:`replayed`.
-    keys : tuple of str
-    """
+class _Simulated:
+    """A run of `plan`, as from :func:`replayed`, with other values of the `keys`."""
 
     plan: Scenario
     record: Record
     keys: tuple[str, ...]
+
+    @cached_property
+    def _machine(self) -> Machine:
+        return self.plan.load_machine()
+
+    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
+        moved = {**self._machine.overrides_at(self.keys, values), **overrides}
+        payload = moved.pop("payload.mass", None)
+        changes: Changes = {"overrides": moved}
+        if payload is not None:
+            changes["payload"] = float(payload)  # type: ignore[arg-type]
+        commands = self.plan.commands
+        if interpolation and isinstance(commands, Mapping):
+            changes["commands"] = {c: dataclasses.replace(u, interpolation=interpolation) for c, u in commands.items()}
+        run = simulate(self.plan, ledger=False, **changes)
+        if run.outcome.kind != "completed":
+            raise _broken_off(self.record, run.outcome.kind, run.outcome.time, run.outcome.message)
+        columns = [run.columns[name].values for name in self.record.signals]
+        return np.stack([np.interp(self.record.time, run.columns.time, column) for column in columns], axis=1)
+
+    @property
+    def solver(self) -> Solver:
+        return self.plan.solver
+
+    def with_solver(self, solver: Solver) -> Self:
+        return dataclasses.replace(self, plan=self.plan.changed(solver=solver))
+
+
+@dataclass(frozen=True)
+class OpenLoop(_Simulated):
+    """A run with spool commands."""
 
     @cached_property
     def _experiment(self) -> Experiment:
@@ -62,19 +87,9 @@ class OpenLoop:
             raise _broken_off(self.record, found.outcome.kind, found.outcome.time, found.outcome.message)
         return found.y, found.sensitivities
 
-    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
-        return _signals(self.plan, self.record, self.keys, values, overrides, interpolation)
-
-    @property
-    def solver(self) -> Solver:
-        return self.plan.solver
-
-    def with_solver(self, solver: Solver) -> OpenLoop:
-        return dataclasses.replace(self, plan=self.plan.changed(solver=solver))
-
 
 @dataclass(frozen=True)
-class ClosedLoop:
+class ClosedLoop(_Simulated):
     """A run with a controller; its derivatives are differences between runs.
 
     Parameters
@@ -83,42 +98,10 @@ class ClosedLoop:
         Standard deviations of the keys, SI.
     """
 
-    plan: Scenario
-    record: Record
-    keys: tuple[str, ...]
     scales: tuple[float, ...]
 
     def predict(self, values: Array) -> tuple[Array, Array]:
         return by_differences(lambda at: self.varied(at, {}), values, self.scales, SAMPLED)
-
-    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
-        return _signals(self.plan, self.record, self.keys, values, overrides, interpolation)
-
-    @property
-    def solver(self) -> Solver:
-        return self.plan.solver
-
-    def with_solver(self, solver: Solver) -> ClosedLoop:
-        return dataclasses.replace(self, plan=self.plan.changed(solver=solver))
-
-
-def _signals(
-    plan: Scenario, record: Record, keys: Sequence[str], values: Array, overrides: Overrides, interpolation: str
-) -> Array:
-    """Signals (m, n) of a run with these `values` of the `keys`, and with further changes."""
-    moved = {**plan.load_machine().overrides_at(keys, values), **overrides}
-    payload = moved.pop("payload.mass", None)
-    changes: Changes = {"overrides": moved}
-    if payload is not None:
-        changes["payload"] = float(payload)  # type: ignore[arg-type]
-    if interpolation and isinstance(plan.commands, Mapping):
-        held = {c: dataclasses.replace(command, interpolation=interpolation) for c, command in plan.commands.items()}
-        changes["commands"] = held
-    run = simulate(plan, ledger=False, **changes)
-    if run.outcome.kind != "completed":
-        raise _broken_off(record, run.outcome.kind, run.outcome.time, run.outcome.message)
-    columns = [run.columns[name].values for name in record.signals]
-    return np.stack([np.interp(record.time, run.columns.time, column) for column in columns], axis=1)
 
 
 @dataclass(frozen=True)

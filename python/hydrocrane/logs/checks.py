@@ -51,10 +51,8 @@ class _Signal:
     """Values (n,) of a signal, NaN where they are `missing`, and what several checks need of them."""
 
     def __init__(self, values: Array) -> None:
-        self.values = np.asarray(values, dtype=np.float64)
-        self.missing = ~(np.abs(self.values) < ABSURD)
-        if self.missing.any():
-            self.values = np.where(self.missing, np.nan, self.values)
+        self.values = readings(values)
+        self.missing = np.isnan(self.values)
 
     @cached_property
     def ends(self) -> tuple[float, float]:
