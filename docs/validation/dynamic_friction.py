@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -30,6 +29,7 @@ from hydrocrane.signals import zero_calibrated
 sys.path[:0] = [str(Path(__file__).parents[2] / "tests/python" / folder) for folder in ("", "identification")]
 
 import foreign_rig  # noqa: E402
+from workers import processes  # noqa: E402
 
 PAGE = Path(__file__).with_name("dynamic-friction.md")
 PICTURES = Path(__file__).with_name("dynamic-friction")
@@ -37,7 +37,6 @@ NAMES = ("bristle-stiffness", "bristle-damping")
 HEAD = "friction.test."
 STEP = {"interval": 1e-3}
 RAMP = {"interval": 1e-3}
-WORKERS = 2
 # What is drawn anew for each seed, and by how much (standard deviation, as a share), beyond the sensors: the
 # priors of the fit.
 DRAWN = {
@@ -123,13 +122,12 @@ def study(title: str, machine: str, seeds: int, **how) -> str:
     """A row: errors and coverage over the seeds."""
     errors: dict[str, list[float]] = {name: [] for name in NAMES}
     held: dict[str, list[bool]] = {}
-    with ProcessPoolExecutor(WORKERS) as pool:
-        for seed, (error, inside, warnings) in enumerate(pool.map(partial(outcome, machine, how), range(seeds))):
-            print(title, seed, {n: round(e, 3) for n, e in error.items()}, *warnings, flush=True)
-            for name in NAMES:
-                errors[name].append(error[name])
-            for name, hit in inside.items():
-                held.setdefault(name, []).append(hit)
+    for seed, (error, inside, warnings) in enumerate(processes().map(partial(outcome, machine, how), range(seeds))):
+        print(title, seed, {n: round(e, 3) for n, e in error.items()}, *warnings, flush=True)
+        for name in NAMES:
+            errors[name].append(error[name])
+        for name, hit in inside.items():
+            held.setdefault(name, []).append(hit)
     cells = [title, str(seeds)]
     for name, bound in zip(NAMES, (0.10, 0.25), strict=True):
         e = np.array(errors[name])
@@ -185,14 +183,13 @@ def foreign(seeds: int) -> list[str]:
     held: dict[str, list[bool]] = {}
     errors: dict[str, list[float]] = {}
     warned = 0
-    with ProcessPoolExecutor(WORKERS) as pool:
-        for seed, (error, inside, warnings) in enumerate(pool.map(foreign_outcome, range(fewer))):
-            print("foreign", seed, {n: round(e, 3) for n, e in error.items()}, *warnings, flush=True)
-            warned += bool(warnings)
-            for name, hit in inside.items():
-                held.setdefault(name, []).append(hit)
-            for name, e in error.items():
-                errors.setdefault(HEAD + name, []).append(e)
+    for seed, (error, inside, warnings) in enumerate(processes().map(foreign_outcome, range(fewer))):
+        print("foreign", seed, {n: round(e, 3) for n, e in error.items()}, *warnings, flush=True)
+        warned += bool(warnings)
+        for name, hit in inside.items():
+            held.setdefault(name, []).append(hit)
+        for name, e in error.items():
+            errors.setdefault(HEAD + name, []).append(e)
     rows = []
     for name, hits in held.items():
         e = errors.get(name)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
@@ -19,6 +18,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import matplotlib.pyplot as plt
 import numpy as np
+from workers import processes
 
 import hydrocrane as hc
 from hydrocrane import rig
@@ -39,7 +39,6 @@ SHIFT = 2.0**-12
 SLIPS, SETTLING = 10.0, 6.5
 CALIBRATION = 2.0
 STRIBECK = "stribeck-velocity"
-WORKERS = 2
 
 
 @dataclass(frozen=True)
@@ -211,11 +210,7 @@ def answer(name: str, case: Case, seed: int) -> tuple[tuple[str, ...], np.ndarra
 def answers(name: str, case: Case, seeds: Sequence[int]) -> Answers:
     """What the seeds say, against the machine file."""
     law = truth(hc.load_machine(name))
-    for share in case.supplies:
-        # Made here, so that the workers inherit it.
-        motion(name, share, case.course)
-    with ProcessPoolExecutor(WORKERS) as pool:
-        found = list(pool.map(partial(answer, name, case), seeds, chunksize=5))
+    found = list(processes().map(partial(answer, name, case), seeds, chunksize=5))
     labels = found[0][0]
     true = np.array([law.values[LABELS.index(label)] for label in labels])
     value, low, high = np.moveaxis(np.array([numbers for _, numbers, _ in found]), 1, 0)

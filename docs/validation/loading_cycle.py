@@ -9,13 +9,13 @@ from __future__ import annotations
 import csv
 import sys
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, fields
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from workers import processes
 
 from hydrocrane.benchmark.loading import (
     FAULT,
@@ -101,8 +101,7 @@ MEASURED = ("finished", "time", "way", "energy", "overshoot", "strikes", "missed
 
 
 def measure() -> None:
-    with ProcessPoolExecutor(2) as pool:
-        rows = [row for rows in pool.map(measured, points()) for row in rows]
+    rows = [row for rows in processes().map(measured, points()) for row in rows]
     TABLE.parent.mkdir(exist_ok=True)
     with TABLE.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(asdict(rows[0])), lineterminator="\n")

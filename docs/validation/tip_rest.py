@@ -6,15 +6,14 @@ sinks by decimetres.
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from functools import partial
 from typing import TypeVar
 
 from tip_motion import FOLDER, MACHINES, stopped, write
+from workers import processes
 
 import hydrocrane as hc
 from hydrocrane.benchmark.soak import Soak, soak, worst_of
@@ -70,9 +69,8 @@ def drive(case: tuple[str, str, float, float | None], pushed: bool, seed: int) -
 
 
 def in_processes(work: Callable[[int], T], seeds: Iterable[int]) -> list[T]:
-    """What `work` finds for each seed, by as many processes as the variable ``WORKERS`` or the computer states."""
-    with ProcessPoolExecutor(int(os.environ.get("WORKERS", os.cpu_count() or 1))) as pool:
-        return list(pool.map(work, seeds))
+    """What `work` finds for each seed."""
+    return list(processes().map(work, seeds))
 
 
 def drives(pushed: bool, seeds: range) -> Iterator[dict[str, object]]:

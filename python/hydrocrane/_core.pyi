@@ -32,7 +32,6 @@ _Array = NDArray[float64]
 __all__ = [
     "BatchSimulator",
     "LiveSimulator",
-    "FORMER_METHODS",
     "METHODS",
     "Machine",
     "MachineFileError",
@@ -369,7 +368,6 @@ def run(
 def csv_rows(columns: list[_Array | list[str]]) -> bytes: ...
 
 METHODS: list[str]
-FORMER_METHODS: list[tuple[str, str]]
 
 def method_for(machine: Machine, solver: SolverEntry) -> str: ...
 def stages(scenario: ScenarioEntry) -> list[StageTable]: ...

@@ -66,7 +66,7 @@ impl<'a> Field<'a> {
     /// As [`Self::choice`] with choices that depend on other values of the file.
     pub fn choice_of<T: Copy>(&self, choices: &[(&str, T)]) -> Result<T> {
         debug_assert!(choices.iter().all(|(name, _)| self.key.choices().contains(name)), "`{}`", self.path);
-        let text = self.present_name(self.text()?);
+        let text = self.text()?;
         choose(text, choices).map_err(|help| {
             self.error(ErrorKind::InvalidChoice, format!("`{text}` is not among the choices")).help(help)
         })
@@ -75,14 +75,6 @@ impl<'a> Field<'a> {
     /// Adds a warning on an allowed but unusual value, with its cure.
     pub fn warn(&self, text: String, cure: String) {
         self.log.warn(Unusual { key: self.path.clone(), place: self.place.to_string(), text, cure });
-    }
-
-    /// A choice by its present name; a former name gives a warning.
-    fn present_name(&self, text: &'a str) -> &'a str {
-        let Some((_, present)) = self.key.formerly.iter().find(|(former, _)| *former == text) else { return text };
-        self.warn(format!("`{text}` is the former name of `{present}`"), format!("write `{present}`"));
-        self.log.word(&self.path, present);
-        present
     }
 
     /// A quantity that depends on other values of the file.

@@ -58,10 +58,7 @@ impl<'a> Reader<'a> {
             key @ ("extends" | "include" | "without") => {
                 format!("`{key}` belongs above the first table of a machine file, above this [{}]", self.path)
             }
-            key => match self.keys.iter().find(|declared| declared.former_name == key) {
-                Some(declared) => format!("`{key}` is called `{}` now", declared.name),
-                None => suggestion(key, known.iter().copied()),
-            },
+            key => suggestion(key, known.iter().copied()),
         };
         Err(entry.place.error(ErrorKind::UnknownKey, &join(&self.path, &entry.key), "unknown key").help(help))
     }

@@ -105,7 +105,7 @@ pub struct Solver {
 /// Meanings of the choices of `interpolation`.
 const INTERPOLATIONS: [Interpolation; 2] = [Interpolation::Hold, Interpolation::Linear];
 const NUMBER_FORMATS: [Format; 2] = [Format::Point, Format::Comma];
-pub use crate::keys::{FORMER_METHODS, METHODS};
+pub use crate::keys::METHODS;
 
 /// In place of a method: the fastest suitable one for the machine.
 pub const AUTO: &str = "auto";

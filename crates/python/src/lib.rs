@@ -23,7 +23,7 @@ mod stepped_controller;
 mod tape;
 mod text_rows;
 
-use hydrocrane_machine::scenario::{FORMER_METHODS, METHODS};
+use hydrocrane_machine::scenario::METHODS;
 use pyo3::prelude::*;
 
 #[pymodule]
@@ -56,7 +56,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(scenario::scenario_choices, m)?)?;
     m.add("PoseFault", m.py().get_type::<errors::PoseFault>())?;
     m.add("METHODS", METHODS.to_vec())?;
-    m.add("FORMER_METHODS", FORMER_METHODS.to_vec())?;
     m.add_function(wrap_pyfunction!(run::run, m)?)?;
     m.add_function(wrap_pyfunction!(text_rows::csv_rows, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::method_for, m)?)?;

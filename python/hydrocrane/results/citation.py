@@ -93,7 +93,6 @@ def cite(subject: MachineLike | Record) -> str:
     """
     from hydrocrane.machine.machine import as_machine
     from hydrocrane.results.record import Record
-    from hydrocrane.scenario.solver import FORMER_METHODS
 
     if not isinstance(subject, Record | str | PathLike) and not hasattr(subject, "provenance"):
         raise InputError(f"cite takes a machine, its name or path, or a Run; got {type(subject).__name__}")
@@ -104,7 +103,6 @@ def cite(subject: MachineLike | Record) -> str:
     noted = []
     if isinstance(subject, Record):
         method = str(subject.columns.attrs["solver_method"])
-        method = FORMER_METHODS.get(method, method)
         keys.append(_METHODS[method])
         if method in _OWN_METHODS:
             noted.append(f"% integrated by {method}, a method of hydrocrane that is based on {_METHODS[method]}")

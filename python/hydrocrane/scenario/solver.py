@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 
 from hydrocrane import _core
@@ -12,7 +11,6 @@ from hydrocrane.errors import unknown
 
 AUTO = "auto"
 METHODS = tuple(_core.METHODS)
-FORMER_METHODS = dict(_core.FORMER_METHODS)
 # What `auto` takes for fixed steps where `hc-exponential-4` does not suit.
 FIXED_STEPS = "hc-rosenbrock-3"
 # Factor on the tolerance of a repeat, and the tightest tolerance; with fixed steps a repeat has half the step.
@@ -26,7 +24,7 @@ class Solver:
     ``auto`` selects the fastest suitable method: ``hc-exponential-4`` if all friction has bristles (LuGre). Else, and
     for sensitivities, it is ``rodas5p``, or ``hc-rosenbrock-3`` if `step` is given.
     ``Run.data.attrs["solver_method"]`` states the selected one. These three are stiff methods with the exact Jacobian;
-    ``tsit5`` is explicit. The former names ``ros3l`` and ``ros4l`` of hydrocrane's own two are read with a warning.
+    ``tsit5`` is explicit.
 
     Without `step`, the tolerances control the step size, up to `max_step` (s). With it steps are equal, no longer than
     `step` (s) between changes of a command, for real time: a step is divided only if its error is large, into at most
@@ -48,10 +46,6 @@ class Solver:
     step: float | None = None
 
     def __post_init__(self) -> None:
-        if self.method in FORMER_METHODS:
-            present = FORMER_METHODS[self.method]
-            warnings.warn(f"`{self.method}` is the former name of `{present}`", DeprecationWarning, stacklevel=3)
-            object.__setattr__(self, "method", present)
         if self.method not in METHODS:
             raise unknown("method", self.method, METHODS)
         for name in ("rtol", "max_step", "atol", "step"):

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import xarray as xr
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array
@@ -185,6 +186,8 @@ def run_block(job: Job, task: Task, watch: Watch | None = None) -> BlockResult:
     watch = watch or Watch()
     # A different machine is an error of the whole study, not of its first case.
     _ = job.base
+    # With its first array xarray loads libraries, for up to seconds: no part of the time that a case may take.
+    xr.Variable((), 0.0)
     signals = np.full((len(job.signals), len(task.values), job.times.size), np.nan)
     results = []
     for i, (number, values) in enumerate(zip(task.numbers, task.values, strict=True)):

@@ -24,7 +24,8 @@ SCRIPT = Path(__file__).resolve().parents[3] / "docs/validation/friction_lab.py"
 
 
 def loaded(path):
-    """The study, as a module."""
+    """The study, as a module, for its processes too."""
+    sys.path.insert(0, str(path.parent))
     spec = importlib.util.spec_from_file_location("friction_lab", path)
     module = importlib.util.module_from_spec(spec)
     sys.modules["friction_lab"] = module

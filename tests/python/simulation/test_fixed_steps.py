@@ -121,16 +121,6 @@ def test_any_stiff_method_takes_fixed_steps_or_steps_by_tolerances(method):
         assert np.linalg.norm(tip(run)[-1] - exact) < most, run.summary()
 
 
-def test_former_names_of_methods_are_read_with_a_warning(tmp_path):
-    with pytest.warns(DeprecationWarning, match="hc-rosenbrock-3"):
-        assert hc.Solver("ros3l", step=1e-3).method == "hc-rosenbrock-3"
-    plan = hc.load_scenario(write(tmp_path, 'method = "ros4l"'))
-    assert plan.solver.method == "hc-exponential-4"
-    (doubt,) = plan.warnings
-    assert "solver.method" in doubt.text and "hc-exponential-4" in doubt.cure
-    assert doubt in hc.simulate(plan).warnings
-
-
 def test_a_step_alone_asks_for_fixed_steps(tmp_path):
     stated = hc.simulate(hc.load_scenario(write(tmp_path, 'method = "hc-exponential-4"\nstep = "2 ms"')))
     chosen = hc.simulate(hc.load_scenario(write(tmp_path, 'step = "2 ms"')))

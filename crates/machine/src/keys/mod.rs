@@ -12,7 +12,7 @@ mod sensor;
 mod structure;
 
 pub use control::{CONTROLLERS, PLAUSIBILITY};
-pub use scenario::{FORMER_METHODS, LEVER, METHODS, SCENARIO, TIP_AXES};
+pub use scenario::{LEVER, METHODS, SCENARIO, TIP_AXES};
 
 use crate::quantities::{Kind, ACCELERATION};
 use crate::units::{self, Dimension, Quantity};
@@ -189,13 +189,9 @@ impl Note {
 #[cfg_attr(not(feature = "schema"), allow(dead_code))]
 pub struct Key {
     pub name: &'static str,
-    /// Its former name, which is refused with a message that states `name`; empty if it has none.
-    pub former_name: &'static str,
     pub value: Value,
     /// What counts where the file does not have the key; of several the one of the value's dimension.
     pub defaults: &'static [&'static str],
-    /// Former names of choices with their present ones: still read, with a warning.
-    pub formerly: &'static [(&'static str, &'static str)],
     /// The same in words, where it is no value of its own; `required` where there is none.
     pub otherwise: Note,
     /// Of several ranges the one of the value's dimension counts.
@@ -210,10 +206,8 @@ impl Key {
         let none = Note::new("");
         Self {
             name,
-            former_name: "",
             value,
             defaults: &[],
-            formerly: &[],
             otherwise: none,
             usual: &[],
             means: none,
@@ -249,11 +243,6 @@ impl Key {
         Self::new(name, Value::Tables(keys))
     }
 
-    const fn renamed_from(mut self, name: &'static str) -> Self {
-        self.former_name = name;
-        self
-    }
-
     const fn required(self) -> Self {
         self.otherwise(REQUIRED)
     }
@@ -265,11 +254,6 @@ impl Key {
 
     const fn defaults(mut self, texts: &'static [&'static str]) -> Self {
         self.defaults = texts;
-        self
-    }
-
-    const fn formerly(mut self, names: &'static [(&'static str, &'static str)]) -> Self {
-        self.formerly = names;
         self
     }
 

@@ -158,7 +158,6 @@ static CONTROLLER: &[Key] = &[
         .defaults(&["ideal"])
         .means("Ideal readings, or those of the machine's sensors with errors drawn by `scenario.seed`."),
     Key::new("model", Value::Overrides)
-        .renamed_from("believed")
         .otherwise("the true values")
         .means("The controller model: values of the machine that the controller assumes, by key as in `overrides`."),
     Key::choice("monitor", &["on", "off"])
@@ -250,12 +249,10 @@ static SENSOR_FAULT: &[Key] = &[
 
 /// Methods of integration: `auto` chooses among the others.
 pub static METHODS: &[&str] = &["auto", "rodas5p", "hc-exponential-4", "tsit5", "hc-rosenbrock-3"];
-pub static FORMER_METHODS: &[(&str, &str)] = &[("ros4l", "hc-exponential-4"), ("ros3l", "hc-rosenbrock-3")];
 
 static SOLVER: &[Key] = &[
     Key::choice("method", METHODS)
         .defaults(&["auto"])
-        .formerly(FORMER_METHODS)
         .means(
             "Method of integration: `auto` takes the fastest suitable one for the machine; \
              `rodas5p`, `hc-exponential-4` and `hc-rosenbrock-3` are for stiff machines, `tsit5` is explicit.",

@@ -223,7 +223,5 @@ fn the_controller_model_is_checked_as_the_overrides_are() {
     let error = scenario("[controller.model]\nsupply.presure = \"100 bar\"\n").unwrap_err();
     assert_eq!((error.slug(), error.line()), ("unknown-key", Some(6)));
     assert_eq!(slug("[controller.model]\nsupply.pressure = 2024-01-01\n"), "wrong-type");
-    let error = scenario("[controller.believed]\nsupply.pressure = \"100 bar\"\n").unwrap_err().to_string();
-    assert!(error.contains("`believed` is called `model` now"), "{error}");
     assert_eq!(slug("[controller]\nmodel = \"heavy\"\n"), "wrong-type");
 }

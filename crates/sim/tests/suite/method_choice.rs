@@ -1,6 +1,6 @@
 //! The method that a run takes where none is stated.
 
-use hydrocrane_machine::scenario::{Solver, AUTO, FORMER_METHODS, METHODS};
+use hydrocrane_machine::scenario::{Solver, AUTO, METHODS};
 use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_sim::{method_for, Task};
 
@@ -46,7 +46,6 @@ fn static_friction_in_fixed_steps_takes_the_secant_and_sensitivities_the_more_ex
 fn files_name_the_methods_that_there_are() {
     let known: Vec<&str> = std::iter::once(AUTO).chain(hydrocrane_ode::METHODS).collect();
     assert_eq!(METHODS, known);
-    assert!(FORMER_METHODS.iter().all(|(_, present)| METHODS.contains(present)));
 }
 
 #[test]
