@@ -39,6 +39,11 @@ const ESTIMATE_TIME: f64 = 0.5;
 const ESTIMATE_SHARE: f64 = 0.01;
 /// Distance of the tip from the exact solution within which a run by tolerance promises to be, m.
 const TIP_PROMISE: f64 = 1e-3;
+/// Share of the supply pressure within which a run by tolerance promises pressures to be, and the time about a kink, s, for which it
+/// promises nothing: where a valve opens a moment later, another pressure stands for that moment. The share is a third of what is
+/// allowed, as the estimate may be several times too small.
+const PRESSURE_PROMISE: f64 = 0.01;
+const KINK_TIME: f64 = 0.02;
 
 /// The states whose estimated errors tell how exact fixed steps are. Spools count by their effect only. Static friction is taken by
 /// its secant: what it acts on says little then, and only the supply counts, whose little oil is faster than that of any cylinder.
@@ -61,6 +66,8 @@ enum Finding {
     StepTooLong,
     StepInexact(usize),
     ToleranceTooLoose,
+    /// Of a cylinder and its side, in pairs.
+    PressureInexact(usize),
     /// Of the section of a cylinder.
     Starved(usize),
     /// Of a cylinder and its side, in pairs.
@@ -102,6 +109,8 @@ pub(crate) struct Watch {
     empty: Vec<f64>,
     /// Mean estimated errors of fixed steps, by state.
     estimates: Vec<(usize, f64)>,
+    /// How long the pressures of the cylinders have been off by more than is promised, s, in pairs.
+    astray: Vec<f64>,
     found: Vec<Found>,
     told: usize,
 }
@@ -120,6 +129,7 @@ impl Watch {
             lacking: vec![0.0; machine.cylinders.len()],
             empty: vec![0.0; 2 * machine.cylinders.len()],
             estimates: vec![],
+            astray: vec![0.0; 2 * machine.cylinders.len()],
             found: vec![],
             told: 0,
         };
@@ -213,7 +223,7 @@ impl Watch {
         }
     }
 
-    /// How far the tip is off by the errors of all steps, as far as they are estimated.
+    /// How far tip and pressures are off by the errors of all steps, as far as they are estimated.
     fn carried(&mut self, stepper: &Stepper, model: &dyn Model) {
         let Some(error) = stepper.global_error() else { return };
         let n = model.layout().joints();
@@ -224,6 +234,15 @@ impl Watch {
         let distance = (x * x + z * z).sqrt();
         if distance > TIP_PROMISE {
             self.note(Finding::ToleranceTooLoose, stepper.t, distance);
+        }
+        let promise = PRESSURE_PROMISE * model.machine().supply.pressure;
+        for at in 0..2 * n {
+            let state = if at % 2 == 0 { model.layout().p1(at / 2) } else { model.layout().p2(at / 2) };
+            let off = error[state].abs();
+            self.astray[at] = if off > promise { self.astray[at] + stepper.t - stepper.previous_time() } else { 0.0 };
+            if self.astray[at] > KINK_TIME {
+                self.note(Finding::PressureInexact(at), stepper.t, off);
+            }
         }
     }
 
@@ -403,6 +422,18 @@ impl Found {
                     "the errors of all steps, carried along the motion, put the tip off by an estimated {:.1} mm: the motion \
                      amplifies them, or the tolerance is loose",
                     1e3 * value
+                ),
+                "tighten `rtol`; `verify` states how far the run is off".to_string(),
+            ),
+            Finding::PressureInexact(at) => (
+                "tolerance-too-loose",
+                format!(
+                    "the errors of all steps, carried along the motion, put the pressure on the {} of cylinder `{}` off by an \
+                     estimated {:.1} bar, for longer than {:.0} ms",
+                    SIDES[at % 2],
+                    machine.cylinders[at / 2].name,
+                    1e-5 * value,
+                    1e3 * KINK_TIME
                 ),
                 "tighten `rtol`; `verify` states how far the run is off".to_string(),
             ),
