@@ -12,7 +12,7 @@ use crate::local::{LocalRates, LocalState, StateRates};
 use hydrocrane_num::{register::WIDEST, Pack, Real};
 use hydrocrane_ode::AxisStates;
 use hydrocrane_physics::hydraulics::edge_flows::PortPressures;
-use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
+use hydrocrane_physics::hydraulics::fluid::{ElasticEnergy, Fluid};
 use hydrocrane_physics::hydraulics::parts::{AnyParts, NoParts, Parts};
 
 /// Up to as many cylinders as the type `L` has lanes. Unused lanes repeat the last cylinder.
@@ -255,7 +255,12 @@ impl<L: Real> AxisGroup<L> {
 
     /// Powers of the ledger.
     #[inline(always)]
-    pub fn powers(&self, oil: &OilTables, supply_pressures: &SupplyPressures<L>, s: &LocalState<L>) -> AxisPowers<L> {
+    pub fn powers(
+        &self,
+        oil: &impl ElasticEnergy,
+        supply_pressures: &SupplyPressures<L>,
+        s: &LocalState<L>,
+    ) -> AxisPowers<L> {
         let rates = self.rates(supply_pressures, s);
         L::outlined(
             #[inline(always)]

@@ -13,7 +13,7 @@ use crate::precision::Precision;
 use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, small};
-use hydrocrane_physics::hydraulics::fluid::OilTables;
+use hydrocrane_physics::hydraulics::fluid::{ElasticEnergy, OilTables};
 use std::sync::{Arc, OnceLock};
 
 pub struct Crane<const N: usize> {

@@ -25,6 +25,7 @@ use crate::supply::{Shares, Supply, SupplyRates};
 use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{smooth, Real};
+use hydrocrane_physics::hydraulics::fluid::ElasticEnergy;
 use hydrocrane_physics::hydraulics::tank_line::TankLine;
 
 /// Name, meaning and sign in the balance.
@@ -100,6 +101,21 @@ pub const TANK_LINE_TERMS: [Term; 7] = [
     ("into_tank", "work into the tank", -1.0),
     ("carried", "elastic energy carried in with the oil", 1.0),
 ];
+
+/// Elastic energy that is not known: the powers of terms that need it are no numbers.
+pub struct NoElasticEnergy;
+
+impl ElasticEnergy for NoElasticEnergy {
+    fn energy_density<T: Real>(&self, _: T) -> T {
+        T::c(f64::NAN)
+    }
+}
+
+/// All terms of the circuit in the order of the powers, each with its owner.
+pub fn terms(machine: &Machine) -> Vec<(&str, &'static Term)> {
+    let of_cylinders = machine.cylinders.iter().flat_map(|c| LEDGER_TERMS.iter().map(|term| (c.name.as_str(), term)));
+    of_cylinders.chain(shared_terms(machine)).collect()
+}
 
 /// Terms after those of the cylinders, each with its owner: of ground, compensators, port valves, cross-over relief valves, priority,
 /// lines, hoses that leak, supply and tank line, if the machine has them.

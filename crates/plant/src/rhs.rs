@@ -16,7 +16,7 @@ use hydrocrane_physics::dynamics::ground::Ground;
 use hydrocrane_physics::geometry::chain::ChainPose;
 use hydrocrane_physics::geometry::frames::JointPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
-use hydrocrane_physics::hydraulics::fluid::OilTables;
+use hydrocrane_physics::hydraulics::fluid::ElasticEnergy;
 
 /// A plant ready to be evaluated, its cylinders side by side in the lanes of `L`.
 #[derive(Debug, Clone)]
@@ -217,7 +217,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
 
     /// Writes the powers of the ledger (W), cylinder by cylinder, then that of the ground and those of the supply.
     #[inline(always)]
-    pub fn powers(&self, layout: &Layout, oil: &OilTables, x: &[T], payload: T, out: &mut [T]) {
+    pub fn powers(&self, layout: &Layout, oil: &impl ElasticEnergy, x: &[T], payload: T, out: &mut [T]) {
         let placed = self.place(layout, x);
         if let Some(ground) = &self.plant.ground {
             let contact = self.plant.mechanics.contact(ground, &placed.pose, &placed.rates, payload);

@@ -2,12 +2,11 @@
 
 use crate::payload::PAYLOAD_TERMS;
 use hydrocrane_machine::Machine;
-use hydrocrane_plant::ledger::{shared_terms, Term, LEDGER_PER_CYLINDER, LEDGER_TERMS};
+use hydrocrane_plant::ledger::{shared_terms, terms, Term, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 
 /// Every term in the order of a run's columns, each with its part of the machine.
 pub fn ledger_terms(machine: &Machine) -> Vec<(&str, &'static Term)> {
-    let of_cylinders = machine.cylinders.iter().flat_map(|c| LEDGER_TERMS.iter().map(|term| (c.name.as_str(), term)));
-    of_cylinders.chain(shared_terms(machine)).chain(PAYLOAD_TERMS.iter().map(|term| ("payload", term))).collect()
+    terms(machine).into_iter().chain(PAYLOAD_TERMS.iter().map(|term| ("payload", term))).collect()
 }
 
 /// The terms, summed over all cylinders, in the order of [`ledger_totals`].

@@ -9,6 +9,7 @@ use hydrocrane_num::Field;
 use hydrocrane_plant::errors::BuildError;
 use hydrocrane_plant::from_machine::plant;
 use hydrocrane_plant::hydraulic_axis::FrictionLaw;
+use hydrocrane_plant::ledger::NoElasticEnergy;
 use hydrocrane_plant::outputs;
 use hydrocrane_plant::rhs::Evaluator;
 use hydrocrane_plant::{Layout, Plant};
@@ -44,18 +45,18 @@ pub struct Recorded {
 }
 
 /// Records the laws of the machine that `read` gives. The `payload` is a parameter, by its index and value (kg), or the machine's.
-/// `outputs`: their number.
+/// `counts`: of the outputs, and of the powers of the ledger behind them; none where these are not wanted.
 pub(crate) fn recorded(
     read: impl FnOnce() -> Result<Machine<Traced>>,
     payload: Option<(usize, f64)>,
     layout: &Layout,
-    outputs: usize,
+    counts: [usize; 2],
     derivatives: bool,
 ) -> Result<Recorded> {
     let (found, tape) = record(|| {
         let machine = read()?;
         let payload = payload.map_or(machine.payload.mass, |(index, mass)| parameter(index, mass));
-        by_joints!(machine.joints.len(), chain(&machine, layout, payload, outputs, derivatives))
+        by_joints!(machine.joints.len(), chain(&machine, layout, payload, counts, derivatives))
     });
     Ok(Recorded { tape, ..found? })
 }
@@ -64,7 +65,7 @@ fn chain<const N: usize>(
     machine: &Machine<Traced>,
     layout: &Layout,
     payload: Traced,
-    outputs: usize,
+    counts: [usize; 2],
     derivatives: bool,
 ) -> Result<Recorded> {
     let plant = plant::<Traced, N>(machine)?;
@@ -75,8 +76,12 @@ fn chain<const N: usize>(
     let mut rates = vec![Traced::c(0.0); x.len()];
     evaluator.derivative(layout, &x, &u, payload, &mut rates);
     let jacobian = if derivatives { by_states(&rates) } else { Vec::new() };
-    let mut found = vec![Traced::c(0.0); outputs];
+    let [outputs, powers] = counts;
+    let mut found = vec![Traced::c(0.0); outputs + powers];
     outputs::write(&plant, None::<fn(Traced) -> Traced>, &evaluator.evaluated(layout, &x, payload), &mut found);
+    if powers > 0 {
+        evaluator.powers(layout, &NoElasticEnergy, &x, payload, &mut found[outputs..]);
+    }
     Ok(Recorded {
         tape: Tape::default(),
         rates,

@@ -60,10 +60,10 @@ impl Chosen {
         Ok(keys.machine_with(&values[..count], 0..count)?)
     }
 
-    /// The laws with these parameters as inputs, and so many outputs.
-    pub fn record(&self, layout: &Layout, outputs: usize, derivatives: bool) -> Result<Recorded> {
+    /// The laws with these parameters as inputs, and so many outputs and powers.
+    pub fn record(&self, layout: &Layout, counts: [usize; 2], derivatives: bool) -> Result<Recorded> {
         let payload = self.payload.map(|mass| (self.count() - 1, mass));
-        recorded(|| self.machine(&self.values()), payload, layout, outputs, derivatives)
+        recorded(|| self.machine(&self.values()), payload, layout, counts, derivatives)
     }
 }
 
@@ -71,7 +71,7 @@ impl Chosen {
 ///
 /// # Errors
 /// A key that is no number, one without effect, and one that decides what the laws are.
-pub(crate) fn chosen(template: &Template, layout: &Layout, outputs: usize, request: &[String]) -> Result<Chosen> {
+pub(crate) fn chosen(template: &Template, layout: &Layout, counts: [usize; 2], request: &[String]) -> Result<Chosen> {
     let machine = template.build(&[])?;
     let payload = request.iter().any(|key| key == PAYLOAD || key == LOAD).then_some(machine.payload.mass);
     // The mass is a parameter of its own, which a file need not state.
@@ -85,7 +85,7 @@ pub(crate) fn chosen(template: &Template, layout: &Layout, outputs: usize, reque
     let names: Vec<String> = numbers.iter().cloned().chain(below).collect();
 
     let all = Chosen::new(template, &names, payload)?;
-    let recorded = all.record(layout, outputs, false)?;
+    let recorded = all.record(layout, counts, false)?;
     let faults = faults(&all, &recorded)?;
     if let Some(fault) = (0..numbers.len()).find_map(|i| faults.get(&i)) {
         return Err(TapeError::Request(fault.clone()));

@@ -56,7 +56,8 @@ def export_model(
         that decide which laws act are left out. Default is what an FMU offers: supply, friction and payload. With
         ``[]`` there are none, and the function is fastest.
     outputs : sequence of str, optional
-        Names of outputs (``crane.outputs``); default is all but the energies.
+        Names of outputs (``crane.outputs``); default is all but the energies. ``ledger.lift.friction`` and its like are
+        the powers of the terms of the energy ledger, W; those that need the elastic energy of the oil are refused.
     derivatives : bool
         Whether to write the derivatives by the states too.
 

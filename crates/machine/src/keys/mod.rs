@@ -204,15 +204,7 @@ pub struct Key {
 impl Key {
     const fn new(name: &'static str, value: Value) -> Self {
         let none = Note::new("");
-        Self {
-            name,
-            value,
-            defaults: &[],
-            otherwise: none,
-            usual: &[],
-            means: none,
-            source: none,
-        }
+        Self { name, value, defaults: &[], otherwise: none, usual: &[], means: none, source: none }
     }
 
     const fn quantity(name: &'static str, kinds: &'static [Kind], sign: Sign) -> Self {

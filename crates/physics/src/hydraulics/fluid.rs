@@ -78,6 +78,12 @@ pub struct OilTables {
     below: Option<Branch>,
 }
 
+/// Where the elastic energy of oil comes from.
+pub trait ElasticEnergy {
+    /// Per volume, w = rho u, Pa (J/m^3), zero at p = 0.
+    fn energy_density<T: Real>(&self, p: T) -> T;
+}
+
 #[cfg(feature = "std")]
 #[derive(Debug, Clone)]
 struct Branch {
@@ -112,16 +118,6 @@ impl OilTables {
         T::select(p.lt(T::c(0.0)), below, above) * self.fluid.density
     }
 
-    /// elastic energy per volume w = rho u, Pa (J/m^3), zero at p = 0.
-    #[inline(always)]
-    pub fn energy_density<T: Real>(&self, p: T) -> T {
-        let below = match &self.below {
-            Some(branch) => branch.energy.eval(p),
-            None => self.gas(p).1,
-        };
-        T::select(p.lt(T::c(0.0)), below, self.above.energy.eval(p))
-    }
-
     /// Density ratio and energy density below p = 0: w = -p + rho h with h the integral of dp/rho.
     #[inline(always)]
     fn gas<T: Real>(&self, p: T) -> (T, T) {
@@ -130,6 +126,18 @@ impl OilTables {
         let ratio = y / (y + (T::c(1.0) - y) * share);
         let h = (y - 1.0) * (absolute_zero * (1.0 - share)) + y.ln() * (absolute_zero * share);
         (ratio, ratio * h - p)
+    }
+}
+
+#[cfg(feature = "std")]
+impl ElasticEnergy for OilTables {
+    #[inline(always)]
+    fn energy_density<T: Real>(&self, p: T) -> T {
+        let below = match &self.below {
+            Some(branch) => branch.energy.eval(p),
+            None => self.gas(p).1,
+        };
+        T::select(p.lt(T::c(0.0)), below, self.above.energy.eval(p))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Tables of oils, shared by machines.
 
-use hydrocrane_physics::hydraulics::fluid::{Fluid, OilTables};
+use hydrocrane_physics::hydraulics::fluid::{ElasticEnergy, Fluid, OilTables};
 use hydrocrane_plant::oil::{tables, MOST};
 use std::sync::Arc;
 

@@ -4,6 +4,7 @@ use hydrocrane_machine::by_keys::Keys;
 use hydrocrane_machine::{bundled_machines, OverrideValue, Template};
 use hydrocrane_num::RandomStream;
 use hydrocrane_plant::from_machine::plant;
+use hydrocrane_plant::ledger::terms;
 use hydrocrane_plant::rhs::Evaluator;
 use hydrocrane_sim::{build, Model};
 use hydrocrane_tape::{export, Program, Request, Step};
@@ -193,6 +194,28 @@ fn parameters_are_followed_as_a_machine_with_other_values_has_them() {
     }
 }
 
+#[test]
+fn powers_of_the_ledger_are_those_of_the_plant() {
+    for (name, _) in bundled_machines() {
+        let model = model(name);
+        let (terms, mut random) = (terms(model.machine()), RandomStream::new(13, name));
+        let elastic = |term: &str| ["elastic", "carried"].contains(&term);
+        let kept = (0..terms.len()).filter(|i| !elastic(terms[*i].1 .0));
+        let outputs = kept.clone().map(|i| format!("ledger.{}.{}", terms[i].0, terms[i].1 .0)).collect();
+        let request = Request { outputs, ..Request::default() };
+        let found = export(&template(name), model.layout(), model.output_info(), &request).expect(name);
+        let mut powers = vec![0.0; terms.len()];
+        for _ in 0..STATES {
+            let (x, u) = random_state(model.as_ref(), &mut random);
+            model.powers(&x, model.machine().payload.mass, &mut powers);
+            let size = powers.iter().map(|power| power.abs()).fold(1.0, f64::max);
+            for (i, own) in kept.clone().zip(run(&found.program, 2, [&x, &u, &[]])) {
+                assert!((own - powers[i]).abs() <= 1e-12 * size, "{name} {:?}: {own} {}", terms[i], powers[i]);
+            }
+        }
+    }
+}
+
 fn refusal(keys: &[&str], outputs: &[&str]) -> String {
     let own = |names: &[&str]| names.iter().map(ToString::to_string).collect();
     let request = Request { parameters: own(keys), outputs: own(outputs), derivatives: false };
@@ -206,6 +229,8 @@ fn what_cannot_be_exported_is_refused_by_name() {
     assert!(refusal(&["valve.lift.delay"], &[]).contains("valve.lift.delay"));
     assert!(refusal(&[], &["tip.y"]).contains("did you mean `tip.x`?"));
     assert!(refusal(&[], &["energy.oil"]).contains("table"));
+    assert!(refusal(&[], &["ledger.lift.elastic"]).contains("table"));
+    assert!(refusal(&[], &["ledger.lift.fricton"]).contains("did you mean `ledger.lift.friction`?"));
     let jumping = Template::open("heinze-2007", &[]).expect("bundled");
     let model = build(&jumping.build(&[]).expect("a machine")).expect("a model");
     let error = export(&jumping, model.layout(), model.output_info(), &Request::default()).expect_err("it jumps");
