@@ -73,7 +73,7 @@ STOPPED = """
 ## Random stops
 
 {tried} stops tried for each row: the stick is released after 1 s at 0.3 m/s from a random pose in a random direction
-(`hydrocrane.benchmark.stops`). Poses in which the crane cannot hold or lift the load are left out. *Settled* is the
+(`docs/validation/tip_stops.py`). Poses in which the crane cannot hold or lift the load are left out. *Settled* is the
 time until the tip stays below 5 mm/s; at rest, from 6 s to 16 s, the largest RMS speed and drift of all stops are
 given. *Period* is that of the controller, 10 ms unless the file states another; the laboratory crane
 [needs 5 ms](../theory/control/damping.md#period).
@@ -119,7 +119,7 @@ TAUGHT = """
 ## After 10 s of driving
 
 Tip control learns valve errors in motion ([theory](../theory/control/valve_learning.md)). Each of {drives} drives makes
-random moves for 10 s, then four lines of 0.25 m at 0.1 m/s from rest (`hydrocrane.benchmark.after_driving`);
+random moves for 10 s, then four lines of 0.25 m at 0.1 m/s from rest (`docs/validation/tip_after_driving.py`);
 laboratory crane, ideal sensors. The table gives the largest deviation of a drive's lines.
 
 """
@@ -148,9 +148,10 @@ the tip goes to the boundaries of counts before 6 s, at most half a count per jo
 SOAKED = """
 ## Soak
 
-{minutes:g} minutes of random sticks for each row in drives of 6 minutes (`hydrocrane.benchmark.soak`), three in five at
-the ends of both axes. *Beyond limits* is a joint's largest excursion beyond its range, as a share of it; *alarms* are
-warnings and events other than those that say why the tip stands. Cylinders are rated for 1.5 times the supply pressure.
+{minutes:g} minutes of random sticks for each row in drives of 6 minutes (`docs/validation/tip_soak.py`), three in
+five at the ends of both axes. *Beyond limits* is a joint's largest excursion beyond its range, as a share of it;
+*alarms* are warnings and events other than those that say why the tip stands. Cylinders are rated for 1.5 times the
+supply pressure.
 
 """
 PUSHED = """

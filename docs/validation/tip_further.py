@@ -13,11 +13,11 @@ from functools import partial
 import numpy as np
 from tip_motion import FOLDER, MACHINES, write
 from tip_rest import LASTS, in_processes
+from tip_soak import soak
+from tip_stops import Stop, random_stop
 
 import hydrocrane as hc
 from hydrocrane.benchmark import Condition, random_lines, run_case
-from hydrocrane.benchmark.soak import soak
-from hydrocrane.benchmark.stops import Stop, random_stop
 
 PATHS = {name: FOLDER / f"further-{name}.csv" for name in ("lines", "stops", "drives")}
 SEEDS, LINE_SEEDS, LINES_PER_SEED = range(600, 700), range(600, 630), 30

@@ -15,12 +15,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from tip_after_driving import lines_after_driving
+from tip_stops import random_stop
 
 import hydrocrane as hc
 from hydrocrane.benchmark import START, VARIANTS, Condition, random_lines, run_case
-from hydrocrane.benchmark.after_driving import lines_after_driving
 from hydrocrane.benchmark.conditions import at_valves
-from hydrocrane.benchmark.stops import random_stop
 from hydrocrane.machine.overrides import Override
 
 FOLDER = Path(__file__).resolve().parent / "tip-control"

@@ -13,11 +13,11 @@ from functools import partial
 from typing import TypeVar
 
 from tip_motion import FOLDER, MACHINES, stopped, write
+from tip_soak import Soak, soak, worst_of
+from tip_stops import REST, random_stop
 from workers import processes
 
 import hydrocrane as hc
-from hydrocrane.benchmark.soak import Soak, soak, worst_of
-from hydrocrane.benchmark.stops import REST, random_stop
 
 T = TypeVar("T")
 RESTS, SOAKS, KEPT_OUT = FOLDER / "rest.csv", FOLDER / "soak.csv", FOLDER / "keep-out.csv"

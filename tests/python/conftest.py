@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ import hydrocrane as hc
 from hydrocrane.errors import InputError
 from hydrocrane.studies import case
 
+# Experiments that tests and the pages of docs/validation share.
+sys.path.append(str(Path(__file__).resolve().parents[2] / "docs" / "validation"))
 CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from tip_soak import soak
+from tip_stops import random_stop
 
 import hydrocrane as hc
-from hydrocrane.benchmark.soak import soak
-from hydrocrane.benchmark.stops import random_stop
 
 LOADER = "hiab-xs031"
 SECONDS = 120.0

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
-from pathlib import Path
 
+import bus_faults as bus
 import numpy as np
 import pytest
 
 import hydrocrane as hc
-
-sys.path.append(str(Path(__file__).resolve().parents[3] / "docs" / "validation"))
-
-import bus_faults as bus  # noqa: E402
 
 LOST = {case.samples: case for case in bus.CASES if case.name == "frame lost"}
 # Those that no reading contradicts, or that are seen only once the piston has moved.

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tip_soak import random_sticks
 
 import hydrocrane as hc
-from hydrocrane.benchmark.soak import random_sticks
 
 EXCAVATOR = Path(__file__).resolve().parents[2] / "data" / "small-excavator.toml"
 STEP = 0.01

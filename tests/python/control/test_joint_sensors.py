@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tip_after_driving import lines_after_driving
+from tip_stops import random_stop
 
 import hydrocrane as hc
 from hydrocrane.benchmark import START, Case, Condition, random_lines, run_case, scenario_of, tasks
-from hydrocrane.benchmark.after_driving import lines_after_driving
-from hydrocrane.benchmark.stops import random_stop
 
 LAB, LOADER = "rottne-f9-lab", "hiab-xs031"
 ESTIMATED = {"control.tip.pressures": "estimated"}

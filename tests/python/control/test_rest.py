@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tip_soak import soak
+from tip_stops import REST, random_stop
 
 import hydrocrane as hc
-from hydrocrane.benchmark.soak import soak
-from hydrocrane.benchmark.stops import REST, random_stop
 
 # m/s and m
 QUIET, DRIFT = 1e-3, 1e-3

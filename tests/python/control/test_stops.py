@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from tip_stops import random_stop
 
 import hydrocrane as hc
-from hydrocrane.benchmark.stops import random_stop
 
 
 @pytest.mark.parametrize("seed", [1, 15, 19, 21])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tip_after_driving import lines_after_driving
 
 import hydrocrane as hc
 from hydrocrane.benchmark import tasks
-from hydrocrane.benchmark.after_driving import lines_after_driving
 from hydrocrane.benchmark.cases import Case, run_case
 
 CYLINDERS = ("lift", "jib", "extension")

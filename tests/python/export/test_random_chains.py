@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from exported_model import STATES, CModel, agrees, module, needs_compiler, off
+from machine_generator import machine
 
 import hydrocrane as hc
-
-sys.path.append(str(Path(__file__).resolve().parents[3] / "docs" / "validation"))
-
-from machine_generator import machine  # noqa: E402
 
 # Number of joints by seed. Together they have every part that the generator draws.
 JOINTS = {3: 1, 15: 1, 9: 2, 57: 2, 18: 4, 5: 5, 7: 6}

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from functools import partial
 from pathlib import Path
 
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[3] / "docs" / "validation"))
-
-from random_machines import CHECKS, SAYS, judged, kinds, random_case  # noqa: E402
+from random_machines import CHECKS, SAYS, judged, kinds, random_case
 
 SECONDS = 1.0
 
