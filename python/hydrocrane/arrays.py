@@ -76,6 +76,17 @@ def check_positive(name: str, value: float) -> None:
         raise InputError(f"{name} must be one number greater than zero, got {value!r}")
 
 
+def check_level(level: float) -> None:
+    """Raises an :class:`InputError` if `level` is no level of confidence."""
+    if not 0.0 < level < 1.0:
+        raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
+
+
+def rms(values: Array) -> float:
+    """Root of the mean square; NaN without values."""
+    return float(np.sqrt(np.mean(values**2))) if values.size else np.nan
+
+
 def checked_name(what: str, name: object) -> str:
     """`name` if it is one as in machine files, or an :class:`InputError`; `what` it is the name of."""
     return _checked(what, name, _core.name_fault)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, rms
 
 # Speed below which the tip counts as at rest, m/s.
 AT_REST = 5e-3
@@ -120,9 +120,9 @@ def metrics(motion: Motion) -> Metrics:
     aside = _length(motion.tip - nearest_on_path(motion.tip, motion.asked))
     error = _length(motion.tip - motion.asked)
     fastest = float(_length(motion.asked_velocity).max())
-    reached, path_rms, rest = share_reached(motion.tip, motion.asked), _rms(aside), _rest_from(motion)
+    reached, path_rms, rest = share_reached(motion.tip, motion.asked), rms(aside), _rest_from(motion)
     settling = float(np.maximum(rest - _centred_from(motion), 0.0))
-    vibration = _rms(_length(motion.tip_velocity[motion.time >= motion.time[-1] - LAST]))
+    vibration = rms(_length(motion.tip_velocity[motion.time >= motion.time[-1] - LAST]))
     return Metrics(
         score=_score(reached, path_rms, settling, vibration),
         reached=reached,
@@ -135,7 +135,7 @@ def metrics(motion: Motion) -> Metrics:
         vibration=vibration,
         energy=float(0.5 * (motion.power[1:] + motion.power[:-1]) @ np.diff(motion.time)),
         end_stop_hits=int(np.count_nonzero(np.diff((motion.end_stops > HIT).astype(int)) == 1)),
-        spool_rms=_rms(motion.command),
+        spool_rms=rms(motion.command),
         spool_travel=spool_travel(motion.time, motion.command),
         rho=float(error.max()) / fastest,
         rho_set_point=_own_rho(motion),
@@ -217,7 +217,7 @@ def _corners(path: Array) -> Array:
 def _speed_error(motion: Motion, fastest: float) -> float:
     wanted = _length(motion.asked_velocity)
     moving = wanted > 0
-    return _rms((_length(motion.tip_velocity) - wanted)[moving]) / fastest
+    return rms((_length(motion.tip_velocity) - wanted)[moving]) / fastest
 
 
 def _rest_from(motion: Motion) -> float:
@@ -243,7 +243,3 @@ def _own_rho(motion: Motion) -> float:
 def _length(vectors: Array) -> Array:
     """Length of the vectors along the last axis."""
     return np.asarray(np.hypot(vectors[..., 0], vectors[..., 1]))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -15,7 +15,8 @@ from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
 from hydrocrane.fitting.search import Task, Weights, correlated, residuals
-from hydrocrane.identification.output_error import Estimate, inverse
+from hydrocrane.identification.covariance import correlation_of, inverse
+from hydrocrane.identification.output_error import Estimate
 
 # Most and least number of blocks of time in all logs together; the correlation time decides between them.
 MOST_BLOCKS, LEAST_BLOCKS = 40, 6
@@ -69,7 +70,7 @@ class Information:
     @property
     def correlation(self) -> Array:
         """(k, k) correlations."""
-        return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
+        return correlation_of(self.covariance)
 
 
 def information(task: Task, weights: Weights, estimate: Estimate) -> Information:

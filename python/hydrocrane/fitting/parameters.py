@@ -19,6 +19,7 @@ from hydrocrane import _core
 from hydrocrane.arrays import real_array
 from hydrocrane.errors import HydrocraneError, InputError, unknown
 from hydrocrane.identification.output_error import Unknown
+from hydrocrane.identification.sensors import UNIFORM, ZERO, data_sheet
 from hydrocrane.machine.machine import Machine
 
 # Standard deviation of a value's prior as a share of the value, by its provenance class in the machine file.
@@ -27,9 +28,6 @@ SHARES = {"measured": 0.02, "setting": 0.05, "fitted": 0.1, "literature": 0.2, "
 FARTHEST, HALVINGS = 10.0, 30
 # The same for a value that was given in the call, which is a guess.
 GUESSED = 1.0
-# Standard deviations of a data sheet's accuracy, taken as the bound of a uniform distribution: half of it at zero, the
-# other half by the span (docs/theory/sensor/analogue.md).
-ZERO_SHARE, SPAN_SHARE = 1 / np.sqrt(6.0), 1 / np.sqrt(3.0)
 # Default standard deviation of a delay, and its bound, s.
 DELAY, LONGEST_DELAY = 0.02, 0.5
 ERRORS = ("zero", "span", "delay")
@@ -164,12 +162,11 @@ def check_names(names: Sequence[str], priors: Priors) -> None:
 
 def _stated_error(machine: Machine, error: SensorError) -> float | None:
     """Standard deviation of a sensor's zero or span by its data sheet; None where the file states no accuracy."""
-    heads = [f"sensor.{name}." for name, measured in machine.sensors.items() if measured == error.signal]
-    for head in heads:
-        if {f"{head}accuracy", f"{head}range"} <= set(machine.keys):
-            accuracy, full = (float(np.max(np.abs(machine.value(head + key).si))) for key in ("accuracy", "range"))
-            return {"zero": ZERO_SHARE * accuracy * full, "span": SPAN_SHARE * accuracy}.get(error.kind)
-    return None
+    known = data_sheet(machine, error.signal)
+    if not {"accuracy", "range"} <= set(known):
+        return None
+    accuracy = known["accuracy"]
+    return {"zero": ZERO * accuracy * known["range"], "span": UNIFORM * accuracy}.get(error.kind)
 
 
 def _prior(name: str, value: float, given: Prior) -> tuple[float, float] | None:

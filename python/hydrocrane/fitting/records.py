@@ -14,15 +14,15 @@ from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs import Log, noise_of
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.mapping import LogMapping
+from hydrocrane.logs.noise import BY_MEDIAN
 
 # Most samples of a log that are compared; a longer log is decimated.
 MOST_SAMPLES = 6000
 LEAST_SAMPLES = 10
 # Wanted standard error of a start value, as a share of the signal's range.
 AT_START = 1e-4
-# Standard deviation of a normal sample over its median absolute value, and the distance in these at which a reading at
-# the start is an outlier.
-BY_MEDIAN, STRAY = 1.4826, 5.0
+# Distance in robust standard deviations at which a reading at the start is an outlier.
+STRAY = 5.0
 # The last share of each log, or (from, to), s of the log's clock.
 HoldOut: TypeAlias = "float | tuple[float, float] | None"
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError, ResultFileError, unknown
+from hydrocrane.arrays import Array, check_level, rms
+from hydrocrane.errors import ResultFileError, unknown
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.fitting.accuracy import Accuracy
 from hydrocrane.fitting.block import block
@@ -21,8 +21,8 @@ from hydrocrane.fitting.quality import SignalQuality
 from hydrocrane.fitting.search import Found, Task
 from hydrocrane.fitting.simulated import modelled_signals
 from hydrocrane.fitting.ties import Tie, left_behind
+from hydrocrane.identification.covariance import labelled
 from hydrocrane.identification.report import Report, Section, Table
-from hydrocrane.identification.result import labelled
 from hydrocrane.machine.machine import Machine
 from hydrocrane.notebook import of_text
 from hydrocrane.results.difference import Difference
@@ -121,8 +121,7 @@ class Fit:
 
     def interval(self, name: str, level: float = 0.95) -> tuple[float, float]:
         """Interval of one unknown, SI, at a level of confidence; priors count as data."""
-        if not 0.0 < level < 1.0:
-            raise InputError(f"level must be between 0 and 1, got {level}")
+        check_level(level)
         at = self.names.index(self._checked(name))
         half = self.information.factor(level) * float(self.information.deviations[at])
         low, high = self.task.unknowns[at].bounds
@@ -179,8 +178,8 @@ class Fit:
                         log=record.name,
                         signal=signal,
                         unit=self._units[signal],
-                        rms=_rms(rest[used]),
-                        held_out=_rms(rest[judged]),
+                        rms=rms(rest[used]),
+                        held_out=rms(rest[judged]),
                         span=float(np.ptp(readings)),
                         noise=float(record.noise[i]),
                         outliers=float(np.mean(outliers[used, i])) if used.any() else 0.0,
@@ -287,7 +286,3 @@ class Fit:
         if name not in self.names:
             raise unknown("parameter of the fit", name, self.names)
         return name
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else float("nan")

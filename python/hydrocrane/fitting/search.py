@@ -20,12 +20,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, rms
 from hydrocrane.errors import HydrocraneError
 from hydrocrane.fitting.prediction import LogModel, Reading
-from hydrocrane.fitting.records import BY_MEDIAN, Record
+from hydrocrane.fitting.records import Record
 from hydrocrane.identification.output_error import TOLERANCE, Estimate, Unknown
 from hydrocrane.identification.output_error import fit as output_error_fit
+from hydrocrane.logs.noise import BY_MEDIAN
 from hydrocrane.logs.rates import runs
 from hydrocrane.scenario.solver import Solver
 from hydrocrane.signals.statistics import correlation_samples
@@ -182,7 +183,7 @@ def _freed(task: Task, weights: Weights, values: Array, free: np.ndarray) -> Arr
         rows, slopes, _ = residuals(task, weights, values)
         return rows, slopes[:, free]
 
-    unknowns = [replace(task.unknowns[i], start=float(values[i])) for i in free]
+    unknowns = [task.unknowns[i].started(values[i]) for i in free]
     values[free] = output_error_fit(unknowns, function, tolerance=ROUGHLY).values
     return values
 
@@ -224,7 +225,7 @@ def next_weights(task: Task, values: Array, before: Weights) -> Weights:
         if rest.size and task.robust:
             spread = BY_MEDIAN * float(np.median(np.abs(rest)))
         else:
-            spread = float(np.sqrt(np.mean(rest**2))) if rest.size else 0.0
+            spread = rms(rest) if rest.size else 0.0
         deviations[signal] = max(spread, _noise(task, signal), 1e-9 * before.deviations[signal])
         shares[signal] = max([correlated(column) for column in columns if column.size > 3], default=1.0)
     found = Weights(deviations, (), ())
@@ -335,7 +336,7 @@ def _one_pass(task: Task, weights: Weights, given: bool) -> Estimate | None:
 
 def _started(task: Task, values: Array) -> Task:
     """The task from another start."""
-    return replace(task, unknowns=tuple(replace(u, start=float(v)) for u, v in zip(task.unknowns, values, strict=True)))
+    return replace(task, unknowns=tuple(u.started(v) for u, v in zip(task.unknowns, values, strict=True)))
 
 
 def _fitted(task: Task, weights: Weights, tolerance: float) -> Estimate:
@@ -351,4 +352,4 @@ def _drawn(unknown: Unknown, rng: np.random.Generator) -> Unknown:
         start = unknown.start * float(np.exp(SPREAD * share * draw))
     else:
         start = unknown.start + SPREAD * unknown.scale * draw
-    return replace(unknown, start=float(np.clip(start, low, high)))
+    return unknown.started(np.clip(start, low, high))

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import f as fisher
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, rms
 from hydrocrane.identification.least_squares import Problem, floor_is_found, level_means
 from hydrocrane.identification.points import FrictionPoints
 from hydrocrane.identification.residual_analysis import SIGNIFICANT, Cause, ResidualAnalysis
@@ -116,7 +116,7 @@ def _cause(
     if name == "velocity":
         # The coefficients of cosines that the map can nearly represent mean nothing; their joint contribution does.
         fitted = extra @ (extra.T @ rest) * sigma * points.sign / size
-        return Cause(name, values, p_value, float(np.sqrt(np.mean(fitted**2))), fitted)
+        return Cause(name, values, p_value, rms(fitted), fitted)
     power = float(new[:, 0] @ new[:, 0])
     change = float(new[:, 0] @ rest) / power
     alike = power < MOSTLY**2 * float(added[:, 0] @ added[:, 0])

@@ -14,8 +14,9 @@ from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.covariance import invert
 from hydrocrane.identification.form import Exponents, Form
-from hydrocrane.identification.least_squares import Loss, Problem, invert, level_means
+from hydrocrane.identification.least_squares import Loss, Problem, level_means
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.result import StaticFit

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from hydrocrane.arrays import rms
 from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.identification import output_error
 from hydrocrane.identification.bristle import first_readings, goes_beyond
@@ -156,7 +157,7 @@ def _fitted(
     """
     for softened in SOFTENED:
         near = output_error.fit(unknowns, residuals, joint=joint, tolerance=ON_THE_WAY, softened=softened)
-        unknowns = [_started(unknown, float(value)) for unknown, value in zip(unknowns, near.values, strict=True)]
+        unknowns = [unknown.started(value) for unknown, value in zip(unknowns, near.values, strict=True)]
     estimate = output_error.fit(unknowns, residuals, joint=joint, tolerance=ROUGH)
     if estimate.variance > FAR_OFF:
         return estimate, residuals, list(unknowns)
@@ -175,14 +176,10 @@ def _near(estimate: Estimate) -> bool:
     return all(abs(value) <= MOVED.get(name.rsplit(" ", 1)[0], np.inf) for name, value in by_name)
 
 
-def _started(unknown: Unknown, value: float) -> Unknown:
-    return dataclasses.replace(unknown, start=value)
-
-
 def _moved(unknown: Unknown, value: float) -> Unknown:
     """The unknown with the fitted value as start; start values count from those of the new simulation."""
     if not unknown.name.startswith(tuple(MOVED)):
-        return _started(unknown, value)
+        return unknown.started(value)
     assert unknown.prior is not None
     mean, deviation = unknown.prior
     low, high = unknown.bounds
@@ -217,7 +214,7 @@ def _doubts(estimate: Estimate, residuals: RigResiduals, rig: Machine) -> list[s
     """Warnings on parameters that are not identifiable and on large residuals."""
     found = [] if estimate.converged else [f"the fit stopped early: {estimate.message}"]
     for log, signal, white in residuals.of_signals(estimate.values):
-        size = float(np.sqrt(np.mean(white[:, 0] ** 2)))
+        size = rms(white[:, 0])
         along = succession("samples", white, [np.arange(len(white))])
         if size > TOO_FAR:
             found.append(

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import stats
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, check_level
 from hydrocrane.errors import InputError
 from hydrocrane.identification.block import interval, signature
 from hydrocrane.identification.bristle import Reading
+from hydrocrane.identification.covariance import labelled
 from hydrocrane.identification.output_error import Estimate
 from hydrocrane.identification.report import Section, Stage, Table
-from hydrocrane.identification.result import StaticFit, labelled
+from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_model import RigResiduals
 from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.machine.machine import Machine
@@ -100,8 +101,7 @@ class DynamicFit:
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Confidence intervals of the bristle parameters, SI; infinite where one is not identifiable."""
-        if not 0.0 < level < 1.0:
-            raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
+        check_level(level)
         found, width = self.fitted(), float(stats.norm.ppf(0.5 + 0.5 * level))
         half = {name: np.inf if self._unknown(name) else width * found.deviation(self._key(name)) for name in DYNAMIC}
         return {name: (value - half[name], value + half[name]) for name, value in self.params.items()}

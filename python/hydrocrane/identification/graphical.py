@@ -10,7 +10,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.result import StaticFit
-from hydrocrane.identification.static_map import EXPONENTS, PARAMETERS, StaticMap
+from hydrocrane.identification.static_map import EXPONENTS, PARAMETERS, StaticMap, stribeck_share
 
 # Beyond this many Stribeck velocities the Stribeck effect is negligible (0.2 % with exponent 2).
 FAR = 2.5
@@ -69,7 +69,7 @@ def _read(speed: Array, force: Array, exponent: float) -> tuple[list[float], lis
     slowest = int(np.argmin(speed))
     breakaway = max(float(force[slowest]), coulomb)
     if speed[slowest] > 0.0:
-        lost = 1.0 - np.exp(-((speed[slowest] / stribeck) ** 2))
+        lost = 1.0 - stribeck_share(speed[slowest] / stribeck, 2.0)
         said.append(
             f"break-away force read at the slowest level, {speed[slowest] * 1e3:.3g} mm/s, where about "
             f"{100 * lost:.1f} % of the Stribeck rise is gone"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, rms
 
 # Least number of predicted levels for a statement on all of them.
 LEAST = 4
@@ -57,22 +57,22 @@ class HeldOut:
     @property
     def rms(self) -> float:
         """Root mean square of `error`, N; NaN where no level can be predicted."""
-        return _rms(self.error[self.known])
+        return rms(self.error[self.known])
 
     @property
     def rms_promised(self) -> float:
         """Root mean square of `promised`, N."""
-        return _rms(self.promised[self.known])
+        return rms(self.promised[self.known])
 
     @property
     def rms_within(self) -> float:
         """Root mean square of `within` over the same levels, N."""
-        return _rms(self.within[self.known])
+        return rms(self.within[self.known])
 
     @property
     def ratio(self) -> float:
         """Root mean square of the errors over the promised deviations; about one if the form predicts well."""
-        return _rms(self.error[self.known] / self.promised[self.known])
+        return rms(self.error[self.known] / self.promised[self.known])
 
     @property
     def notable(self) -> bool:
@@ -110,7 +110,3 @@ class HeldOut:
             "within the fit). Either the map follows its levels too closely or has another form: do not trust it "
             "between or beyond the levels. Hold exponents that are known, add levels near this one, and repeat it",
         )
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else np.nan

@@ -15,6 +15,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.identification.points import FrictionPoints
 from hydrocrane.identification.result import LINEARITY, OFFSET, SPANS, fitted_velocity
 from hydrocrane.identification.static_map import Coordinates
+from hydrocrane.logs.noise import BY_MEDIAN
 
 Loss = Literal["soft_l1", "huber", "cauchy", "arctan", "linear"]
 # A further residual and its derivatives by the unknowns.
@@ -26,8 +27,6 @@ VISCOUS_EXPONENT = (0.3, 3.0)
 OUTSIDE = 10.0
 # A robust loss departs from the square at this many standard deviations.
 BEND = 1.5
-# Singular values below this share of the largest belong to combinations that the points do not identify.
-NULL = 1e-9
 
 
 @dataclass(frozen=True)
@@ -264,56 +263,6 @@ def scatter(points: FrictionPoints, residuals: Array, sigma: Array, unknowns: in
     )
 
 
-@dataclass(frozen=True)
-class Inverse:
-    """Inverse of the information of a fit.
-
-    Attributes
-    ----------
-    from_data : ndarray, shape (n, n)
-        Covariance of the unknowns from the scatter of the points; zero where `undetermined`.
-    over_prior : ndarray, shape (n, k)
-        Change of the unknowns per standard deviation of each sensor error.
-    undetermined : ndarray of bool, shape (n,)
-        Unknowns in a combination that does not affect any point.
-    condition : float
-    """
-
-    from_data: Array
-    over_prior: Array
-    undetermined: NDArray[np.bool_]
-    condition: float
-
-    @property
-    def from_prior(self) -> Array:
-        """Covariance of the unknowns from the priors, (n, n)."""
-        return self.over_prior @ self.over_prior.T
-
-    @property
-    def whole(self) -> Array:
-        """Covariance of the unknowns, (n, n)."""
-        return self.from_data + self.from_prior
-
-
-def invert(jacobian: Array, deviations: Array) -> Inverse:
-    """Covariance of the unknowns from the weighted derivatives of the points (n_points, n).
-
-    `deviations` (k,) are those of the priors of the last k unknowns.
-    """
-    of_sensors = np.arange(jacobian.shape[1])[jacobian.shape[1] - deviations.size :]
-    information = np.vstack([jacobian, np.eye(jacobian.shape[1])[of_sensors] / deviations[:, None]])
-    size = np.linalg.norm(information, axis=0)
-    size[size == 0.0] = 1.0
-    _, s, vt = np.linalg.svd(information / size, full_matrices=False)
-    kept = s > NULL * s[0]
-    undetermined = (np.abs(vt[~kept]) > 1e-3).any(axis=0)
-    root = vt[kept].T / s[kept]
-    inverse = (root @ root.T) / np.outer(size, size)
-    weighted = inverse[:, of_sensors] / deviations
-    condition = float(s[0] / s[-1]) if s[-1] > 0.0 else np.inf
-    return Inverse(inverse - weighted @ weighted.T, weighted, undetermined, condition)
-
-
 # Least degrees of freedom of the levels for an estimate of the floor; with fewer the scatter within levels is used too.
 FEW = 3
 
@@ -396,7 +345,7 @@ def _bulk(standardised: Array, unknowns: int) -> float:
     """Standard deviation of the bulk of the residuals, from their median, corrected for the unknowns."""
     n = standardised.size
     freedom = max(n - unknowns, 1)
-    scale = 1.4826 * float(np.median(np.abs(standardised))) * np.sqrt(n / freedom)
+    scale = BY_MEDIAN * float(np.median(np.abs(standardised))) * np.sqrt(n / freedom)
     return scale if scale > 1e-6 else 1e-6
 
 

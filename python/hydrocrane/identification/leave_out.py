@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
+from hydrocrane.identification.covariance import Inverse, invert
 from hydrocrane.identification.held_out import HeldOut
-from hydrocrane.identification.least_squares import Inverse, Problem, invert, level_means, scale_of
+from hydrocrane.identification.least_squares import Problem, level_means, scale_of
 from hydrocrane.identification.static_choice import Candidate
 
 # Up to this many levels are left out one by one; more are left out in this many groups.

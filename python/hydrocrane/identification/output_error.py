@@ -14,21 +14,20 @@ of an experiment that has not been run.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import optimize
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import HydrocraneError, InputError
+from hydrocrane.identification.covariance import correlation_of, inverse
 
 # From the values (k,), SI, to residuals in standard deviations (m,) and their derivatives (m, k) per SI unit.
 ResidualFunction = Callable[[Array], tuple[Array, Array]]
 # Relative change of cost or unknowns at which the search stops, far below that of one standard deviation.
 TOLERANCE = 1e-5
 MOST_EVALUATIONS = 40
-# Information below this share of the largest counts as zero; unknowns are in units of their scales.
-BLIND = 1e-9
 # Lower limit of the prior variance of a combination of unknowns, as a share of the largest variance.
 SINGULAR = 1e-10
 
@@ -64,6 +63,10 @@ class Unknown:
             )
         if self.prior is not None and not self.prior[1] > 0:
             raise InputError(f"the prior of `{self.name}` needs a deviation above zero; got {self.prior[1]}")
+
+    def started(self, value: float) -> Unknown:
+        """The same unknown with another start."""
+        return replace(self, start=float(value))
 
 
 @dataclass(frozen=True)
@@ -153,8 +156,7 @@ class Estimate:
     @property
     def correlation(self) -> Array:
         """(k, k) correlation matrix."""
-        deviation = np.sqrt(np.diag(self.bound))
-        return np.asarray(self.bound / np.outer(deviation, deviation), dtype=np.float64)
+        return correlation_of(self.bound)
 
 
 def fit(
@@ -287,10 +289,3 @@ def _priors(unknowns: Sequence[Unknown], joint: JointPrior | None) -> tuple[Arra
     together = np.zeros((len(at), len(unknowns)))
     mean[at], together[:, at] = joint.mean, joint.root
     return np.vstack([rows, together]), mean
-
-
-def inverse(slopes: Array) -> Array:
-    """(J^T J)^-1; a combination of unknowns without information gets a huge variance in place of infinity."""
-    _, s, vt = np.linalg.svd(slopes, full_matrices=False)
-    weight = 1.0 / np.maximum(s, BLIND * s[0]) ** 2
-    return np.asarray((vt.T * weight) @ vt, dtype=np.float64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, check_level
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.averaging import akaike_weights, averaged
 from hydrocrane.identification.block import comment, head, interval, signature
+from hydrocrane.identification.covariance import correlation_of, labelled
 from hydrocrane.identification.form import Form
 from hydrocrane.identification.held_out import HeldOut
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
@@ -263,12 +264,7 @@ class StaticFit:
     def correlation(self) -> xr.DataArray:
         """Correlation of the free parameters; NaN for one that is not identifiable."""
         spread = self._known_spread()
-        total = spread.from_data + spread.from_prior
-        sigma = np.sqrt(np.diag(total))
-        known = np.isfinite(sigma) & (sigma > 0.0)
-        out = np.full(total.shape, np.nan)
-        out[np.ix_(known, known)] = total[np.ix_(known, known)] / np.outer(sigma[known], sigma[known])
-        return labelled(spread.labels, out)
+        return labelled(spread.labels, correlation_of(spread.from_data + spread.from_prior))
 
     def intervals(self, level: float = 0.95, *, method: str = "") -> dict[str, tuple[float, float]]:
         """Confidence intervals of the free parameters, SI, by label.
@@ -283,8 +279,7 @@ class StaticFit:
             exponent. ``profile``: profile likelihood; slower, and correct where the map is strongly nonlinear in the
             parameter. The default is ``profile`` if an exponent is free.
         """
-        if not 0.0 < level < 1.0:
-            raise InputError(f"level must lie between 0 and 1, got {level:g}; 0.95 is usual")
+        check_level(level)
         spread = self._known_spread()
         chosen = method or self.interval_method
         if chosen not in ("t", "profile"):
@@ -472,10 +467,3 @@ def fitted_velocity(points: FrictionPoints, linearity_error: float = 0.0) -> Arr
 def missing_directions(fit: StaticFit) -> list[str]:
     """Directions without any point."""
     return [name for side, name in enumerate(DIRECTIONS) if not (fit.points.direction == side).any()]
-
-
-def labelled(labels: Sequence[str], table: Array) -> xr.DataArray:
-    """A square table (m, m) with its rows and columns by name."""
-    import xarray as xr
-
-    return xr.DataArray(table, dims=("parameter", "with"), coords={"parameter": list(labels), "with": list(labels)})

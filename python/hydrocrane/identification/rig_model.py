@@ -17,7 +17,7 @@ from typing import Unpack
 import numpy as np
 
 from hydrocrane.analysis.sensitivity import Experiment, solve
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, rms
 from hydrocrane.errors import InputError
 from hydrocrane.identification.blocks import Blocks
 from hydrocrane.identification.rig_unknowns import DYNAMIC, key_of, number, with_values
@@ -356,7 +356,7 @@ class RigResiduals:
         found = np.concatenate(residuals)
         self.evaluations += 1
         if self.progress is not None:
-            self.progress(self.evaluations, float(np.sqrt(np.mean(found**2))))
+            self.progress(self.evaluations, rms(found))
         return found, np.concatenate(slopes)
 
     def restarted(self, theta: Array) -> RigResiduals:

@@ -22,26 +22,25 @@ from hydrocrane.signals import RigParameters
 # Standard deviations as shares of the accuracy: of an error uniformly distributed within it, and of the error at zero,
 # which consists of the zero point, up to half of the accuracy, and as much of the span if the range begins there
 # (docs/theory/sensor/analogue.md).
-UNIFORM = 1 / np.sqrt(3.0)
-AT_ZERO = {"p1": 1 / np.sqrt(6.0), "p2": 1 / np.sqrt(6.0), "force": 1 / np.sqrt(12.0)}
+UNIFORM, ZERO = 1 / np.sqrt(3.0), 1 / np.sqrt(6.0)
+AT_ZERO = {"p1": ZERO, "p2": ZERO, "force": 1 / np.sqrt(12.0)}
 PRESSURES = ("p1", "p2")
 ENDINGS = {"p1": ".p1", "p2": ".p2", "force": ".force", "x": ".q"}
 
 
-def properties(rig: Machine, signal: str) -> dict[str, float]:
-    """Numbers of the sensor of ``x``, ``p1``, ``p2`` or ``force``, SI, by key; empty if the rig's file has no such
-    sensor."""
+def data_sheet(machine: Machine, signal: str) -> dict[str, float]:
+    """Numbers of the sensor of a signal, or of the signal that ends so, SI, by key; empty if the file has none."""
     found: dict[str, float] = {}
-    for head in (f"sensor.{name}." for name, measured in rig.sensors.items() if measured.endswith(ENDINGS[signal])):
-        for key in rig.keys:
+    for head in (f"sensor.{name}." for name, measured in machine.sensors.items() if measured.endswith(signal)):
+        for key in machine.keys:
             if key.startswith(head):
-                found.setdefault(key.removeprefix(head), float(rig.value(key).si))
+                found.setdefault(key.removeprefix(head), float(machine.value(key).si))
     return found
 
 
 def stated(rig: Machine, signal: str, key: str) -> float | None:
     """A number of the sensor of ``x``, ``p1``, ``p2`` or ``force``; None if the rig's file has none."""
-    return properties(rig, signal).get(key)
+    return data_sheet(rig, ENDINGS[signal]).get(key)
 
 
 def largest_error(rig: Machine, signal: str) -> float | None:
@@ -251,7 +250,7 @@ def _noise(sensor: dict[str, float]) -> float:
 
 def _properties(rig: Machine, signal: str) -> dict[str, float]:
     """Numbers of a sensor that a fit needs, SI."""
-    found = properties(rig, signal)
+    found = data_sheet(rig, ENDINGS[signal])
     if not found:
         raise InputError(f"{rig.name} has no sensor for a signal that ends in `{ENDINGS[signal]}`; add one to its file")
     return found

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.identification.causes import residual_analysis
+from hydrocrane.identification.covariance import invert
 from hydrocrane.identification.form import EACH, HELD, LINEAR, SHARED, Exponents, Form, Wish
 from hydrocrane.identification.least_squares import (
     Loss,
     Problem,
     found_share,
-    invert,
     of_the_bulk,
     scale_of,
 )

@@ -40,6 +40,12 @@ def unit_of(label: str, exponent: float | None = None) -> str:
     return {"stribeck-velocity": "m/s", "stribeck-exponent": "1", "viscous-exponent": "1"}.get(name, "N")
 
 
+def stribeck_share(ratio: Array, exponent: float | None) -> Array:
+    """Share of the Stribeck rise that is left at this ratio of speed to Stribeck velocity; a Lorentzian has no
+    exponent."""
+    return 1.0 / (1.0 + ratio**2) if exponent is None else np.exp(-(ratio**exponent))
+
+
 @dataclass(frozen=True)
 class StaticMap:
     """A static friction map.
@@ -88,7 +94,7 @@ class StaticMap:
         force, over_v, over = _core.friction_map(np.concatenate([table[0], table[0], *table[2:]]), v)
         place, side, sign = np.arange(v.size), (v < 0.0).astype(int), np.where(v < 0.0, -1.0, 1.0)
         rise, ratio = (table[1] - table[0])[side], np.abs(v) / table[2, side]
-        share = 1.0 / (1.0 + ratio**2)
+        share = stribeck_share(ratio, None)
         over_speed = 2.0 * rise * ratio * share**2 / table[2, side]
         over[:, :6] = 0.0
         for column, slope in zip((0, 2, 4), (1.0 - share, share, over_speed * ratio), strict=True):

@@ -11,6 +11,7 @@ from scipy.optimize import nnls
 from hydrocrane.arrays import Array
 from hydrocrane.identification.form import EACH, HELD, LINEAR, LORENTZIAN, Form
 from hydrocrane.identification.points import FrictionPoints
+from hydrocrane.identification.static_map import stribeck_share
 
 # Stribeck velocities tried, from below the slowest to above the fastest level by this factor; exponents tried.
 VELOCITIES, OUTSIDE = 16, 2.0
@@ -67,9 +68,7 @@ def _side(
     viscous = (speed / reference) ** power
     best, theta = np.inf, np.zeros(6)
     for velocity in velocities:
-        ratio = speed / velocity
-        rise = 1.0 / (1.0 + ratio**2) if form.lorentzian else np.exp(-(ratio**fall))
-        rise *= form.stribeck[side]
+        rise = stribeck_share(speed / velocity, None if form.lorentzian else fall) * form.stribeck[side]
         columns = np.stack([np.ones_like(speed), rise, viscous], axis=-1)
         sizes, distance = nnls(columns * weight[:, None], force * weight)
         if distance < best:

@@ -8,6 +8,9 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 
+# Standard deviation of normal values over their median absolute value.
+BY_MEDIAN = 1.4826
+
 
 class Noise(NamedTuple):
     """Standard deviation of the fast noise, and the converter's step (zero if none is seen), in the signal's unit."""
@@ -31,7 +34,7 @@ def noise_of(values: Array) -> Noise:
     if finite.size < 5:
         return Noise(0.0, 0.0)
     second = np.abs(np.diff(finite, 2))
-    spread = float(np.median(second)) / 0.6745
+    spread = BY_MEDIAN * float(np.median(second))
     # The median is a multiple of the converter's step; the mean square without jumps is not.
     kept = second[second <= 5.0 * spread]
     sigma = float(np.sqrt(np.mean(kept**2))) / np.sqrt(6.0)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane.arrays import Array, brief
+from hydrocrane.arrays import Array, brief, rms
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Difference:
 
     @property
     def rms(self) -> float:
-        return float(np.sqrt(np.mean((self.run - self.log) ** 2)))
+        return rms(self.run - self.log)
 
     @property
     def maximum(self) -> float:
