@@ -12,7 +12,7 @@ import time
 from dataclasses import dataclass, field
 
 import hydrocrane as hc
-from hydrocrane.app.bridge_packets import MOST_VALUES, Flag, Kind, Packet, read
+from hydrocrane.app.bridge_packets import MOST_VALUES, Kind, Packet, PacketFlag, read
 from hydrocrane.app.bridge_parts import Part, checked
 from hydrocrane.app.bridge_transport import Peer, Transport
 from hydrocrane.errors import HydrocraneError, InputError
@@ -26,7 +26,7 @@ _UNEVEN = 1.5
 
 
 @dataclass
-class Record:
+class BridgeRecord:
     """What a bridge has done.
 
     Attributes
@@ -77,7 +77,7 @@ class Bridge:
         if not (math.isfinite(watchdog) and watchdog > 0):
             raise InputError(f"the watchdog is a time greater than zero, in seconds; got {watchdog!r}")
         assert max(len(part.inputs), len(part.outputs)) <= MOST_VALUES
-        self.part, self.watchdog, self.record = part, watchdog, Record()
+        self.part, self.watchdog, self.record = part, watchdog, BridgeRecord()
         self._client, self._ended = _Client(), ""
         self._transport = transport
 
@@ -106,7 +106,7 @@ class Bridge:
                 due += late
                 self.record.late += 1
                 self.record.worst = max(self.record.worst, late)
-            self._go_on(Flag.late if late > self.part.period else Flag(0))
+            self._go_on(PacketFlag.late if late > self.part.period else PacketFlag(0))
 
     def _take_packets(self, until: float) -> None:
         """Take in what comes until a time of the clock, and what is there then."""
@@ -158,13 +158,13 @@ class Bridge:
         self._client.sequence = packet.sequence
         self._send(Packet(Kind.sample, packet.sequence, self._time(), values=tuple(self.part.now())))
 
-    def _go_on(self, flags: Flag) -> None:
+    def _go_on(self, flags: PacketFlag) -> None:
         """A step of a part that goes by the clock."""
         client = self._client
         fresh = client.values is not None and time.monotonic() - client.heard < self.watchdog
         values = client.values if fresh and client.values is not None else (0.0,) * len(self.part.inputs)
         if not fresh:
-            flags |= Flag.watchdog
+            flags |= PacketFlag.watchdog
         self._step(self.part.time, values, flags)
 
     def _answer(self, packet: Packet) -> None:
@@ -172,9 +172,9 @@ class Bridge:
         step, period = packet.time - self.part.time, self.part.period
         if math.isfinite(step) and not period / _UNEVEN < step < period * _UNEVEN:
             self._tell(f"samples are {step:.4g} s apart; the controller assumes {period:.4g} s", "uneven")
-        self._step(packet.time, packet.values, Flag(0))
+        self._step(packet.time, packet.values, PacketFlag(0))
 
-    def _step(self, now: float, values: tuple[float, ...], flags: Flag) -> None:
+    def _step(self, now: float, values: tuple[float, ...], flags: PacketFlag) -> None:
         if not self._ended:
             try:
                 self.part.step(now, values)
@@ -182,10 +182,10 @@ class Bridge:
             except HydrocraneError as error:
                 self._ended = str(error)
         if self._ended:
-            flags |= Flag.ended
+            flags |= PacketFlag.ended
             self._tell(f"{self._ended}; send a reset to restart", self._ended)
         if self.part.fault is not None:
-            flags |= Flag.fault
+            flags |= PacketFlag.fault
             self._tell(self.part.fault, self.part.fault)
         # A single packet, perhaps with another's address, must not start a stream without an end.
         if time.monotonic() - self._client.heard < max(_SILENCE, self.watchdog):

@@ -27,7 +27,7 @@ class Kind(IntEnum):
     problem = 19
 
 
-class Flag(IntFlag):
+class PacketFlag(IntFlag):
     # The inputs are neutral, as none came in time.
     watchdog = 1
     # The simulation has ended; a reset starts it anew.
@@ -57,7 +57,7 @@ class Packet:
     kind: Kind
     sequence: int = 0
     time: float = 0.0
-    flags: Flag = Flag(0)
+    flags: PacketFlag = PacketFlag(0)
     values: tuple[float, ...] = ()
     text: str = ""
 

@@ -15,7 +15,7 @@ from hydrocrane.errors import InputError
 
 
 @dataclass(frozen=True)
-class Signal:
+class BridgeSignal:
     """A value of the packets; `low` and `high` bound what a program may send."""
 
     name: str
@@ -31,8 +31,8 @@ class Part(Protocol):
 
     role: str
     machine: hc.Machine
-    inputs: tuple[Signal, ...]
-    outputs: tuple[Signal, ...]
+    inputs: tuple[BridgeSignal, ...]
+    outputs: tuple[BridgeSignal, ...]
     period: float
     # Whether it goes on with the clock of this computer, or with each packet.
     by_clock: bool
@@ -55,27 +55,27 @@ class Part(Protocol):
         """Why the last step gave no command."""
 
 
-def _readings(machine: hc.Machine, signals: Sequence[str]) -> list[Signal]:
+def _readings(machine: hc.Machine, signals: Sequence[str]) -> list[BridgeSignal]:
     units = dict(zip(machine.state_names, machine.state_units, strict=True))
-    return [Signal(f"measured.{name}", units.get(name, "N")) for name in signals]
+    return [BridgeSignal(f"measured.{name}", units.get(name, "N")) for name in signals]
 
 
-def _seen(machine: hc.Machine, obs: hc.Observation) -> list[Signal]:
+def _seen(machine: hc.Machine, obs: hc.Observation) -> list[BridgeSignal]:
     """What a crane tells."""
     units = dict(zip(machine.state_names, machine.state_units, strict=True))
     joints = [f"joint.{joint}.{kind}" for kind in ("q", "qd") for joint in machine.joint_names]
     pressures = [f"cylinder.{cylinder}.p{side}" for cylinder in machine.cylinder_names for side in (1, 2)]
-    told = [Signal(name, units[name]) for name in joints + pressures]
-    return [*told, Signal("tip.x", "m"), Signal("tip.z", "m"), *_readings(machine, list(obs.measured))]
+    told = [BridgeSignal(name, units[name]) for name in joints + pressures]
+    return [*told, BridgeSignal("tip.x", "m"), BridgeSignal("tip.z", "m"), *_readings(machine, list(obs.measured))]
 
 
 def _values(obs: hc.Observation) -> list[float]:
     return [*obs.q.tolist(), *obs.qd.tolist(), *obs.p.ravel().tolist(), *obs.tip.tolist(), *obs.measured.values()]
 
 
-def _commands(machine: hc.Machine) -> tuple[Signal, ...]:
+def _commands(machine: hc.Machine) -> tuple[BridgeSignal, ...]:
     strokes = zip(machine.cylinder_names, np.abs(machine.spool_strokes).tolist(), strict=True)
-    return tuple(Signal(f"cylinder.{name}.command", "m", -stroke, stroke) for name, stroke in strokes)
+    return tuple(BridgeSignal(f"cylinder.{name}.command", "m", -stroke, stroke) for name, stroke in strokes)
 
 
 class Plant:
@@ -133,7 +133,7 @@ class Driven:
         self._scenario = scenario
         self.reset()
         self.machine, self.period = self._live.machine, self._live.period
-        self.inputs = tuple(Signal(f"stick.{axis}", "1", -1.0, 1.0) for axis in self._live.axes)
+        self.inputs = tuple(BridgeSignal(f"stick.{axis}", "1", -1.0, 1.0) for axis in self._live.axes)
         self.outputs = tuple(_seen(self.machine, self._obs))
 
     @property
@@ -167,8 +167,8 @@ class Control:
         axes = machine.cylinder_names if lever else ("x", "z")
         joints = [f"joint.{joint}.q" for joint in machine.joint_names]
         self._signals = joints + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
-        readings = [Signal(s.name, s.unit, may_miss=True) for s in _readings(machine, self._signals)]
-        self.inputs = (*readings, *(Signal(f"stick.{axis}", "1", -1.0, 1.0) for axis in axes))
+        readings = [BridgeSignal(s.name, s.unit, may_miss=True) for s in _readings(machine, self._signals)]
+        self.inputs = (*readings, *(BridgeSignal(f"stick.{axis}", "1", -1.0, 1.0) for axis in axes))
         self.outputs = _commands(machine)
         self.reset()
 

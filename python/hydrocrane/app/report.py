@@ -13,7 +13,7 @@ from hydrocrane.analysis.capacity import Height, at_height, spread
 from hydrocrane.machine.poses import SHOWN, in_words
 from hydrocrane.machine.stated import PROVENANCE_CLASSES
 from hydrocrane.scenario.solver import named
-from hydrocrane.scenario.stage import Stage
+from hydrocrane.scenario.stage import ScenarioStage
 
 if TYPE_CHECKING:
     from hydrocrane._core_types import Passivity
@@ -186,7 +186,7 @@ def _drive(plan: Scenario, machine: Machine) -> str:
     return f"{len(times)} command times, {'joined linearly' if linear else 'held'}"
 
 
-def _loop(stage: Stage) -> str:
+def _loop(stage: ScenarioStage) -> str:
     return f"controller {stage.driver}, {stage.sensors} sensors, {stage.stick_times} stick times"
 
 

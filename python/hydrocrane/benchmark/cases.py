@@ -16,7 +16,7 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.benchmark import tasks
 from hydrocrane.benchmark.conditions import Condition
-from hydrocrane.benchmark.metrics import Metrics, Motion, metrics
+from hydrocrane.benchmark.metrics import Metrics, TipMotion, metrics
 from hydrocrane.benchmark.piston_pi import PistonPi
 from hydrocrane.benchmark.tasks import Task
 from hydrocrane.control.controllers import AnyController, OwnController
@@ -157,7 +157,7 @@ def scenario_of(machine: Machine, controller: AnyController, case: Case, *, seed
     )
 
 
-def motion_of(run: Run, task: Task) -> Motion:
+def motion_of(run: Run, task: Task) -> TipMotion:
     """The data of a run that the metrics need."""
     machine, data = run.machine, run.data
     time = data.time.values
@@ -168,7 +168,7 @@ def motion_of(run: Run, task: Task) -> Motion:
     q, qd = (columns(f"joint.{joint}.{kind}" for joint in machine.joint_names) for kind in ("q", "qd"))
     tip = columns(("tip.x", "tip.z"))
     way, velocity = task.displacement, task.velocity
-    return Motion(
+    return TipMotion(
         time=time,
         tip=tip,
         tip_velocity=np.einsum("tij,tj->ti", machine.tip_jacobian(q), qd),

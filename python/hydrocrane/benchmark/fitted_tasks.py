@@ -39,7 +39,7 @@ LATER = Condition(variant="valves 20 ms later")
 
 
 @dataclass(frozen=True)
-class Walk:
+class ReachedLine:
     """A straight line up to where a machine can follow it.
 
     Attributes
@@ -64,7 +64,7 @@ class Walk:
         return float(self.speeds.min()) if self.length > 0 else 0.0
 
 
-def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> Walk:
+def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> ReachedLine:
     """Line from pose `q` (n,) along the unit vector `direction` (2,), up to `length` (m) or the limit of the
     machine."""
     gains = machine.tip_gains
@@ -82,7 +82,7 @@ def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> 
         poses.append(q.copy())
         speeds.append(share * BEYOND)
         q += rates * (STEP / speeds[-1])
-    return Walk(np.reshape(poses, (-1, q.size)), np.array(speeds))
+    return ReachedLine(np.reshape(poses, (-1, q.size)), np.array(speeds))
 
 
 def fastest_rates(
@@ -148,7 +148,7 @@ def start_pose(machine: Machine) -> Array:
     best, most = lower, (-np.inf, -np.inf)
     for shares in grid:
         q = lower + (upper - lower) * np.array(shares)
-        found: list[Walk] = []
+        found: list[ReachedLine] = []
         for sense in SENSES.values():
             found.append(walk(machine, q, np.array(sense)))
             # Further walks can only lower what all of them have in common.
@@ -159,12 +159,12 @@ def start_pose(machine: Machine) -> Array:
     return best
 
 
-def walks(machine: Machine, q: Array, length: float = LINE) -> dict[str, Walk]:
+def walks(machine: Machine, q: Array, length: float = LINE) -> dict[str, ReachedLine]:
     """Lines from pose `q` (n,) up, down, out and in."""
     return {name: walk(machine, q, np.array(sense), length) for name, sense in SENSES.items()}
 
 
-def _score(found: list[Walk]) -> tuple[float, float]:
+def _score(found: list[ReachedLine]) -> tuple[float, float]:
     return min(w.length for w in found), min(w.feasible_speed for w in found)
 
 

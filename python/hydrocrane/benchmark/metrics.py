@@ -28,7 +28,7 @@ PLACES, AHEAD, RELUCTANCE = 500, 0.2, 0.01
 
 
 @dataclass(frozen=True)
-class Motion:
+class TipMotion:
     """The data of a run for the metrics; all arrays have the same times.
 
     Attributes
@@ -115,7 +115,7 @@ class Metrics:
     rho_set_point: float
 
 
-def metrics(motion: Motion) -> Metrics:
+def metrics(motion: TipMotion) -> Metrics:
     """All figures of a motion."""
     aside = _length(motion.tip - nearest_on_path(motion.tip, motion.asked))
     error = _length(motion.tip - motion.asked)
@@ -214,26 +214,26 @@ def _corners(path: Array) -> Array:
     return np.asarray(points[np.concatenate([[True], turns, [True]])])
 
 
-def _speed_error(motion: Motion, fastest: float) -> float:
+def _speed_error(motion: TipMotion, fastest: float) -> float:
     wanted = _length(motion.asked_velocity)
     moving = wanted > 0
     return rms((_length(motion.tip_velocity) - wanted)[moving]) / fastest
 
 
-def _rest_from(motion: Motion) -> float:
+def _rest_from(motion: TipMotion) -> float:
     fast = np.flatnonzero(_length(motion.tip_velocity) > AT_REST)
     if not fast.size:
         return float(motion.time[0])
     return float(motion.time[fast[-1] + 1]) if fast[-1] + 1 < motion.time.size else float("nan")
 
 
-def _centred_from(motion: Motion) -> float:
+def _centred_from(motion: TipMotion) -> float:
     """Time after which the stick stays at its centre, s."""
     asked = np.flatnonzero(_length(motion.asked_velocity) > 0.0)
     return float(motion.time[min(asked[-1] + 1, motion.time.size - 1)]) if asked.size else float(motion.time[0])
 
 
-def _own_rho(motion: Motion) -> float:
+def _own_rho(motion: TipMotion) -> float:
     if motion.set_point is None:
         return float("nan")
     error, speed = _length(motion.tip - motion.set_point), _length(motion.tip_velocity).max()

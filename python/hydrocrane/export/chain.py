@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrocrane.errors import InputError
-from hydrocrane.machine.description import Record, described, pairs
+from hydrocrane.machine.description import DescriptionRecord, described, pairs
 from hydrocrane.machine.machine import Machine
 
 Place = tuple[float, float]
@@ -139,14 +139,14 @@ def open_chain(machine: Machine, payload: float | None) -> Chain:
     )
 
 
-def _link(record: Record, about_frame_counts: bool) -> Link:
+def _link(record: DescriptionRecord, about_frame_counts: bool) -> Link:
     mass, (x, z) = record.number("mass"), record.place("centre_of_gravity")
     about_frame = record.record("inertia_about").kind == "Frame" and about_frame_counts
     inertia = record.number("inertia") - (mass * (x * x + z * z) if about_frame else 0.0)
     return Link(record.text("name"), mass, (x, z), inertia, tuple(pairs(record.fields["outline"])))
 
 
-def _joint(machine: Machine, about: Record, index: int) -> Joint:
+def _joint(machine: Machine, about: DescriptionRecord, index: int) -> Joint:
     record, (parent, child) = about.records("joints")[index], about.records("links")[index : index + 2]
     kind, sense, zero = record.record("kind"), record.number("sense"), record.number("zero")
     x, z = record.place("at")
@@ -176,7 +176,7 @@ def _effort_and_speed(machine: Machine, index: int) -> tuple[float, float]:
     return float(effort), float((speeds / levers).max())
 
 
-def _cylinder(record: Record) -> Cylinder:
+def _cylinder(record: DescriptionRecord) -> Cylinder:
     rod = record.record("rod_pin")
     inside = rod.record("0")
     end: Pin | FourBar = (
@@ -192,5 +192,5 @@ def _cylinder(record: Record) -> Cylinder:
     return Cylinder(record.text("name"), _pin(record.record("barrel_pin")), end)
 
 
-def _pin(record: Record) -> Pin:
+def _pin(record: DescriptionRecord) -> Pin:
     return Pin(int(record.number("link")), record.place("position"))

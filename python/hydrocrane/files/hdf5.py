@@ -28,7 +28,7 @@ LONGEST = 2**24
 MOST_TEXTS = 64
 
 
-class Walk:
+class Hdf5Walk:
     """One way through a file: through each group once, whatever links lead to it."""
 
     def __init__(self, path: Path) -> None:
@@ -96,9 +96,9 @@ def check_content(path: Path) -> list[str]:
     Raises
     ------
     ResultFileError
-        As for :class:`Walk`.
+        As for :class:`Hdf5Walk`.
     """
-    walk = Walk(path)
+    walk = Hdf5Walk(path)
     with h5py.File(path, "r") as stored:
         unread = [str(name) for name in stored if not isinstance(stored.get(name, getlink=True), h5py.HardLink)]
         _check_attributes(walk, stored)
@@ -106,7 +106,7 @@ def check_content(path: Path) -> list[str]:
     return unread
 
 
-def _check_group(walk: Walk, group: h5py.Group, unread: list[str], level: int) -> None:
+def _check_group(walk: Hdf5Walk, group: h5py.Group, unread: list[str], level: int) -> None:
     for name, member in walk.members(group, level):
         _check_attributes(walk, member)
         if isinstance(member, h5py.Group):
@@ -115,7 +115,7 @@ def _check_group(walk: Walk, group: h5py.Group, unread: list[str], level: int) -
             unread.append(name)
 
 
-def _check_attributes(walk: Walk, node: Node) -> None:
+def _check_attributes(walk: Hdf5Walk, node: Node) -> None:
     walk.count(0, len(node.attrs))
     for name in node.attrs:
         stated = node.attrs.get_id(name)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from hydrocrane.errors import HydrocraneError
 from hydrocrane.fitting.information import Information, information
-from hydrocrane.fitting.search import Found, refined
+from hydrocrane.fitting.search import SearchResult, refined
 
 # Distance to the least sum of the repeat that needs no tighter tolerance, in standard deviations: an interval that
 # covers it is sqrt(1 + 0.2^2) = 1.02 times as wide.
@@ -51,7 +51,7 @@ class Accuracy:
         return f"integrated with {self.used}; {self.repeat} would move it by {self.moved:.2g} standard deviations"
 
 
-def accurate(found: Found, tell: Callable[[str], None]) -> tuple[Found, Information, Accuracy | None]:
+def accurate(found: SearchResult, tell: Callable[[str], None]) -> tuple[SearchResult, Information, Accuracy | None]:
     """The search carried on with tighter tolerances until a repeat with the next one agrees, its intervals, and what
     the last repeat says; None for a fit without runs."""
     for left in reversed(range(TIGHTENINGS + 1)):

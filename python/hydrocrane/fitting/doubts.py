@@ -10,7 +10,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.fitting.accuracy import Accuracy
 from hydrocrane.fitting.information import LEAST_BLOCKS, Information
 from hydrocrane.fitting.quality import SignalQuality
-from hydrocrane.fitting.search import Found, Task
+from hydrocrane.fitting.search import FitTask, SearchResult
 from hydrocrane.results.difference import Difference
 
 # A model does not describe a signal if the residuals exceed this share of its range.
@@ -28,7 +28,7 @@ TOGETHER = 0.98
 
 
 def doubts(
-    found: Found,
+    found: SearchResult,
     known: Information,
     accuracy: Accuracy | None,
     quality: Sequence[SignalQuality],
@@ -49,7 +49,7 @@ def doubts(
     )
 
 
-def _search(found: Found) -> Iterator[str]:
+def _search(found: SearchResult) -> Iterator[str]:
     if not found.estimate.converged:
         yield f"the search has not converged ({found.estimate.message}); start nearer, or fit fewer parameters"
     for name in found.estimate.at_bound:
@@ -145,7 +145,7 @@ def _not_identifiable(known: Information) -> Iterator[str]:
         yield f"the logs do not identify {text}: the prior determines it; add logs that separate them"
 
 
-def _together(task: Task, known: Information) -> Iterator[str]:
+def _together(task: FitTask, known: Information) -> Iterator[str]:
     names = [u.name for u in task.unknowns]
     correlation = known.correlation
     for i, j in zip(*np.triu_indices(len(names), 1), strict=True):

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
-from hydrocrane.fitting.search import Task, Weights, correlated, residuals
+from hydrocrane.fitting.search import FitTask, Weights, correlated, residuals
 from hydrocrane.identification.covariance import correlation_of, inverse
 from hydrocrane.identification.output_error import Estimate
 
@@ -73,7 +73,7 @@ class Information:
         return correlation_of(self.covariance)
 
 
-def information(task: Task, weights: Weights, estimate: Estimate) -> Information:
+def information(task: FitTask, weights: Weights, estimate: Estimate) -> Information:
     """The covariance at the fitted values, by the residuals of a `task` that may have a tighter tolerance."""
     rows, derivatives, places = residuals(task, weights, estimate.values)
     scales = np.array([u.scale for u in task.unknowns])
@@ -108,7 +108,7 @@ def information(task: Task, weights: Weights, estimate: Estimate) -> Information
     )
 
 
-def _blocks(task: Task, rows: Array, places: Array) -> tuple[float, np.ndarray]:
+def _blocks(task: FitTask, rows: Array, places: Array) -> tuple[float, np.ndarray]:
     """The longest correlation time of the residuals, s, and the block of each."""
     longest = 0.0
     start = 0

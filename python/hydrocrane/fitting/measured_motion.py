@@ -21,7 +21,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.fitting.parameters import SensorError
 from hydrocrane.fitting.prediction import by_differences
-from hydrocrane.fitting.records import Record
+from hydrocrane.fitting.records import FittedLog
 from hydrocrane.logs import Log, noise_of
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides
@@ -41,7 +41,7 @@ MEMORY = 0.5
 
 
 @dataclass(frozen=True)
-class Motion:
+class JointMotion:
     """Joint coordinates (m, n_joints), their first and second derivatives, and the standard error of the first."""
 
     q: Array
@@ -49,9 +49,9 @@ class Motion:
     qdd: Array
     error: Array
 
-    def every(self, step: int) -> Motion:
+    def every(self, step: int) -> JointMotion:
         """Every `step`-th sample of it."""
-        return Motion(self.q[::step], self.qd[::step], self.qdd[::step], self.error[::step])
+        return JointMotion(self.q[::step], self.qd[::step], self.qdd[::step], self.error[::step])
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class MeasuredMotion:
     """
 
     machine: Machine
-    record: Record
-    motion: Motion
+    record: FittedLog
+    motion: JointMotion
     cylinders: tuple[str, ...]
     keys: tuple[str, ...]
     inputs: tuple[SensorError, ...]
@@ -108,12 +108,12 @@ class MeasuredMotion:
                 area = (1.0, -1.0)[side] * machine.piston_areas[machine.cylinder_names.index(name), side]
                 reading = self.pressures[error.signal] if error.kind == "span" else 1.0
                 added[:, self.cylinders.index(name)] += area * value * reading
-        motion = Motion(q, self.motion.qd, self.motion.qdd, self.motion.error)
+        motion = JointMotion(q, self.motion.qd, self.motion.qdd, self.motion.error)
         return pressure_forces(machine, motion, self.cylinders, self.moves) + added
 
 
 def pressure_forces(
-    machine: Machine, motion: Motion, cylinders: tuple[str, ...], moves: Mapping[str, np.ndarray]
+    machine: Machine, motion: JointMotion, cylinders: tuple[str, ...], moves: Mapping[str, np.ndarray]
 ) -> Array:
     """A_1 p_1 - A_2 p_2 (m, n) of some cylinders along a motion, N, positive outwards, friction by its static map."""
     torque = np.einsum("tij,tj->ti", machine.mass_matrix(motion.q), motion.qdd)
@@ -128,7 +128,7 @@ def pressure_forces(
     return np.stack(columns, axis=1)
 
 
-def motion_of(machine: Machine, log: Log, joints: dict[str, float], bandwidth: float) -> Motion:
+def motion_of(machine: Machine, log: Log, joints: dict[str, float], bandwidth: float) -> JointMotion:
     """The motion of a log by its joints' sensors below `bandwidth`, Hz; joints without a sensor have the value in
     `joints`."""
     columns = []
@@ -145,7 +145,7 @@ def motion_of(machine: Machine, log: Log, joints: dict[str, float], bandwidth: f
                 f"column or its cylinder's stroke, `cylinder.<name>.x`, or give joints={{{joint!r}: ...}}"
             )
     q, qd, qdd, error = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
-    return Motion(q, qd, qdd, error)
+    return JointMotion(q, qd, qdd, error)
 
 
 def joint_signals(machine: Machine, log: Log) -> list[str | None]:
@@ -195,7 +195,7 @@ def _below(time: Array, values: Array, bandwidth: float) -> Array:
 
 
 def measured_forces(
-    machine: Machine, log: Log, motion: Motion, bandwidth: float, at_rest: bool
+    machine: Machine, log: Log, motion: JointMotion, bandwidth: float, at_rest: bool
 ) -> tuple[dict[str, Array], dict[str, np.ndarray]]:
     """Measured A_1 p_1 - A_2 p_2 (m,) of each cylinder with both pressures below `bandwidth`, Hz, in N; and where its
     piston certainly moves (m,), by its name.

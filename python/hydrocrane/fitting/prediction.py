@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.fitting.parameters import SensorError
-from hydrocrane.fitting.records import Record
+from hydrocrane.fitting.records import FittedLog
 from hydrocrane.machine.overrides import Overrides
 from hydrocrane.scenario.solver import Solver
 
@@ -22,7 +22,7 @@ class LogModel(Protocol):
     """A model of one log, as a function of its own unknowns."""
 
     @property
-    def record(self) -> Record: ...
+    def record(self) -> FittedLog: ...
     @property
     def solver(self) -> Solver | None:
         """Of its runs; None if it has no runs."""
@@ -42,12 +42,12 @@ class LogModel(Protocol):
 
 
 @dataclass(frozen=True)
-class Reading:
+class SensorReading:
     """Sensors between signals and readings: ``reading = (1 + span) signal(t - delay) + zero``."""
 
     errors: tuple[SensorError, ...]
 
-    def read(self, log: int, record: Record, y: Array, slopes: Array, values: Array) -> tuple[Array, Array]:
+    def read(self, log: int, record: FittedLog, y: Array, slopes: Array, values: Array) -> tuple[Array, Array]:
         """Readings (m, n) of a log by its number and their derivatives (m, n, k + e) by the model's unknowns and by the
         errors' `values` (e,)."""
         m, n, k = slopes.shape

@@ -28,7 +28,7 @@ HoldOut: TypeAlias = "float | tuple[float, float] | None"
 
 
 @dataclass(frozen=True)
-class Record:
+class FittedLog:
     """The part of a log that is fitted.
 
     Attributes
@@ -91,7 +91,7 @@ def window_of(log: Log, window: tuple[float, float] | None) -> Log:
 
 def record_of(
     log: Log, signals: Sequence[str], units: Mapping[str, str], hold_out: HoldOut, values: Mapping[str, Array]
-) -> Record:
+) -> FittedLog:
     """The record of the `signals` of a log, whose model has these `units`; `values` replace columns."""
     notes = [str(flag) for flag in log.flags]
     every = max(-(-log.time.size // MOST_SAMPLES), 1)
@@ -100,7 +100,7 @@ def record_of(
     columns = [_readings(log, name, units[name], values) for name in signals]
     begin = float(log.time[0])
     table = np.stack(columns, axis=1)
-    return Record(
+    return FittedLog(
         name=log.source,
         time=(log.time - begin)[::every],
         begin=begin,

@@ -18,7 +18,7 @@ from hydrocrane.fitting.block import block
 from hydrocrane.fitting.doubts import doubts
 from hydrocrane.fitting.information import Information
 from hydrocrane.fitting.quality import SignalQuality
-from hydrocrane.fitting.search import Found, Task
+from hydrocrane.fitting.search import FitTask, SearchResult
 from hydrocrane.fitting.simulated import modelled_signals
 from hydrocrane.fitting.ties import Tie, left_behind
 from hydrocrane.identification.covariance import labelled
@@ -68,7 +68,7 @@ class Fit:
 
     scenario: Scenario
     start: Machine
-    found: Found = field(repr=False)
+    found: SearchResult = field(repr=False)
     information: Information = field(repr=False)
     motion: str
     accuracy: Accuracy | None = None
@@ -83,7 +83,7 @@ class Fit:
         return of_text(self.summary(), "print(fit.summary())")
 
     @property
-    def task(self) -> Task:
+    def task(self) -> FitTask:
         """Unknowns, models and logs."""
         return self.found.task
 

@@ -22,8 +22,8 @@ import numpy as np
 
 from hydrocrane.arrays import Array, rms
 from hydrocrane.errors import HydrocraneError
-from hydrocrane.fitting.prediction import LogModel, Reading
-from hydrocrane.fitting.records import Record
+from hydrocrane.fitting.prediction import LogModel, SensorReading
+from hydrocrane.fitting.records import FittedLog
 from hydrocrane.identification.output_error import TOLERANCE, Estimate, Unknown
 from hydrocrane.identification.output_error import fit as output_error_fit
 from hydrocrane.logs.noise import BY_MEDIAN
@@ -48,7 +48,7 @@ SPREAD = 1.0
 
 
 @dataclass(frozen=True)
-class Task:
+class FitTask:
     """A fit: unknowns, models and logs.
 
     Attributes
@@ -57,7 +57,7 @@ class Task:
         Keys of the machine, inputs' zeros, then errors of the sensors.
     models : tuple of LogModel
         One per log.
-    reading : Reading
+    reading : SensorReading
     own, keys : int
         Number of unknowns of the models (the others belong to the reading), and number of keys of the machine file.
     robust : bool
@@ -65,7 +65,7 @@ class Task:
 
     unknowns: tuple[Unknown, ...]
     models: tuple[LogModel, ...]
-    reading: Reading
+    reading: SensorReading
     own: int
     keys: int
     robust: bool
@@ -75,7 +75,7 @@ class Task:
         """All signals of all logs."""
         return tuple(dict.fromkeys(name for model in self.models for name in model.record.signals))
 
-    def with_solver(self, solver: Solver) -> Task:
+    def with_solver(self, solver: Solver) -> FitTask:
         """The same fit with another solver of its runs."""
         return replace(self, models=tuple(model.with_solver(solver) for model in self.models))
 
@@ -109,12 +109,12 @@ class Weights:
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """Result of a search.
 
     Attributes
     ----------
-    task : Task
+    task : FitTask
         With the tolerance of integration that it ended with.
     estimate : Estimate
     weights : Weights
@@ -124,14 +124,14 @@ class Found:
         Final sum of squares of each start, the best first.
     """
 
-    task: Task
+    task: FitTask
     estimate: Estimate
     weights: Weights
     passes: int
     costs: tuple[float, ...]
 
 
-def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable[[str], None]) -> Found:
+def searched(task: FitTask, starts: int, seed: int, run_all: RunAll, tell: Callable[[str], None]) -> SearchResult:
     """The best of several starts, with weights from its residuals.
 
     Searches with different weights are compared by :func:`scatter`. One of them frees the keys one by one, each from
@@ -145,7 +145,7 @@ def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable
     given = [i == 0 for i in range(starts)]
     ended = [e for e in run_all(_one_pass, tasks, [first] * starts, given) if e is not None]
     best = min(ended, key=lambda e: e.variance)
-    found = Found(task, best, first, 0, tuple(sorted(e.variance for e in ended)))
+    found = SearchResult(task, best, first, 0, tuple(sorted(e.variance for e in ended)))
     one = refined(found, tell)
     if task.keys < 2:
         return one
@@ -154,14 +154,14 @@ def searched(task: Task, starts: int, seed: int, run_all: RunAll, tell: Callable
     return one if other is None or scatter(one) <= scatter(other) else other
 
 
-def scatter(found: Found) -> float:
+def scatter(found: SearchResult) -> float:
     """Mean logarithm of the residuals' standard deviations: the likelihood of a fit with weights from its residuals."""
     counts = [model.record.used.sum(axis=0) for model in found.task.models]
     logs = [np.log([found.weights.deviations[s] for s in model.record.signals]) for model in found.task.models]
     return float(np.sum([n @ log for n, log in zip(counts, logs, strict=True)]) / np.sum([n.sum() for n in counts]))
 
 
-def _one_by_one(found: Found, tell: Callable[[str], None]) -> Found | None:
+def _one_by_one(found: SearchResult, tell: Callable[[str], None]) -> SearchResult | None:
     """The search with one key, then two, and so on; None if it fails."""
     task, weights = found.task, found.weights
     values = np.array([unknown.start for unknown in task.unknowns])
@@ -175,7 +175,7 @@ def _one_by_one(found: Found, tell: Callable[[str], None]) -> Found | None:
         return None
 
 
-def _freed(task: Task, weights: Weights, values: Array, free: np.ndarray) -> Array:
+def _freed(task: FitTask, weights: Weights, values: Array, free: np.ndarray) -> Array:
     """`values` (k,) of all unknowns after a search for the `free` ones."""
 
     def function(some: Array) -> tuple[Array, Array]:
@@ -188,7 +188,7 @@ def _freed(task: Task, weights: Weights, values: Array, free: np.ndarray) -> Arr
     return values
 
 
-def refined(found: Found, tell: Callable[[str], None]) -> Found:
+def refined(found: SearchResult, tell: Callable[[str], None]) -> SearchResult:
     """The search carried on with the weights of its own residuals, until these are settled."""
     task, estimate, weights, passes = found.task, found.estimate, found.weights, 0
     for passes in range(1, PASSES + 1):
@@ -202,7 +202,7 @@ def refined(found: Found, tell: Callable[[str], None]) -> Found:
     return replace(found, estimate=estimate, weights=weights, passes=passes)
 
 
-def first_weights(task: Task) -> Weights:
+def first_weights(task: FitTask) -> Weights:
     """Initial weights: signals by their range, equal for all readings of a signal."""
     deviations = {}
     for signal in task.signals:
@@ -213,7 +213,7 @@ def first_weights(task: Task) -> Weights:
     return Weights(deviations, roots, tuple(np.zeros(root.shape, dtype=bool) for root in roots))
 
 
-def next_weights(task: Task, values: Array, before: Weights) -> Weights:
+def next_weights(task: FitTask, values: Array, before: Weights) -> Weights:
     """Weights from the residuals at `values`."""
     records = [model.record for model in task.models]
     differences = [y - record.readings for record, (y, _) in zip(records, task.read(values), strict=True)]
@@ -244,12 +244,12 @@ def correlated(rest: Array) -> float:
     return correlation_samples(np.clip(rest, -most, most))
 
 
-def _modelled(record: Record) -> np.ndarray:
+def _modelled(record: FittedLog) -> np.ndarray:
     """(m, n) True where a reading is fitted and the model describes it."""
     return np.asarray(record.used & (_rests(record) == 0))
 
 
-def _rests(record: Record) -> np.ndarray:
+def _rests(record: FittedLog) -> np.ndarray:
     """(m, n) number of readings in a contiguous stretch that the model does not describe, for all of its readings; else
     0."""
     missing = np.broadcast_to(record.unmodelled, record.used.shape) > 0.0
@@ -260,7 +260,7 @@ def _rests(record: Record) -> np.ndarray:
     return lengths
 
 
-def means(task: Task, weights: Weights, values: Array, stretch: float) -> tuple[Array, Array]:
+def means(task: FitTask, weights: Weights, values: Array, stretch: float) -> tuple[Array, Array]:
     """Weighted residuals and their derivatives: means over intervals of time (s) times the root of the number of
     readings."""
     rows, slopes = [], []
@@ -278,7 +278,7 @@ def means(task: Task, weights: Weights, values: Array, stretch: float) -> tuple[
     return np.concatenate(rows), np.concatenate(slopes)
 
 
-def residuals(task: Task, weights: Weights, values: Array) -> tuple[Array, Array, Array]:
+def residuals(task: FitTask, weights: Weights, values: Array) -> tuple[Array, Array, Array]:
     """Weighted residuals (r,) of all readings used, their derivatives (r, k), and the log and time of each (r, 2)."""
     differences, slopes, places = [], [], []
     for i, (model, (y, by)) in enumerate(zip(task.models, task.read(values), strict=True)):
@@ -290,7 +290,7 @@ def residuals(task: Task, weights: Weights, values: Array) -> tuple[Array, Array
     return weighted(task, weights, differences), np.concatenate(slopes), np.concatenate(places)
 
 
-def weighted(task: Task, weights: Weights, differences: Sequence[Array]) -> Array:
+def weighted(task: FitTask, weights: Weights, differences: Sequence[Array]) -> Array:
     """Differences (m, n) of each log's signals as residuals (r,)."""
     records = [model.record for model in task.models]
     return np.concatenate(
@@ -298,7 +298,7 @@ def weighted(task: Task, weights: Weights, differences: Sequence[Array]) -> Arra
     )
 
 
-def _scale(weights: Weights, log: int, record: Record) -> Array:
+def _scale(weights: Weights, log: int, record: FittedLog) -> Array:
     """What the differences of a log's signals (m, n) are multiplied by."""
     return np.asarray(weights.roots[log] / _deviations(record, weights))
 
@@ -309,19 +309,19 @@ def readings(model: LogModel, signal: str) -> Array:
     return model.record.readings[model.record.used[:, column], column]
 
 
-def _deviations(record: Record, weights: Weights) -> Array:
+def _deviations(record: FittedLog, weights: Weights) -> Array:
     """(m, n) standard deviations of a record's readings."""
     of_signals = np.array([weights.deviations[signal] for signal in record.signals])
     return np.asarray(np.broadcast_to(np.hypot(of_signals, record.unmodelled), record.readings.shape))
 
 
-def _noise(task: Task, signal: str) -> float:
+def _noise(task: FitTask, signal: str) -> float:
     """Fast noise of a signal in the log with the least noise."""
     logs = [m.record for m in task.models if signal in m.record.signals]
     return min(float(record.noise[record.signals.index(signal)]) for record in logs)
 
 
-def _one_pass(task: Task, weights: Weights, given: bool) -> Estimate | None:
+def _one_pass(task: FitTask, weights: Weights, given: bool) -> Estimate | None:
     """A search with constant weights; None if a random start, one that is not `given`, cannot be run."""
     try:
         for stretch in STRETCHES:
@@ -334,12 +334,12 @@ def _one_pass(task: Task, weights: Weights, given: bool) -> Estimate | None:
         return None
 
 
-def _started(task: Task, values: Array) -> Task:
+def _started(task: FitTask, values: Array) -> FitTask:
     """The task from another start."""
     return replace(task, unknowns=tuple(u.started(v) for u, v in zip(task.unknowns, values, strict=True)))
 
 
-def _fitted(task: Task, weights: Weights, tolerance: float) -> Estimate:
+def _fitted(task: FitTask, weights: Weights, tolerance: float) -> Estimate:
     return output_error_fit(task.unknowns, lambda values: residuals(task, weights, values)[:2], tolerance=tolerance)
 
 

@@ -19,9 +19,9 @@ from hydrocrane.fitting.parameters import (
     unknown_start,
 )
 from hydrocrane.fitting.plausible import swapped_pressures
-from hydrocrane.fitting.prediction import LogModel, Reading
-from hydrocrane.fitting.records import LEAST_SAMPLES, HoldOut, Record, chosen_signals, record_of
-from hydrocrane.fitting.search import Task
+from hydrocrane.fitting.prediction import LogModel, SensorReading
+from hydrocrane.fitting.records import LEAST_SAMPLES, FittedLog, HoldOut, chosen_signals, record_of
+from hydrocrane.fitting.search import FitTask
 from hydrocrane.fitting.simulated import (
     ClosedLoop,
     OpenLoop,
@@ -58,7 +58,7 @@ class Setup:
     robust: bool
     ties: tuple[Tie, ...] = ()
 
-    def simulated(self, windows: Sequence[Log]) -> tuple[Task, list[str]]:
+    def simulated(self, windows: Sequence[Log]) -> tuple[FitTask, list[str]]:
         """Models of logs whose motion follows from commands, and notes."""
         units = modelled_signals(self.machine)
         if self.plan.supply is not None:
@@ -94,7 +94,7 @@ class Setup:
         ]
         return self._task(keys, len(keys), models, errors, records), [note for note in notes if note]
 
-    def measured(self, windows: Sequence[Log]) -> tuple[Task, list[str]]:
+    def measured(self, windows: Sequence[Log]) -> tuple[FitTask, list[str]]:
         """Models of logs with measured motion, and notes."""
         records, motions, notes = [], [], []
         for log in windows:
@@ -147,7 +147,7 @@ class Setup:
     def _tied(self, model: LogModel, keys: Sequence[Unknown], others: int = 0) -> LogModel:
         return tied(model, self.ties, [unknown.name for unknown in keys], others)
 
-    def _friction_at_rest(self, record: Record, moves: dict[str, np.ndarray]) -> np.ndarray:
+    def _friction_at_rest(self, record: FittedLog, moves: dict[str, np.ndarray]) -> np.ndarray:
         """Standard deviation (m, n) of the friction of pistons that may be at rest, N: uniform up to the break-away
         force."""
         columns = []
@@ -157,7 +157,9 @@ class Setup:
             columns.append(np.where(moves[name][:: record.every], 0.0, most / np.sqrt(3.0)))
         return np.stack(columns, axis=1)
 
-    def _record(self, log: Log, signals: Sequence[str], units: dict[str, str], values: dict[str, np.ndarray]) -> Record:
+    def _record(
+        self, log: Log, signals: Sequence[str], units: dict[str, str], values: dict[str, np.ndarray]
+    ) -> FittedLog:
         record = record_of(log, signals, units, self.hold_out, values)
         for i, name in enumerate(record.signals):
             if not record.used[:, i].any():
@@ -184,7 +186,7 @@ class Setup:
             for name, table in zip(keys, tables, strict=True)
         ]
 
-    def _errors(self, signals: Sequence[str], records: Sequence[Record]) -> list[tuple[SensorError, Unknown]]:
+    def _errors(self, signals: Sequence[str], records: Sequence[FittedLog]) -> list[tuple[SensorError, Unknown]]:
         """Sensor errors of the signals: the named ones, and those bounded by the machine file."""
         errors = [e for e in self._named(signals) if e is not None]
         if self.sensor_errors:
@@ -197,22 +199,24 @@ class Setup:
         keys: int,
         models: Sequence[LogModel],
         errors: Sequence[tuple[SensorError, Unknown]],
-        records: Sequence[Record],
-    ) -> Task:
+        records: Sequence[FittedLog],
+    ) -> FitTask:
         unknowns = (*own, *(unknown for _, unknown in errors))
         count = sum(int(record.used.sum()) for record in records)
         if count <= len(unknowns):
             raise InputError(
                 f"{count} readings cannot identify {len(unknowns)} parameters; take longer logs or fewer parameters"
             )
-        return Task(unknowns, tuple(models), Reading(tuple(error for error, _ in errors)), len(own), keys, self.robust)
+        return FitTask(
+            unknowns, tuple(models), SensorReading(tuple(error for error, _ in errors)), len(own), keys, self.robust
+        )
 
 
-def _signals(records: Sequence[Record]) -> list[str]:
+def _signals(records: Sequence[FittedLog]) -> list[str]:
     return list(dict.fromkeys(name for record in records for name in record.signals))
 
 
-def _spread(records: Sequence[Record], name: str) -> float:
+def _spread(records: Sequence[FittedLog], name: str) -> float:
     """Largest range of a signal in a log, in its unit."""
     columns = [
         record.readings[:, record.signals.index(name)] if name in record.signals else record.log[name]

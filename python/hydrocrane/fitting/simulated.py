@@ -14,7 +14,7 @@ from hydrocrane.analysis.sensitivity import Experiment, solve
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, SimulationError
 from hydrocrane.fitting.prediction import by_differences
-from hydrocrane.fitting.records import Record, at_start
+from hydrocrane.fitting.records import FittedLog, at_start
 from hydrocrane.logs import Log, noise_of
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides
@@ -37,7 +37,7 @@ class _Simulated:
     """A run of `plan`, as from :func:`replayed`, with other values of the `keys`."""
 
     plan: Scenario
-    record: Record
+    record: FittedLog
     keys: tuple[str, ...]
 
     @cached_property
@@ -252,7 +252,7 @@ def _later(command: Command, begin: float) -> Command:
     return Command([0.0, *(command.time[after] - begin)], [*now, *command.spool[after]], command.interpolation)
 
 
-def _broken_off(record: Record, kind: str, time: float, message: str) -> SimulationError:
+def _broken_off(record: FittedLog, kind: str, time: float, message: str) -> SimulationError:
     return SimulationError(f"{record.name}: the run of the model ends at {time:.4g} s, {kind}: {message}")
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from hydrocrane.errors import HydrocraneError
-from hydrocrane.fitting.search import Found, residuals, weighted
+from hydrocrane.fitting.search import SearchResult, residuals, weighted
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.command import INTERPOLATIONS
 
@@ -23,7 +23,7 @@ SOFTER, WIDER = 0.8, 0.01
 EXPLAINS, CHANCE = 0.1, 1e-3
 
 
-def suspected(found: Found, machine: Machine, interpolation: str) -> tuple[str, ...]:
+def suspected(found: SearchResult, machine: Machine, interpolation: str) -> tuple[str, ...]:
     """The effects that explain a clear share of the residuals, in words, the largest first."""
     task, values = found.task, found.estimate.values[: found.task.own]
     rows, slopes, _ = residuals(task, found.weights, found.estimate.values)

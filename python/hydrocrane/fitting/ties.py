@@ -16,7 +16,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.fitting.parameters import key_value
 from hydrocrane.fitting.prediction import LogModel
-from hydrocrane.fitting.records import Record
+from hydrocrane.fitting.records import FittedLog
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides
 from hydrocrane.scenario.solver import Solver
@@ -77,7 +77,7 @@ class TiedModel:
     matrix: Array
 
     @property
-    def record(self) -> Record:
+    def record(self) -> FittedLog:
         return self.model.record
 
     @property

@@ -34,7 +34,7 @@ RESTING_SAMPLES = 5
 
 
 @dataclass(frozen=True)
-class Motion:
+class PistonMotion:
     """A piston's motion from rest.
 
     Attributes
@@ -53,7 +53,7 @@ class Motion:
     friction: Array
 
 
-def motions(log: Log, rig: Machine, payload: float | None) -> list[Motion]:
+def motions(log: Log, rig: Machine, payload: float | None) -> list[PistonMotion]:
     """All motions of a log of x, p1, p2 and command; empty if the spool never opens."""
     data = friction_force(log.usable("x", "p1", "p2", "command"), RigParameters.of(rig, payload=payload))
     time, velocity, friction = (np.asarray(data[name].values) for name in ("time", "velocity", "friction"))
@@ -72,7 +72,7 @@ def motions(log: Log, rig: Machine, payload: float | None) -> list[Motion]:
         pick = slice(first, int(end))
         rest = float(np.median(x[first : int(begin)]))
         name = f"{log.source}, {time[begin]:.2f} to {time[end - 1]:.2f} s"
-        found.append(Motion(name, time[pick], x[pick] - rest, velocity[pick], friction[pick] - datum))
+        found.append(PistonMotion(name, time[pick], x[pick] - rest, velocity[pick], friction[pick] - datum))
     return found
 
 
@@ -98,7 +98,7 @@ LEAST_SAMPLES = 8
 
 
 @dataclass(frozen=True)
-class Reading:
+class BristleReading:
     """One parameter from one experiment.
 
     Attributes
@@ -119,7 +119,7 @@ class Reading:
     end: float
 
 
-def without_slip(law: StaticMap, motion: Motion) -> Array:
+def without_slip(law: StaticMap, motion: PistonMotion) -> Array:
     """Change of the bristle deflection (n,), m, along a motion."""
     seal = np.abs(dry(law).force(_moving(motion.velocity)))
     way = np.sign(np.mean(motion.velocity))
@@ -129,7 +129,7 @@ def without_slip(law: StaticMap, motion: Motion) -> Array:
     return np.concatenate([[0.0], np.cumsum(0.5 * (held[1:] + held[:-1]) * steps)])
 
 
-def stiffness(motion: Motion, law: StaticMap) -> Reading:
+def stiffness(motion: PistonMotion, law: StaticMap) -> BristleReading:
     """sigma_0 (N/m) from one motion of a ramp.
 
     The line is fitted by total least squares, with noise in both quantities. Ordinary regression would give too small a
@@ -151,10 +151,10 @@ def stiffness(motion: Motion, law: StaticMap) -> Reading:
     pick = slice(first, last)
     z, force = without_slip(law, motion)[pick], motion.friction[pick]
     value, error = _line(z, force, _noise(motion.position), _noise(motion.friction))
-    return Reading(value, error, z, force, float(motion.time[first]), float(motion.time[last - 1]))
+    return BristleReading(value, error, z, force, float(motion.time[first]), float(motion.time[last - 1]))
 
 
-def damping(motion: Motion, law: StaticMap, bristle_stiffness: float) -> Reading:
+def damping(motion: PistonMotion, law: StaticMap, bristle_stiffness: float) -> BristleReading:
     """sigma_1 (N s/m) from one motion of a step.
 
     The deflection follows (116) with the measured velocity. Its initial value follows from the friction at rest.
@@ -173,7 +173,7 @@ def damping(motion: Motion, law: StaticMap, bristle_stiffness: float) -> Reading
     value = float(x @ y / (x @ x))
     error = float(np.sqrt(np.mean((y - value * x) ** 2) / (x @ x)))
     moments = motion.time[follows]
-    return Reading(value, error, x, y, float(moments[0]), float(moments[-1]))
+    return BristleReading(value, error, x, y, float(moments[0]), float(moments[-1]))
 
 
 def dry(law: StaticMap) -> StaticMap:
@@ -187,7 +187,7 @@ def viscous(law: StaticMap, velocity: Array) -> Array:
     return np.asarray(law.force(moving) - dry(law).force(moving), dtype=np.float64)
 
 
-def _deflection(motion: Motion, law: StaticMap, bristle_stiffness: float) -> tuple[Array, Array]:
+def _deflection(motion: PistonMotion, law: StaticMap, bristle_stiffness: float) -> tuple[Array, Array]:
     """z and dz/dt of (116) along a measured velocity; each interval is solved with constant velocity."""
     velocity, moving = motion.velocity, _moving(motion.velocity)
     rest = dry(law).force(moving) / bristle_stiffness
@@ -225,14 +225,14 @@ def _moving(velocity: Array) -> Array:
     return np.where(np.abs(velocity) < 1e-9, np.copysign(1e-9, velocity), velocity)
 
 
-def _check(motion: Motion) -> None:
+def _check(motion: PistonMotion) -> None:
     if motion.time.size < LEAST_SAMPLES:
         raise InputError(f"the motion has {motion.time.size} samples; at least {LEAST_SAMPLES} are needed")
     if not all(np.isfinite(s).all() for s in (motion.position, motion.velocity, motion.friction)):
         raise InputError("a signal holds values that are not finite; cut the log to where every sensor reads")
 
 
-Readings = dict[str, dict[str, Reading]]
+Readings = dict[str, dict[str, BristleReading]]
 
 
 def first_readings(

@@ -19,7 +19,7 @@ from hydrocrane.identification.dynamic import fit_dynamic
 from hydrocrane.identification.dynamic_result import DynamicFit
 from hydrocrane.identification.form import Exponents, Wish
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
-from hydrocrane.identification.records import RAMP, STEADY, STEP, Reading, Record
+from hydrocrane.identification.records import RAMP, STEADY, STEP, FrictionLog, ReadingOptions
 from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, linearity_error, span_error
 from hydrocrane.identification.static_map import EXPONENTS
 from hydrocrane.identification.static_stage import StaticIdentification, identify_static
@@ -113,7 +113,7 @@ def identify_friction(
     Wish.of(exponents)
     tell = progress or (lambda _: None)
     tell("reading the logs")
-    reading = Reading(machine, mapping, payload, zero, load_cell, window)
+    reading = ReadingOptions(machine, mapping, payload, zero, load_cell, window)
     records = [*reading.records(logs, ""), *reading.records(ramps, RAMP), *reading.records(steps, STEP)]
     if not records:
         raise InputError("no log was given; identification starts from logs of constant velocity")
@@ -145,8 +145,8 @@ class _Campaign:
     ) -> None:
         self.found, self.tell, self.load_cell = found, tell, load_cell
         self.rod_mass, self.exponents = rod_mass, exponents
-        self.usable: list[Record] = []
-        self.steady: list[Record] = []
+        self.usable: list[FrictionLog] = []
+        self.steady: list[FrictionLog] = []
 
     def run(self) -> None:
         found = self.found
@@ -165,7 +165,7 @@ class _Campaign:
         else:
             found.stages.append(Stage(BRISTLES, "skipped", self._lack("ramp or step", RAMP, STEP)))
 
-    def _of(self, *roles: str) -> list[Record]:
+    def _of(self, *roles: str) -> list[FrictionLog]:
         return [record for record in self.usable if record.role in roles]
 
     def _lack(self, what: str, *roles: str) -> str:
@@ -221,7 +221,7 @@ class _Campaign:
             return max(self._bias(record) for record in self.steady)
         return [self._bias(record) for record in self.steady]
 
-    def _bias(self, record: Record) -> float:
+    def _bias(self, record: FrictionLog) -> float:
         """Standard deviation of the constant error of a log's friction, N.
 
         A load cell carries the weight all the time: the error of its span adds to that of its zero.
@@ -234,7 +234,7 @@ class _Campaign:
         weight = (parameters.mass - parameters.rod_mass) * parameters.gravity if load_cell else 0.0
         return float(np.hypot(bias, span_error(rig, ("force",)) * weight))
 
-    def _parameters(self, record: Record) -> RigParameters:
+    def _parameters(self, record: FrictionLog) -> RigParameters:
         return RigParameters.of(self.found.rig, payload=record.payload, rod_mass=self.rod_mass)
 
     # --- static map -------------------------------------------------------------------------------------------------
@@ -343,7 +343,7 @@ class _Campaign:
         self.tell(f"fitting the bristles: evaluation {count}, residuals {residuals:.3g} of the sensors' noise")
 
 
-def _left_of_zeros(records: list[Record]) -> bool | tuple[float, float]:
+def _left_of_zeros(records: list[FrictionLog]) -> bool | tuple[float, float]:
     """Standard errors of the zeros of p1 and p2, Pa, the largest of any log; False without a calibration."""
     errors = [record.zero.errors for record in records if record.zero is not None]
     if len(errors) < len(records):
@@ -367,7 +367,7 @@ def _why(windows: SteadyWindows) -> str:
     )
 
 
-def _dead(record: Record) -> str:
+def _dead(record: FrictionLog) -> str:
     """Note on pressures that never change, for a log with impossible friction."""
     still = [name for name in PRESSURES if np.ptp(record.log[name]) == 0.0]
     texts = (f"; `{name}` never changes: its sensor is dead or at the end of its range" for name in still)

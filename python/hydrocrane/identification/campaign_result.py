@@ -15,7 +15,7 @@ from hydrocrane.files.whole_file import write_text
 from hydrocrane.identification.block import comment, head, interval, parameter_row, signature
 from hydrocrane.identification.comparison import FrictionComparison
 from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
-from hydrocrane.identification.records import STEADY, Record, name_of
+from hydrocrane.identification.records import STEADY, FrictionLog, name_of
 from hydrocrane.identification.report import Report, Section, Table
 from hydrocrane.identification.result import of_sensors
 from hydrocrane.identification.rig_unknowns import DYNAMIC
@@ -61,7 +61,7 @@ class Identification:
     Attributes
     ----------
     rig : Machine
-    records : list of Record
+    records : list of FrictionLog
         The logs, each with its role.
     stages : list of Stage
         In order of execution.
@@ -86,7 +86,7 @@ class Identification:
     """
 
     rig: Machine
-    records: list[Record] = field(default_factory=list)
+    records: list[FrictionLog] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     windows: list[SteadyWindows] = field(default_factory=list)
     static: StaticIdentification | None = None
@@ -197,7 +197,7 @@ def _logs(found: Identification) -> Section:
     return Section("Logs", table=Table(heads, tuple(_log(record) for record in found.records)))
 
 
-def _log(record: Record) -> tuple[str, ...]:
+def _log(record: FrictionLog) -> tuple[str, ...]:
     time, zero = record.log.time, record.zero
     length = f"{time[-1] - time[0]:.4g}" if time.size else "0"
     shown = "none" if zero is None else ", ".join(f"{zero.zeros[name] * 1e-5:+.3f}" for name in PRESSURES)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Difference:
+class FrictionDifference:
     """Friction of one group less that of the reference group, against motion; arrays of shape (n,).
 
     The maps compared are those of the joint fit, in which all groups share the errors of the sensors.
@@ -87,7 +87,7 @@ class FrictionComparison:
     ----------
     fits : dict
         The map of each group.
-    differences : tuple of Difference
+    differences : tuple of FrictionDifference
         Each group against the first.
     p_value : float
         Probability of groups that differ this much if one map holds for all (nested F-test).
@@ -100,7 +100,7 @@ class FrictionComparison:
     """
 
     fits: dict[str, StaticFit]
-    differences: tuple[Difference, ...]
+    differences: tuple[FrictionDifference, ...]
     p_value: float
     equivalence_p: float
     statistic: float
@@ -109,7 +109,7 @@ class FrictionComparison:
     significance: float
 
     @property
-    def effect(self) -> Difference:
+    def effect(self) -> FrictionDifference:
         """The group that differs most from the first."""
         return max(self.differences, key=lambda d: float(np.max(np.abs(d.share))))
 
@@ -350,9 +350,9 @@ def _nested_test(fits: list[StaticFit], apart: list[Problem], one: Problem) -> t
     return separate, max(gained, 0.0) / extra, (extra, spare)
 
 
-def _difference(names: list[str], separate: _Joint, v: Array, name: str, reference: str) -> Difference:
+def _difference(names: list[str], separate: _Joint, v: Array, name: str, reference: str) -> FrictionDifference:
     (other, over_other), (one, over_one) = (separate.force(names.index(group), v) for group in (name, reference))
-    return Difference(
+    return FrictionDifference(
         group=name,
         reference=reference,
         velocity=v,

@@ -25,8 +25,8 @@ from hydrocrane.identification.rig_model import (
     OTHER_FRICTION,
     OTHER_PLACE,
     OTHER_PRESSURE,
-    LogModel,
     Progress,
+    RigLogModel,
     RigResiduals,
 )
 from hydrocrane.identification.rig_unknowns import (
@@ -117,7 +117,7 @@ def fit_dynamic(
         def fitted_from(read: Mapping[str, Sequence[float]]) -> tuple[Estimate, RigResiduals, list[Unknown]]:
             keys, nuisances = unknowns_of(machine, logs, sensors, read, joint, exponents=exponents)
             names = [unknown.name for unknown in keys]
-            models = [LogModel(log, machine, sensors, payload=payload, keys=names) for log in logs]
+            models = [RigLogModel(log, machine, sensors, payload=payload, keys=names) for log in logs]
             return _fitted([*keys, *nuisances], RigResiduals(models, progress), joint)
 
         estimate, residuals, unknowns = fitted_from(read)
@@ -204,7 +204,7 @@ def expected(
     joint = map_prior(rig, logs, static)
     keys, nuisances = unknowns_of(rig, logs, sensors, dict.fromkeys(DYNAMIC, ()), joint)
     names = [unknown.name for unknown in keys]
-    residuals = RigResiduals([LogModel(log, rig, sensors, payload=payload, keys=names) for log in logs])
+    residuals = RigResiduals([RigLogModel(log, rig, sensors, payload=payload, keys=names) for log in logs])
     found = output_error.bound([*keys, *nuisances], residuals, joint=joint)
     short = {key_of(rig, "friction", name): name for name in DYNAMIC}
     return {short.get(name, name): deviation for name, deviation in found.items()}

@@ -13,7 +13,7 @@ from scipy import stats
 from hydrocrane.arrays import Array, check_level
 from hydrocrane.errors import InputError
 from hydrocrane.identification.block import interval, signature
-from hydrocrane.identification.bristle import Reading
+from hydrocrane.identification.bristle import BristleReading
 from hydrocrane.identification.covariance import labelled
 from hydrocrane.identification.output_error import Estimate
 from hydrocrane.identification.report import Section, Stage, Table
@@ -54,7 +54,7 @@ class DynamicFit:
 
     rig: Machine
     table: str
-    readings: dict[str, dict[str, Reading]]
+    readings: dict[str, dict[str, BristleReading]]
     estimate: Estimate | None
     rig_residuals: RigResiduals | None = field(repr=False)
     passive_up_to: float

@@ -36,7 +36,7 @@ MOST_ZERO = 3.0
 
 
 @dataclass(frozen=True)
-class Record:
+class FrictionLog:
     """One log and its role.
 
     Attributes
@@ -69,7 +69,7 @@ class Record:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadingOptions:
     """How logs are read: the options of :func:`~hydrocrane.identification.identify_friction`."""
 
     rig: Machine
@@ -79,13 +79,13 @@ class Reading:
     load_cell: bool = False
     window: tuple[float, float] | None = None
 
-    def records(self, given: LogLike | Iterable[LogLike], role: str) -> list[Record]:
+    def records(self, given: LogLike | Iterable[LogLike], role: str) -> list[FrictionLog]:
         """Records of one log or of several: paths, logs, or other arguments of :meth:`hydrocrane.Log.of`."""
         if isinstance(given, str | PathLike | Log) or not isinstance(given, Iterable):
             return [self._record(given, role)]
         return [self._record(each, role) for each in given]
 
-    def _record(self, given: LogLike, role: str) -> Record:
+    def _record(self, given: LogLike, role: str) -> FrictionLog:
         experiment = getattr(getattr(given, "data", None), "attrs", {}).get("experiment", "")
         log = Log.of(given, self.mapping, source=str(experiment))
         role = _role(log, role)
@@ -105,7 +105,7 @@ class Reading:
         if log.fatal:
             # The window may exclude bad stretches of the log.
             log = self._within(log)
-        record = Record(log, role, payload, supply, notes=tuple(notes))
+        record = FrictionLog(log, role, payload, supply, notes=tuple(notes))
         if log.fatal or not role:
             return record
         record = self._less_zero(record)
@@ -127,7 +127,7 @@ class Reading:
             return mass, [f"states a load of {stated} kg; {mass:g} kg is taken, as asked for"]
         return mass, []
 
-    def _less_zero(self, record: Record) -> Record:
+    def _less_zero(self, record: FrictionLog) -> FrictionLog:
         """The record without its calibration, and with the zeros found there subtracted."""
         log, stretch = record.log, self.zero
         stated = log.data.attrs.get("calibration", 0.0)

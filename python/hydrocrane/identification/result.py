@@ -88,7 +88,7 @@ class Profile(Protocol):
 
 
 @dataclass(frozen=True)
-class Rejected:
+class RejectedPoint:
     """A point that was left out, and why."""
 
     index: int
@@ -114,7 +114,7 @@ class StaticFit:
         Fitted relative errors of the spans of p1 and p2; zero without a prior.
     linearity_error : float
         Fitted relative error of the velocity per metre of position, 1/m; zero without a prior.
-    rejected : tuple of Rejected
+    rejected : tuple of RejectedPoint
         Points left out.
     at_bounds : tuple of str
         Parameters that ended at a physical bound.
@@ -147,7 +147,7 @@ class StaticFit:
     spans: tuple[float, float] = (0.0, 0.0)
     linearity_error: float = 0.0
     spread: Spread | None = None
-    rejected: tuple[Rejected, ...] = ()
+    rejected: tuple[RejectedPoint, ...] = ()
     at_bounds: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     solved: Profile | None = field(default=None, repr=False)

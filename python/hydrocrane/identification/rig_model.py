@@ -49,7 +49,7 @@ OTHER_DELAY = 1e-4
 SOLVER = Solver(rtol=1e-8, max_step=10.0)
 
 
-class LogModel:
+class RigLogModel:
     """One log and its simulation.
 
     Parameters
@@ -111,13 +111,13 @@ class LogModel:
             resolve_sensitivities=False,
         )
 
-    def restarted(self, by: Array, near: Array) -> LogModel:
+    def restarted(self, by: Array, near: Array) -> RigLogModel:
         """This log with the start values p1 (Pa) and x (m), the friction at rest (N) and the delay (s) changed `by`
         (4,)."""
         p1, x, friction, delay = (np.array(self.moved) + by).tolist()
         moved = p1, x, friction, delay
         keys = self.experiment.keys
-        return LogModel(self.log, self.rig, self.sensors, payload=self.payload, keys=keys, moved=moved, near=near)
+        return RigLogModel(self.log, self.rig, self.sensors, payload=self.payload, keys=keys, moved=moved, near=near)
 
     def _bent(self, plan: Scenario, friction: float, bent: float) -> Array:
         """The start of a scenario: p2 in balance with a `friction` at rest, N, and bristles as `bent` N bend them."""
@@ -334,13 +334,13 @@ class RigResiduals:
 
     Parameters
     ----------
-    models : sequence of LogModel
+    models : sequence of RigLogModel
         With the same keys.
     progress : callable, optional
         Called with the number of evaluations and the root-mean-square residual.
     """
 
-    def __init__(self, models: Sequence[LogModel], progress: Progress | None = None) -> None:
+    def __init__(self, models: Sequence[RigLogModel], progress: Progress | None = None) -> None:
         self.models = tuple(models)
         self.keys = len(models[0].experiment.keys)
         self.progress = progress

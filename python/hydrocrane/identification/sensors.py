@@ -196,7 +196,7 @@ def read(
     turned : (b,) array
         As from :meth:`RigSensors.turned`.
     by_delay, by_start : (b, 3) and (b, 3, 3) arrays
-        As from :class:`LogModel`.
+        As from :class:`RigLogModel`.
     nuisances, of_log : (8,) and (6,) arrays
         In the order of :data:`NUISANCES` and :data:`OF_A_LOG`.
 

@@ -12,7 +12,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification.form import EACH, SHARED, Form
 from hydrocrane.identification.least_squares import OffsetPrior, Problem, SensorErrors
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
-from hydrocrane.identification.result import Rejected
+from hydrocrane.identification.result import RejectedPoint
 from hydrocrane.identification.static_map import (
     EXPONENTS,
     LABELS,
@@ -33,13 +33,13 @@ EXACT = 1e-6
 RESOLVED = 3.0
 
 
-def usable_points(points: FrictionPoints) -> tuple[FrictionPoints, list[Rejected]]:
+def usable_points(points: FrictionPoints) -> tuple[FrictionPoints, list[RejectedPoint]]:
     """The usable points, and the rejected ones."""
     usable = (points.velocity == 0.0) | (points.speed > RESOLVED * points.velocity_error)
     if not usable.any():
         raise InputError("no point has a velocity larger than its error; take longer windows or faster motion")
     rejected = [
-        Rejected(int(i), "velocity within its error of zero, direction unknown") for i in np.flatnonzero(~usable)
+        RejectedPoint(int(i), "velocity within its error of zero, direction unknown") for i in np.flatnonzero(~usable)
     ]
     used = points.select(usable)
     if (used.force == 0.0).all():

@@ -25,7 +25,7 @@ from hydrocrane.identification.neighbours import successions
 from hydrocrane.identification.points import FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.reach import BOUND
-from hydrocrane.identification.result import LINEARITY, SPANS, Rejected, Spread, StaticFit
+from hydrocrane.identification.result import LINEARITY, SPANS, RejectedPoint, Spread, StaticFit
 from hydrocrane.identification.setup import RESOLVED, Bias, problem_of, sensor_errors, usable_points
 from hydrocrane.identification.static_choice import Candidate, candidates_of
 from hydrocrane.identification.static_map import LABELS, StaticMap
@@ -160,15 +160,15 @@ def _without_outliers(problem: Problem, loss: Loss) -> tuple[FrictionPoints, lis
     return points.select(~stray), [(int(i), float(distance[i])) for i in np.flatnonzero(stray)]
 
 
-def _numbered(used: FrictionPoints, stray: list[tuple[int, float]], points: FrictionPoints) -> list[Rejected]:
+def _numbered(used: FrictionPoints, stray: list[tuple[int, float]], points: FrictionPoints) -> list[RejectedPoint]:
     """Outliers by their index among all points."""
     place = np.flatnonzero((points.velocity == 0.0) | (points.speed > RESOLVED * points.velocity_error))
     assert place.size == len(used)
-    return [Rejected(int(place[i]), f"{d:.1f} standard deviations off the map of the others") for i, d in stray]
+    return [RejectedPoint(int(place[i]), f"{d:.1f} standard deviations off the map of the others") for i, d in stray]
 
 
 def _result(
-    points: FrictionPoints, candidate: Candidate, wish: Wish, rejected: list[Rejected], share: float
+    points: FrictionPoints, candidate: Candidate, wish: Wish, rejected: list[RejectedPoint], share: float
 ) -> StaticFit:
     """A candidate with its covariance, without warnings and alternatives."""
     problem, x, sigma = candidate.problem, candidate.x, candidate.sigma

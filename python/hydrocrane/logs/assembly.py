@@ -12,7 +12,7 @@ from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, Source, expected_units, is_gauge, si_values
 from hydrocrane.logs.signals import SIGNALS
-from hydrocrane.logs.table import TIME_NAMES, Table, said_of, split_name
+from hydrocrane.logs.table import TIME_NAMES, LogTable, said_of, split_name
 from hydrocrane.logs.units import ATMOSPHERE, is_pounds, known_unit, log_unit
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _LEAST_STEP = 1e-3
 
 
 def signals_of(
-    table: Table, mapping: LogMapping | None, source: str, units: Mapping[str, str] | None = None
+    table: LogTable, mapping: LogMapping | None, source: str, units: Mapping[str, str] | None = None
 ) -> tuple[xr.Dataset, list[Flag]]:
     """A table's columns as signals over ``time``, and the flags of its reader and its units.
 
@@ -60,7 +60,7 @@ class _Assembly:
         s.
     """
 
-    def __init__(self, table: Table, mapping: LogMapping | None, source: str, units: Mapping[str, str]) -> None:
+    def __init__(self, table: LogTable, mapping: LogMapping | None, source: str, units: Mapping[str, str]) -> None:
         self.table, self.mapping, self.source, self.units = table, mapping, source, units
         self.time, self.clock = _time(table, mapping, source)
         self.every = mapping is None or not mapping.signals
@@ -239,7 +239,7 @@ def _increases(values: Array) -> bool:
     return values.size > 1 and bool((np.diff(values) > 0).all())
 
 
-def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array, str | None]:
+def _time(table: LogTable, mapping: LogMapping | None, source: str) -> tuple[Array, str | None]:
     """Times, s, and the full name of the time column that they came from."""
     if mapping is not None and mapping.sample_rate is not None:
         length = max(column.values.size for column in table.columns.values())
@@ -260,7 +260,7 @@ def _time(table: Table, mapping: LogMapping | None, source: str) -> tuple[Array,
     return clock_seconds(table, column, entry, f"{source}: time column `{column}`"), column
 
 
-def clock_seconds(table: Table, column: str, entry: Source | None, where: str) -> Array:
+def clock_seconds(table: LogTable, column: str, entry: Source | None, where: str) -> Array:
     """Times of a column, s, in the unit of its mapping `entry` or of its own."""
     values, stated = table.columns[column].values, table.unit_of(column)
     if table.columns[column].start is not None:
@@ -285,7 +285,7 @@ def _counted_in(values: Array) -> str:
     return "d" if day and 0.0 < float(np.median(np.diff(finite))) < _LEAST_STEP else ""
 
 
-def no_column(table: Table, wanted: str | int) -> str:
+def no_column(table: LogTable, wanted: str | int) -> str:
     """Message on a missing column, with the likeliest reason."""
     if isinstance(wanted, int):
         return f"has no column `{wanted}`; columns count from 1 to {len(table.columns)}"

@@ -20,7 +20,7 @@ from hydrocrane.errors import ResultFileError
 from hydrocrane.files.datasets import require_library
 from hydrocrane.files.mcap_file import owner_of
 from hydrocrane.files.received import SHORTER, check_values, plain, readable, received
-from hydrocrane.logs.table import NO_NUMBERS, Clocked, Column, Table, check_width
+from hydrocrane.logs.table import NO_NUMBERS, Clocked, LogColumn, LogTable, check_width
 from hydrocrane.logs.units import known_unit
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class _Topic:
     units: Mapping[str, str]
     rows: dict[tuple[str, ...], _Rows] = field(default_factory=dict)
 
-    def clocked(self) -> Iterator[tuple[str, np.ndarray, list[tuple[str, Column]]]]:
+    def clocked(self) -> Iterator[tuple[str, np.ndarray, list[tuple[str, LogColumn]]]]:
         """Name of a clock, its times, ns, and its columns: those that are in the same messages."""
         made = all(min(rows.made) > 0 for rows in self.rows.values())
         holders: dict[tuple[tuple[str, ...], ...], list[str]] = {}
@@ -79,9 +79,9 @@ class _Topic:
                 columns.append((_joined(self.name, name), self._column(name, values[order])))
             yield _joined(self.name, f"time.{i + 1}" if i else "time"), times[order], columns
 
-    def _column(self, name: str, values: np.ndarray) -> Column:
+    def _column(self, name: str, values: np.ndarray) -> LogColumn:
         usual = _UNITS.get((self.kind.rsplit("/", 1)[-1], name.split(".")[0]), "")
-        return Column(values, self.units.get(name, usual), notes=[("assumed-unit", _GAUGE)] if usual == "Pa" else [])
+        return LogColumn(values, self.units.get(name, usual), notes=[("assumed-unit", _GAUGE)] if usual == "Pa" else [])
 
 
 class _Bag:
@@ -111,8 +111,8 @@ class _Bag:
         self.count += len(names) + 2
         check_values(self.path, self.count)
 
-    def finish(self) -> Table:
-        table = Table()
+    def finish(self) -> LogTable:
+        table = LogTable()
         for name, reason in self.left_out.items():
             table.leave(name, reason)
         for topic in self.topics.values():
@@ -168,7 +168,7 @@ def _take_numbers(members: Mapping[str, object], path: str, found: dict[str, flo
     return long
 
 
-def read_bag(path: Path) -> Table:
+def read_bag(path: Path) -> LogTable:
     """A bag of ROS 2, a folder or its one file, or of ROS 1."""
     require_library(".db3")
     from rosbags.highlevel import AnyReader
@@ -190,7 +190,7 @@ def read_bag(path: Path) -> Table:
     return bag.finish()
 
 
-def read_mcap(path: Path) -> Table:
+def read_mcap(path: Path) -> LogTable:
     """Messages in JSON, or of ROS as the file defines them."""
     require_library(".mcap")
     from mcap.reader import make_reader

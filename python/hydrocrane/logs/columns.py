@@ -19,7 +19,7 @@ from hydrocrane.files.columns import is_dataset
 from hydrocrane.logs.assembly import clock_seconds, no_column, signals_of
 from hydrocrane.logs.mapping import LogMapping, Source
 from hydrocrane.logs.readers import read_table, table_of_columns, table_of_dataset, table_of_frame
-from hydrocrane.logs.table import AS_FOUND, MOST_NAMED, Clocked, Column, Form, Table, said_of
+from hydrocrane.logs.table import AS_FOUND, MOST_NAMED, Clocked, LogColumn, LogForm, LogTable, said_of
 from hydrocrane.result_warning import DoubtfulResult
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Holder(Protocol):
 LogLike: TypeAlias = "str | PathLike[str] | xr.Dataset | pd.DataFrame | Mapping[str, ArrayLike] | Holder"
 
 
-def table_of(log: LogLike, form: Form = AS_FOUND) -> Table:
+def table_of(log: LogLike, form: LogForm = AS_FOUND) -> LogTable:
     """The columns of a file or of data in memory, and those that were left out."""
     if isinstance(log, str | PathLike):
         table = read_table(Path(log), form)
@@ -60,14 +60,14 @@ def table_of(log: LogLike, form: Form = AS_FOUND) -> Table:
     return table
 
 
-def joined(log: LogLike, mapping: LogMapping) -> tuple[Table, LogMapping]:
+def joined(log: LogLike, mapping: LogMapping) -> tuple[LogTable, LogMapping]:
     """Columns of the files that a mapping names, each with the clock of its file, and the mapping to these columns."""
     if not isinstance(log, str | PathLike):
         raise InputError(f"{mapping.origin} names files, which are looked for beside a log; give the path of the log")
     log = Path(log)
-    joint = Table(source=log.name, clock_key="file")
-    parts: dict[Path, Table] = {}
-    groups: dict[tuple[Path, str], dict[str, Column]] = {}
+    joint = LogTable(source=log.name, clock_key="file")
+    parts: dict[Path, LogTable] = {}
+    groups: dict[tuple[Path, str], dict[str, LogColumn]] = {}
     signals = {}
     for name, entry in mapping.signals.items():
         where = f"{mapping.origin}: [signal.{name}]"
@@ -107,7 +107,7 @@ def _file(log: Path, wanted: str | None, where: str) -> Path:
     return found[0]
 
 
-def _clock_of(part: Table, entry: Source, time: Source | None) -> str | None:
+def _clock_of(part: LogTable, entry: Source, time: Source | None) -> str | None:
     if entry.time:
         return part.find(entry.time)
     own = part.columns[column].clock if (column := part.find(entry.column)) else ""
@@ -115,7 +115,7 @@ def _clock_of(part: Table, entry: Source, time: Source | None) -> str | None:
 
 
 def _on_one_clock(
-    groups: Mapping[tuple[Path, str], dict[str, Column]], parts: Mapping[Path, Table], mapping: LogMapping
+    groups: Mapping[tuple[Path, str], dict[str, LogColumn]], parts: Mapping[Path, LogTable], mapping: LogMapping
 ) -> list[Clocked]:
     """Columns with their times, s, from one zero: the earliest date, or that of the numbers."""
     starts = {(path, clock): parts[path].columns[clock].start for path, clock in groups}
@@ -135,7 +135,7 @@ def _on_one_clock(
 
 
 def series_of(
-    table: Table,
+    table: LogTable,
     wanted: Mapping[str, Source],
     units: Mapping[str, str],
     *,
@@ -147,7 +147,7 @@ def series_of(
 
     Parameters
     ----------
-    table : Table
+    table : LogTable
     wanted : mapping
         Signal -> column.
     units : mapping

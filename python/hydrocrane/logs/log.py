@@ -15,7 +15,7 @@ from hydrocrane.logs.assembly import signals_of
 from hydrocrane.logs.checks import checked, clipped_at, readings, rechecked
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, MappingLike, log_mapping
-from hydrocrane.logs.table import Form
+from hydrocrane.logs.table import LogForm
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -230,7 +230,7 @@ def read_log(path: str | PathLike[str], mapping: MappingLike = None, *, number_f
     chosen = log_mapping(mapping)
     if number_format is not None:
         chosen = chosen or LogMapping()
-        chosen = replace(chosen, form=Form.of(number_format, chosen.form.dates, "read_log"))
+        chosen = replace(chosen, form=LogForm.of(number_format, chosen.form.dates, "read_log"))
     return _log(path, chosen, str(path))
 
 

@@ -13,7 +13,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.toml_file import read_toml
 from hydrocrane.logs.signals import PRESSURES, SIGNALS
-from hydrocrane.logs.table import AS_FOUND, Form
+from hydrocrane.logs.table import AS_FOUND, LogForm
 from hydrocrane.logs.units import ATMOSPHERE, LEAST_UNIT, LogUnit, known_unit, log_unit, scaled
 
 _SIGNAL_KEYS = ("column", "unit", "sign", "offset", "time", "file")
@@ -58,7 +58,7 @@ class LogMapping:
     time: Source | None = None
     sample_rate: float | None = None
     origin: str = "the mapping"
-    form: Form = AS_FOUND
+    form: LogForm = AS_FOUND
 
     @property
     def files(self) -> bool:
@@ -105,7 +105,7 @@ def _from_content(content: Mapping[str, object], origin: str) -> LogMapping:
         sources[name] = _source(table, name, where)
     stated = {"column": "", **{key: time[key] for key in ("column", "unit", "file") if key in time}}
     clock = _source(stated, "time", f"{origin}: [time]") if len(stated) > 1 or stated["column"] else None
-    form = Form.of(content.get("number-format"), time.get("date-order"), origin)
+    form = LogForm.of(content.get("number-format"), time.get("date-order"), origin)
     return LogMapping(sources, clock, rate, origin, form)
 
 

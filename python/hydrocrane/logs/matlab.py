@@ -11,10 +11,10 @@ import h5py
 import numpy as np
 
 from hydrocrane.errors import ResultFileError
-from hydrocrane.files.hdf5 import Node, Walk, attributes, refers
+from hydrocrane.files.hdf5 import Hdf5Walk, Node, attributes, refers
 from hydrocrane.files.received import MOST_VALUES, SHORTER, check_values, plain, readable
 from hydrocrane.logs.nested import Measured, table_of
-from hydrocrane.logs.table import Table, plain_facts
+from hydrocrane.logs.table import LogTable, plain_facts
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # MATLAB writes its own text header in front of the HDF5 part.
@@ -34,7 +34,7 @@ _LONGEST = 2**16
 _NO_NUMBERS = np.zeros(2, "V1")
 
 
-def read_matlab(path: Path) -> Table:
+def read_matlab(path: Path) -> LogTable:
     """Vectors of a MATLAB file of any version; names that ``Run.save`` had to shorten get their dots back."""
     if is_hdf5(path):
         return read_hdf5(path)
@@ -102,20 +102,20 @@ def is_hdf5(path: Path) -> bool:
     return any(start[i : i + len(_HDF5_SIGNATURE)] == _HDF5_SIGNATURE for i in _SIGNATURE_PLACES)
 
 
-def read_hdf5(path: Path) -> Table:
+def read_hdf5(path: Path) -> LogTable:
     """Datasets of an HDF5 file, written by MATLAB (7.3) or another program; a dataset's attribute `units` or `unit` is
     its unit."""
     if not is_hdf5(path):
         raise ResultFileError(f"{path} is not an HDF5 file; is its suffix right?")
     with readable(path, "an HDF5 file that is whole"), h5py.File(path, "r", track_order=True) as stored:
-        table = table_of(_Reader(path, stored).members(stored, 0))
+        table = table_of(_MatlabReader(path, stored).members(stored, 0))
         table.about |= plain_facts(attributes(stored))
         return table
 
 
-class _Reader:
+class _MatlabReader:
     def __init__(self, path: Path, root: h5py.File) -> None:
-        self._walk, self._root = Walk(path), root
+        self._walk, self._root = Hdf5Walk(path), root
 
     def members(self, group: h5py.Group, level: int) -> dict[str, object]:
         found = self._walk.members(group, level)

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from hydrocrane.logs.table import Column, Table, as_column, plain_facts, unpack
+from hydrocrane.logs.table import LogColumn, LogTable, as_column, plain_facts, unpack
 from hydrocrane.logs.units import tidy_unit
 
 # A possible column: values, or None for an object of a MATLAB class, whose values cannot be read.
@@ -22,7 +22,7 @@ class Measured(NamedTuple):
     about: Mapping[str, object]
 
 
-class Found(NamedTuple):
+class NestedLeaf(NamedTuple):
     """A leaf of a nested structure: its name, content, unit, the dSPACE capture it belongs to, and its attributes."""
 
     name: str
@@ -32,7 +32,7 @@ class Found(NamedTuple):
     about: Mapping[str, object] = MappingProxyType({})
 
 
-def table_of(content: Mapping[str, object]) -> Table:
+def table_of(content: Mapping[str, object]) -> LogTable:
     """Columns of a nested mapping: member names are joined by dots, matrices are split along their longer axis.
 
     Three conventions are known: the `units` and `names` beside the vectors of this package's own files; captures of
@@ -43,7 +43,7 @@ def table_of(content: Mapping[str, object]) -> Table:
     full = names if isinstance(names, Mapping) else {}
     stated = units if isinstance(units, Mapping) else {}
     about = content.get("about")
-    table = Table(about=plain_facts(about) if isinstance(about, Mapping) else {})
+    table = LogTable(about=plain_facts(about) if isinstance(about, Mapping) else {})
     own = ("names", "units", "about")
     clocks: dict[str, str] = {}
     members: dict[str, str] = {}
@@ -53,7 +53,7 @@ def table_of(content: Mapping[str, object]) -> Table:
             continue
         for name, values in _columns(table, found):
             unit = found.unit or stated.get(name, "")
-            column = Column(values, tidy_unit(unit) if isinstance(unit, str) else "")
+            column = LogColumn(values, tidy_unit(unit) if isinstance(unit, str) else "")
             unpack(column, found.about)
             added = table.add(str(full.get(name, name)), column, found.capture)
             if found.capture:
@@ -65,11 +65,11 @@ def table_of(content: Mapping[str, object]) -> Table:
     return table
 
 
-def _add_fact(table: Table, found: Found) -> None:
+def _add_fact(table: LogTable, found: NestedLeaf) -> None:
     table.about |= plain_facts({"file_" + found.name.replace(".", "_"): found.leaf})
 
 
-def _leaves(node: object, path: str = "", capture: str = "") -> Iterator[Found]:
+def _leaves(node: object, path: str = "", capture: str = "") -> Iterator[NestedLeaf]:
     """All leaves that may be columns."""
     if isinstance(node, Mapping):
         yield from _structure(node, path, capture)
@@ -77,22 +77,22 @@ def _leaves(node: object, path: str = "", capture: str = "") -> Iterator[Found]:
         for i, item in enumerate(node):
             yield from _leaves(item, f"{path}[{i + 1}]", capture)
     elif isinstance(node, Measured):
-        yield Found(path, node.values, str(node.about.get("unit", "")), capture, node.about)
+        yield NestedLeaf(path, node.values, str(node.about.get("unit", "")), capture, node.about)
     elif isinstance(node, np.ndarray) and node.dtype.fields:
-        yield Found(path, None, "", capture)
+        yield NestedLeaf(path, None, "", capture)
     elif isinstance(node, np.ndarray) and node.dtype == object:
         yield from _leaves(list(node.ravel()), path, capture)
     elif isinstance(node, np.ndarray | np.generic | float | int):
-        yield Found(path, np.asarray(node), "", capture)
+        yield NestedLeaf(path, np.asarray(node), "", capture)
 
 
-def _structure(node: Mapping[str, object], path: str, owner: str) -> Iterator[Found]:
+def _structure(node: Mapping[str, object], path: str, owner: str) -> Iterator[NestedLeaf]:
     if "Data" in node and isinstance(node.get("Name", ""), str) and not isinstance(node["Data"], Mapping):
         unit = node.get("Unit", "")
         where = node.get("Name") or path
         for found in _leaves(node["Data"], path):
             stated = found.unit or (unit if isinstance(unit, str) else "")
-            yield Found(str(where), found.leaf, stated, owner, found.about)
+            yield NestedLeaf(str(where), found.leaf, stated, owner, found.about)
         return
     capture = isinstance(node.get("Y"), list | Mapping | np.ndarray) and isinstance(node.get("X"), Mapping)
     owner = (path or "capture") if capture else owner
@@ -103,7 +103,7 @@ def _structure(node: Mapping[str, object], path: str, owner: str) -> Iterator[Fo
             yield from _leaves(child, name if not path or capture else f"{path}.{name}", owner)
 
 
-def _columns(table: Table, found: Found) -> Iterator[tuple[str, np.ndarray]]:
+def _columns(table: LogTable, found: NestedLeaf) -> Iterator[tuple[str, np.ndarray]]:
     """Columns of a leaf by name; other leaves are left out of the table with the reason."""
     path = found.name
     made = as_column(found.leaf) if found.leaf is not None else None

@@ -28,9 +28,9 @@ from hydrocrane.logs.table import (
     BOUNDS,
     NO_NUMBERS,
     Clocked,
-    Column,
-    Form,
-    Table,
+    LogColumn,
+    LogForm,
+    LogTable,
     as_column,
     check_width,
     plain_facts,
@@ -55,7 +55,7 @@ _MASTERS = {
 }
 
 
-def read_table(path: Path, form: Form = AS_FOUND) -> Table:
+def read_table(path: Path, form: LogForm = AS_FOUND) -> LogTable:
     """Columns of the file at `path`, unchanged; `form` says how a text writes numbers and dates.
 
     Raises
@@ -82,9 +82,9 @@ def read_table(path: Path, form: Form = AS_FOUND) -> Table:
     return table
 
 
-def table_of_dataset(data: xr.Dataset) -> Table:
+def table_of_dataset(data: xr.Dataset) -> LogTable:
     """Columns of a dataset: its one-dimensional numeric variables, with their `units`."""
-    table = Table()
+    table = LogTable()
     for name in data.variables:
         variable = data[name]
         # xarray unpacks values, but not their bounds.
@@ -99,7 +99,7 @@ def table_of_dataset(data: xr.Dataset) -> Table:
     return table
 
 
-def table_of_frame(frame: pd.DataFrame, form: Form = AS_FOUND) -> Table:
+def table_of_frame(frame: pd.DataFrame, form: LogForm = AS_FOUND) -> LogTable:
     """Columns of a table of pandas or polars, with its index if that has a name or holds dates; names may repeat.
 
     Units are in ``frame.attrs["units"]`` or in the names. Columns of texts are read like those of a text file.
@@ -113,10 +113,10 @@ def table_of_frame(frame: pd.DataFrame, form: Form = AS_FOUND) -> Table:
 
 
 def table_of_columns(
-    columns: Iterable[tuple[object, object]], units: Mapping[object, object], form: Form = AS_FOUND
-) -> Table:
+    columns: Iterable[tuple[object, object]], units: Mapping[object, object], form: LogForm = AS_FOUND
+) -> LogTable:
     """Columns of a program: arrays of numbers, dates, durations, or texts of numbers and dates."""
-    table, texts, order = Table(), [], []
+    table, texts, order = LogTable(), [], []
     for name, values in columns:
         unit = tidy_unit(str(units.get(name, "")))
         order.append(str(name))
@@ -136,9 +136,9 @@ def table_of_columns(
 
 
 def add_text(
-    table: Table,
+    table: LogTable,
     text: str | bytes,
-    form: Form,
+    form: LogForm,
     delimiter: str | None = None,
     names: Sequence[str] = (),
     units: Sequence[str] = (),
@@ -160,7 +160,7 @@ def add_text(
             table.leave(name, reason, word)
         else:
             stated = units[i] if i < len(units) else tidy_unit(unit)
-            table.add(name, Column(values, stated if start is None else "s", start=start, notes=said))
+            table.add(name, LogColumn(values, stated if start is None else "s", start=start, notes=said))
     table.about = _facts(comments)
     table.notes += [Flag(kind, "", np.nan, np.nan, message) for kind, message in notes]
 
@@ -180,7 +180,7 @@ def _facts(comments: Sequence[str]) -> dict[str, str | float | int]:
     return plain_facts(facts)
 
 
-def _text(path: Path, form: Form) -> Table:
+def _text(path: Path, form: LogForm) -> LogTable:
     packed = path.suffix.lower() == ".gz"
     try:
         with gzip.open(path) if packed else path.open("rb") as stream:
@@ -195,9 +195,9 @@ def _text(path: Path, form: Form) -> Table:
     return _table_of_text(path, data, form)
 
 
-def _table_of_text(path: Path, text: str | bytes, form: Form, delimiter: str | None = None) -> Table:
+def _table_of_text(path: Path, text: str | bytes, form: LogForm, delimiter: str | None = None) -> LogTable:
     """The columns of a text with a head, of which one at least has numbers."""
-    table = Table()
+    table = LogTable()
     try:
         add_text(table, text, form, delimiter)
     except ValueError as error:
@@ -208,7 +208,7 @@ def _table_of_text(path: Path, text: str | bytes, form: Form, delimiter: str | N
     return table
 
 
-def _parquet(path: Path, form: Form) -> Table:
+def _parquet(path: Path, form: LogForm) -> LogTable:
     require_library(".parquet")
     import pandas as pd
     from pyarrow import parquet
@@ -219,7 +219,7 @@ def _parquet(path: Path, form: Form) -> Table:
         return table_of_frame(pd.read_parquet(path), form)
 
 
-def _excel(path: Path, form: Form) -> Table:
+def _excel(path: Path, form: LogForm) -> LogTable:
     require_library(".xlsx")
     with readable(path, "an Excel workbook that is whole"):
         lines = [_CELLS.join(map(_one_line, row)) for row in read_sheet(path)]
@@ -229,10 +229,10 @@ def _excel(path: Path, form: Form) -> Table:
     return _table_of_text(path, "\n".join(lines), form, _CELLS)
 
 
-def _mdf(path: Path, _: Form) -> Table:
+def _mdf(path: Path, _: LogForm) -> LogTable:
     """Measurement data format 4 (ASAM): every raster has its own clock."""
     reader = mdf_class()
-    table = Table()
+    table = LogTable()
     rasters: list[tuple[Array, list[Signal]]] = []
     with readable(path, "an MDF file that can be read"), reader(path) as stored:
         table.about = _header_facts(stored.header.description)
@@ -252,7 +252,7 @@ def _mdf(path: Path, _: Form) -> Table:
     return table
 
 
-def _channels(table: Table, signals: list[Signal]) -> Iterator[tuple[str, Column]]:
+def _channels(table: LogTable, signals: list[Signal]) -> Iterator[tuple[str, LogColumn]]:
     for signal in signals:
         column = as_column(signal.samples, tidy_unit(str(signal.unit or "")))
         if column is None or column.values.ndim != 1:
@@ -272,7 +272,7 @@ def _header_facts(text: str) -> dict[str, str | float | int]:
     return plain_facts(facts) if isinstance(facts, dict) else {}
 
 
-_READERS: dict[str, Callable[[Path, Form], Table]] = {
+_READERS: dict[str, Callable[[Path, LogForm], LogTable]] = {
     **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".log", ".exp"), _text),
     **dict.fromkeys((".h5", ".hdf5"), lambda path, _: read_hdf5(path)),
     ".mat": lambda path, _: read_matlab(path),

@@ -33,14 +33,14 @@ NUMBER_FORMATS = ("1,234.5", "1.234,5")
 DATE_ORDERS = ("day-month", "month-day")
 
 
-class Form(NamedTuple):
+class LogForm(NamedTuple):
     """How a text writes numbers, one of `NUMBER_FORMATS`, and dates, one of `DATE_ORDERS`; None where its cells say."""
 
     numbers: str | None = None
     dates: str | None = None
 
     @classmethod
-    def of(cls, numbers: object, dates: object, where: str) -> Form:
+    def of(cls, numbers: object, dates: object, where: str) -> LogForm:
         """Both, or an error of the one that is none of its choices."""
         for name, given, known in (("number-format", numbers, NUMBER_FORMATS), ("date-order", dates, DATE_ORDERS)):
             if given is not None and given not in known:
@@ -48,11 +48,11 @@ class Form(NamedTuple):
         return cls(*(None if given is None else str(given) for given in (numbers, dates)))
 
 
-AS_FOUND = Form()
+AS_FOUND = LogForm()
 
 
 @dataclass
-class Column:
+class LogColumn:
     """One column.
 
     Attributes
@@ -89,17 +89,17 @@ class Clocked(NamedTuple):
 
     name: str
     times: Array
-    columns: Sequence[tuple[str, Column]]
+    columns: Sequence[tuple[str, LogColumn]]
     start: float | None = None
 
 
 @dataclass
-class Table:
+class LogTable:
     """Columns of a log.
 
     Attributes
     ----------
-    columns : dict of Column
+    columns : dict of LogColumn
         By their full names.
     notes : list of Flag
         Faults of the file itself.
@@ -119,7 +119,7 @@ class Table:
         Every column that was left out, with the reason.
     """
 
-    columns: dict[str, Column] = field(default_factory=dict)
+    columns: dict[str, LogColumn] = field(default_factory=dict)
     notes: list[Flag] = field(default_factory=list)
     source: str = "the log"
     in_memory: bool = False
@@ -129,7 +129,7 @@ class Table:
     words: dict[str, str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
 
-    def add(self, name: str, column: Column, owner: str = "") -> str:
+    def add(self, name: str, column: LogColumn, owner: str = "") -> str:
         """Add a column and return its full name; a repeated name gets its `owner` as prefix, or a number as suffix."""
         full = self._free(name, owner)
         if full != name:
@@ -142,7 +142,7 @@ class Table:
         least = LONG * max((float(np.ptp(group.times)) for group in groups), default=0.0)
         for group in sorted(groups, key=lambda group: (np.ptp(group.times) < least, -group.times.size)):
             clock = self._free(group.name, "")
-            self.columns[clock] = Column(group.times, "s", clock, group.start)
+            self.columns[clock] = LogColumn(group.times, "s", clock, group.start)
             self.clock = self.clock or clock
             for name, column in group.columns:
                 column.clock = clock
@@ -249,7 +249,7 @@ def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
     return facts
 
 
-def as_column(values: object, unit: str = "") -> Column | None:
+def as_column(values: object, unit: str = "") -> LogColumn | None:
     """Values as a column of float64, or None if they are no numbers; masked ones are NaN, and durations seconds."""
     masked = np.ma.getmaskarray(values) if isinstance(values, np.ma.MaskedArray) else None
     array = np.asarray(values)
@@ -263,18 +263,18 @@ def as_column(values: object, unit: str = "") -> Column | None:
         missing = np.isnat(array)
         array = np.where(missing, np.nan, array / np.timedelta64(1, "ns") * 1e-9)
         unit = "s"
-    column = Column(array.astype(np.float64), unit)
+    column = LogColumn(array.astype(np.float64), unit)
     if masked is not None:
         column.mask(~masked)
     return column
 
 
-def _of_dates(values: np.ndarray) -> Column:
+def _of_dates(values: np.ndarray) -> LogColumn:
     """Values of ``datetime64``; NaN where there is none."""
     first = next(iter(values[~np.isnat(values)].flat), np.datetime64(0, "s"))
     nanosecond = np.timedelta64(1, "ns")
     start = float((first - np.datetime64(0, "s")) / nanosecond) * 1e-9
-    return Column(np.asarray((values - first) / nanosecond, np.float64) * 1e-9, "s", start=start)
+    return LogColumn(np.asarray((values - first) / nanosecond, np.float64) * 1e-9, "s", start=start)
 
 
 def _of_objects(array: np.ndarray) -> np.ndarray:
@@ -292,7 +292,7 @@ def _of_objects(array: np.ndarray) -> np.ndarray:
     return np.asarray(numbers, np.float64).reshape(array.shape)
 
 
-def unpack(column: Column, attributes: Mapping[str, object]) -> None:
+def unpack(column: LogColumn, attributes: Mapping[str, object]) -> None:
     """Numbers of a file that packs them by the conventions of NetCDF: marks of missing values, then factor and offset.
 
     Sources

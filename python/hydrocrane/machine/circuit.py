@@ -25,7 +25,7 @@ OTHERS = {
 
 
 @dataclass(frozen=True)
-class Table:
+class CircuitTable:
     """A table of a machine file.
 
     Attributes
@@ -56,25 +56,25 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Section:
+class CircuitSection:
     """A cylinder with its valve.
 
     Attributes
     ----------
-    cylinder, valve : Table
+    cylinder, valve : CircuitTable
     stroke : float
         Stroke of the piston, m.
-    on_lines : tuple of (side, Table)
+    on_lines : tuple of (side, CircuitTable)
         Parts on the lines of the piston side (0) and of the rod side (1), from the valve to the cylinder.
-    priority : Table
+    priority : CircuitTable
         ``[priority]`` of the machine.
     """
 
-    cylinder: Table
-    valve: Table
+    cylinder: CircuitTable
+    valve: CircuitTable
     stroke: float
-    on_lines: tuple[tuple[int, Table], ...]
-    priority: Table
+    on_lines: tuple[tuple[int, CircuitTable], ...]
+    priority: CircuitTable
 
     @property
     def is_served_first(self) -> bool:
@@ -102,32 +102,32 @@ class Circuit:
 
     Attributes
     ----------
-    supply, mains : Table
+    supply, mains : CircuitTable
         ``[supply]`` and ``[mains]``.
-    pump : Table or None
+    pump : CircuitTable or None
         None if the supply pressure is constant or measured.
-    further : tuple of Table
+    further : tuple of CircuitTable
         Pumps beside it.
     relief_pressure : float or None
         Of the main relief valve, Pa, also if the file does not state it; None without a pump.
-    accumulator : Table or None
+    accumulator : CircuitTable or None
         Gas on the mains.
-    tank_line, return_filter : Table
+    tank_line, return_filter : CircuitTable
         ``[tank-line]`` and ``[tank-line.filter]``.
-    sections : tuple of Section
+    sections : tuple of CircuitSection
     left_out : tuple of str
         Tables of the file that are not included.
     """
 
-    supply: Table
-    mains: Table
-    pump: Table | None
-    further: tuple[Table, ...]
+    supply: CircuitTable
+    mains: CircuitTable
+    pump: CircuitTable | None
+    further: tuple[CircuitTable, ...]
     relief_pressure: float | None
-    accumulator: Table | None
-    tank_line: Table
-    return_filter: Table
-    sections: tuple[Section, ...]
+    accumulator: CircuitTable | None
+    tank_line: CircuitTable
+    return_filter: CircuitTable
+    sections: tuple[CircuitSection, ...]
     left_out: tuple[str, ...] = ()
 
     @property
@@ -161,7 +161,7 @@ def read(machine: Machine) -> Circuit:
     )
 
 
-def table(machine: Machine, kind: str, name: str = "") -> Table:
+def table(machine: Machine, kind: str, name: str = "") -> CircuitTable:
     """The table ``[kind.name]``, or ``[kind]``, without its sub-tables; empty if the file has none."""
     head = f"{kind}.{name}." if name else f"{kind}."
 
@@ -170,17 +170,17 @@ def table(machine: Machine, kind: str, name: str = "") -> Table:
 
     numbers = {key[len(head) :]: tuple(np.atleast_1d(machine.value(key).si)) for key in machine.keys if inside(key)}
     words = {key[len(head) :]: word for key, word in machine.words.items() if inside(key)}
-    return Table(kind, name, numbers, words)
+    return CircuitTable(kind, name, numbers, words)
 
 
-def named(machine: Machine, kind: str) -> list[Table]:
+def named(machine: Machine, kind: str) -> list[CircuitTable]:
     """The tables ``[kind.<name>]``."""
     keys = [key.split(".") for key in (*machine.words, *machine.keys) if key.startswith(f"{kind}.")]
     return [table(machine, kind, name) for name in dict.fromkeys(parts[1] for parts in keys if len(parts) > 2)]
 
 
-def _section(machine: Machine, cylinder: str, stroke: float) -> Section:
+def _section(machine: Machine, cylinder: str, stroke: float) -> CircuitSection:
     valve = next(valve for valve in named(machine, "valve") if valve.word("cylinder") == cylinder)
     found = [part for kind in ON_LINES for part in named(machine, kind) if part.word("cylinder") == cylinder]
     on_lines = tuple((SIDES.index(part.word("side")), part) for part in found)
-    return Section(table(machine, "cylinder", cylinder), valve, stroke, on_lines, table(machine, "priority"))
+    return CircuitSection(table(machine, "cylinder", cylinder), valve, stroke, on_lines, table(machine, "priority"))

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from hydrocrane import _core
 
-Part: TypeAlias = "Record | list[Part] | str | float | bool | None"
+Part: TypeAlias = "DescriptionRecord | list[Part] | str | float | bool | None"
 _TOKEN = re.compile(r'\s*("(?:[^"\\]|\\.)*"|[A-Za-z_]\w*|-?(?:inf|NaN|[\d.]+(?:e-?\d+)?)|[{}()\[\],:])')
 # In texts.
 _ESCAPED = re.compile(r"\\(?:u\{(\w+)\}|(.))")
@@ -20,23 +20,23 @@ _WORDS: dict[str, Part] = {"true": True, "false": False, "None": None, "inf": fl
 
 
 @dataclass(frozen=True)
-class Record:
+class DescriptionRecord:
     """A structure or a variant: its name and its fields; fields without names are called 0, 1, and so on."""
 
     kind: str
     fields: dict[str, Part]
 
-    def record(self, name: str) -> Record:
+    def record(self, name: str) -> DescriptionRecord:
         """A field that is a structure."""
         found = self.fields[name]
-        assert isinstance(found, Record), f"{self.kind}.{name}"
+        assert isinstance(found, DescriptionRecord), f"{self.kind}.{name}"
         return found
 
-    def records(self, name: str) -> list[Record]:
+    def records(self, name: str) -> list[DescriptionRecord]:
         """A field that is a list of structures."""
         found = self.fields[name]
         assert isinstance(found, list), f"{self.kind}.{name}"
-        return [part for part in found if isinstance(part, Record)]
+        return [part for part in found if isinstance(part, DescriptionRecord)]
 
     def number(self, name: str) -> float:
         """A field that is a number."""
@@ -68,11 +68,11 @@ def pairs(values: Part) -> list[tuple[float, float]]:
     return found
 
 
-def described(core: _core.Machine) -> Record:
+def described(core: _core.Machine) -> DescriptionRecord:
     """The whole machine; `crates/machine/src/model.rs` describes its fields."""
     tokens = _TOKEN.findall(core.resolved)
     found, end = _part(tokens, 0)
-    assert isinstance(found, Record) and end == len(tokens)
+    assert isinstance(found, DescriptionRecord) and end == len(tokens)
     return found
 
 
@@ -92,7 +92,7 @@ def _part(tokens: list[str], at: int) -> tuple[Part, int]:
         return inside[0], end
     if at + 1 < len(tokens) and tokens[at + 1] == "(":
         items, end = _items(tokens, at + 2, ")")
-        return Record(word, {str(i): item for i, item in enumerate(items)}), end
+        return DescriptionRecord(word, {str(i): item for i, item in enumerate(items)}), end
     if at + 1 < len(tokens) and tokens[at + 1] == "{":
         fields: dict[str, Part] = {}
         at += 2
@@ -100,8 +100,8 @@ def _part(tokens: list[str], at: int) -> tuple[Part, int]:
             name = tokens[at]
             fields[name], at = _part(tokens, at + 2)
             at += tokens[at] == ","
-        return Record(word, fields), at + 1
-    return Record(word, {}), at + 1
+        return DescriptionRecord(word, fields), at + 1
+    return DescriptionRecord(word, {}), at + 1
 
 
 def _items(tokens: list[str], at: int, close: str) -> tuple[list[Part], int]:

@@ -6,7 +6,7 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from hydrocrane.machine import circuit as circuits
-from hydrocrane.machine.circuit import Circuit, Section
+from hydrocrane.machine.circuit import Circuit, CircuitSection
 from hydrocrane.machine.machine import Machine
 from hydrocrane.plots import circuit_symbols as symbols
 from hydrocrane.plots.circuit_parts import (
@@ -93,7 +93,7 @@ def _levels(found: Circuit) -> tuple[float, float]:
     return valve, valve + symbols.CELL + 5.0 + LINE_SLOT * stacked + 14.0
 
 
-def _section(section: Section, found: Circuit, levels: tuple[float, float], *, last: bool) -> Sheet:
+def _section(section: CircuitSection, found: Circuit, levels: tuple[float, float], *, last: bool) -> Sheet:
     """A cylinder above its valve, about x = 0."""
     low, middle = levels
     sheet = Sheet()
@@ -115,7 +115,7 @@ def _section(section: Section, found: Circuit, levels: tuple[float, float], *, l
     return sheet
 
 
-def _from_pump(sheet: Sheet, section: Section, low: float) -> None:
+def _from_pump(sheet: Sheet, section: CircuitSection, low: float) -> None:
     """From the line of the pump to the spool."""
     stack = before_spool(section)
     x = -ASIDE if stack else -symbols.PORT
@@ -144,7 +144,7 @@ def _to_shared_load_line(sheet: Sheet, low: float) -> None:
     sheet.ports["LS"] = sheet.ports["LS from the right"] = (0.0, LOAD_LINE)
 
 
-def _to_cylinder(sheet: Sheet, section: Section, high: float, middle: float) -> None:
+def _to_cylinder(sheet: Sheet, section: CircuitSection, high: float, middle: float) -> None:
     """Both lines from the spool to the cylinder, with their parts."""
     for side, out, port in ((0, -1.0, "A"), (1, 1.0, "B")):
         x = out * ASIDE

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hydrocrane.machine.circuit import Circuit, Section, Table
+from hydrocrane.machine.circuit import Circuit, CircuitSection, CircuitTable
 from hydrocrane.plots import circuit_symbols as symbols
 from hydrocrane.plots.circuit_sheet import LEADING, Sheet
 
@@ -55,7 +55,7 @@ def pumps(circuit: Circuit) -> list[Sheet]:
     return [] if circuit.pump is None else [_pump(circuit, table) for table in (circuit.pump, *circuit.further)]
 
 
-def _pump(circuit: Circuit, table: Table) -> Sheet:
+def _pump(circuit: Circuit, table: CircuitTable) -> Sheet:
     """A pump with its drive, and its control if it has one."""
     kind = table.word("type")
     sheet = Sheet(ports={"P": (0.0, PRESSURE_LINE)})
@@ -80,7 +80,7 @@ def _pump(circuit: Circuit, table: Table) -> Sheet:
     return sheet
 
 
-def _control(sheet: Sheet, circuit: Circuit, table: Table) -> None:
+def _control(sheet: Sheet, circuit: Circuit, table: CircuitTable) -> None:
     """The valve that swivels the pump."""
     x = 22.0
     sheet.line((0.0, HUNG + 12.0), (14.5, HUNG + 12.0), (14.5, HUNG), (x - 4.5, HUNG), kind="pilot")
@@ -153,7 +153,7 @@ def _tank_line(sheet: Sheet, circuit: Circuit) -> None:
         sheet.text(6.5, HUNG - 2.0, ["return filter", _drop(part), opening], head=True)
 
 
-def _drop(table: Table) -> str:
+def _drop(table: CircuitTable) -> str:
     flow, drop = shown(table.number("nominal-flow"), FLOW), shown(table.number("nominal-pressure-drop"), BAR)
     return stated("{} at {}", flow, drop)
 
@@ -184,13 +184,13 @@ SUPPLY: tuple[Callable[[Circuit], Sheet | None], ...] = (source, main_relief, ac
 # --- between the pump and a spool, on a line that flows up; the load comes from the right at `load` -----------------
 
 
-def _edge(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+def _edge(sheet: Sheet, x: float, y: float, load: float, section: CircuitSection) -> None:
     """The metering edges of the spool if they lie before its compensator."""
     symbols.throttle(sheet, x, y, variable=True)
     sheet.text(x - 7.5, y, ["metering edge"], side="right")
 
 
-def _compensator(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+def _compensator(sheet: Sheet, x: float, y: float, load: float, section: CircuitSection) -> None:
     behind = section.compensator == "behind-spool"
     symbols.compensator(sheet, x, y, behind)
     sheet.line((load, y - 2.2), (x + 4.5, y - 2.2), kind="load")
@@ -199,7 +199,7 @@ def _compensator(sheet: Sheet, x: float, y: float, load: float, section: Section
     sheet.text(x - 9.0, y + 0.5 * LEADING, labels, side="right")
 
 
-def _priority(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+def _priority(sheet: Sheet, x: float, y: float, load: float, section: CircuitSection) -> None:
     symbols.priority_element(sheet, x, y)
     sheet.line((load, y - 2.2), (x + 4.5, y - 2.2), kind="load")
     sheet.dot(load, y - 2.2)
@@ -207,14 +207,14 @@ def _priority(sheet: Sheet, x: float, y: float, load: float, section: Section) -
     sheet.text(x - 9.0, y + 0.5 * LEADING, ["gives way", kept], side="right")
 
 
-def _load_check(sheet: Sheet, x: float, y: float, load: float, section: Section) -> None:
+def _load_check(sheet: Sheet, x: float, y: float, load: float, section: CircuitSection) -> None:
     symbols.check_valve(sheet, x, y)
 
 
-Inlet = Callable[[Sheet, float, float, float, Section], None]
+Inlet = Callable[[Sheet, float, float, float, CircuitSection], None]
 
 
-def before_spool(section: Section) -> list[Inlet]:
+def before_spool(section: CircuitSection) -> list[Inlet]:
     """The parts between the pump and the spool, from below."""
     edge = [_edge] if section.compensator == "behind-spool" else []
     return [
@@ -228,7 +228,7 @@ def before_spool(section: Section) -> list[Inlet]:
 # --- on a line between a valve and a cylinder, from the valve upwards -----------------------------------------------
 
 
-def _counterbalance(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+def _counterbalance(sheet: Sheet, x: float, y: float, out: float, table: CircuitTable) -> None:
     """`out` is the direction from the section's middle to this line; the other line is at the same distance on the
     other side."""
     symbols.counterbalance_valve(sheet, x, y, out)
@@ -249,12 +249,12 @@ def _pilot(sheet: Sheet, x: float, y: float, level: float, out: float) -> None:
     sheet.dot(-x, level)
 
 
-def _ratio(table: Table) -> str:
+def _ratio(table: CircuitTable) -> str:
     ratio = table.number("pilot-ratio")
     return "" if ratio is None else f"pilot ratio {ratio:.4g}"
 
 
-def _passes(table: Table) -> str:
+def _passes(table: CircuitTable) -> str:
     """Flow at a drop."""
     flow, drop = shown(table.number("nominal-flow"), FLOW), shown(table.number("nominal-pressure-drop"), BAR)
     return stated("{} at {}", flow, drop)
@@ -265,13 +265,13 @@ def _beside(sheet: Sheet, x: float, y: float, out: float, labels: list[str]) -> 
     sheet.text(x, y + 1.5 * LEADING, labels, side="left" if out > 0 else "right", head=True)
 
 
-def _pilot_check(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+def _pilot_check(sheet: Sheet, x: float, y: float, out: float, table: CircuitTable) -> None:
     symbols.pilot_check_valve(sheet, x, y, out)
     _pilot(sheet, x, y - 2.6, y - 10.0 + 0.9 * out, out)
     _beside(sheet, x + out * 7.5, y, out, [f"pilot check {table.name}", _ratio(table), _passes(table)])
 
 
-def _hose_burst(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+def _hose_burst(sheet: Sheet, x: float, y: float, out: float, table: CircuitTable) -> None:
     bleed = table.number("bleed")
     symbols.hose_burst_valve(sheet, x, y, out, bool(bleed))
     labels = [
@@ -283,7 +283,7 @@ def _hose_burst(sheet: Sheet, x: float, y: float, out: float, table: Table) -> N
     _beside(sheet, x + out * 9.0, y, out, labels)
 
 
-def _hose(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+def _hose(sheet: Sheet, x: float, y: float, out: float, table: CircuitTable) -> None:
     symbols.hose(sheet, x, y, out, narrow=table.number("nominal-flow") is not None)
     length = table.number("length")
     bore = stated(f"{length or 0.0:.4g} m × Ø {{}}", shown(table.number("inner-diameter"), LENGTH))
@@ -297,13 +297,13 @@ def _hose(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
     _beside(sheet, x + out * 4.0, y, out, labels)
 
 
-def _hose_leak(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+def _hose_leak(sheet: Sheet, x: float, y: float, out: float, table: CircuitTable) -> None:
     symbols.leak(sheet, x, y, out)
     opening = table.number("opening")
     _beside(sheet, x + out * 9.0, y, out, [f"hose leak {table.name}", shown(opening, AREA) if opening else "tight"])
 
 
-def _port_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+def _port_relief(sheet: Sheet, x: float, y: float, out: float, table: CircuitTable) -> None:
     aside = x + out * 12.0
     symbols.to_tank(sheet, x, y + 9.0, aside)
     symbols.relief_valve(sheet, aside, y + 0.5)
@@ -311,7 +311,7 @@ def _port_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> 
     _beside(sheet, aside + (12.0 if out > 0 else -9.0), y, out, labels)
 
 
-def _crossover_relief(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+def _crossover_relief(sheet: Sheet, x: float, y: float, out: float, table: CircuitTable) -> None:
     """From this line to the other one, between both."""
     inside, level = x - out * 12.0, y - 9.0 + 0.9 * out
     sheet.line((x, y + 9.0), (inside, y + 9.0), (inside, level), (-x, level))
@@ -321,12 +321,12 @@ def _crossover_relief(sheet: Sheet, x: float, y: float, out: float, table: Table
     _beside(sheet, x + out * 4.0, y, out, [f"cross-over relief {table.name}", *_relief_labels(table)])
 
 
-def _relief_labels(table: Table) -> list[str]:
+def _relief_labels(table: CircuitTable) -> list[str]:
     flow, rise = shown(table.number("nominal-flow"), FLOW), shown(table.number("overpressure"), BAR)
     return [shown(table.number("setting"), BAR), stated("{} at + {}", flow, rise) or flow]
 
 
-def _anti_cavitation(sheet: Sheet, x: float, y: float, out: float, table: Table) -> None:
+def _anti_cavitation(sheet: Sheet, x: float, y: float, out: float, table: CircuitTable) -> None:
     aside = x + out * 10.0
     symbols.to_tank(sheet, x, y + 9.0, aside)
     symbols.check_valve(sheet, aside, y + 1.0)
@@ -334,7 +334,7 @@ def _anti_cavitation(sheet: Sheet, x: float, y: float, out: float, table: Table)
     _beside(sheet, aside + out * 5.0, y, out, [f"anti-cavitation {table.name}", _passes(table), opens])
 
 
-OnLine = Callable[[Sheet, float, float, float, Table], None]
+OnLine = Callable[[Sheet, float, float, float, CircuitTable], None]
 ON_LINE: dict[str, OnLine] = {
     "line": _hose,
     "hose-leak": _hose_leak,
@@ -350,7 +350,7 @@ ON_LINE: dict[str, OnLine] = {
 # --- labels of valve and cylinder -----------------------------------------------------------------------------------
 
 
-def valve_labels(section: Section) -> list[str]:
+def valve_labels(section: CircuitSection) -> list[str]:
     valve = section.valve
     drop = shown(valve.number("nominal-pressure-drop"), BAR)
     edge = shown(valve.number("nominal-edge-pressure-drop"), BAR) or (
@@ -367,7 +367,7 @@ def valve_labels(section: Section) -> list[str]:
     ]
 
 
-def cylinder_labels(section: Section) -> list[str]:
+def cylinder_labels(section: CircuitSection) -> list[str]:
     bore, rod = section.cylinder.number("bore"), section.cylinder.number("rod-diameter")
     across = "" if bore is None or rod is None else f"Ø {1e3 * bore:.4g}/{1e3 * rod:.4g} mm, "
     return [section.cylinder.name, f"{across}stroke {1e3 * section.stroke:.4g} mm"]

@@ -14,7 +14,7 @@ from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.logs import TIME_NAMES, Source, series_of, table_of
 from hydrocrane.logs.columns import LogLike
-from hydrocrane.logs.table import Table, split_name
+from hydrocrane.logs.table import LogTable, split_name
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.difference import Difference
@@ -151,7 +151,7 @@ def _difference(ours: Columns, name: str, time: Array, column: Array, inside: np
     return Difference(name, str(ours[name].attrs.get("units", "")), time[keep], run, column[keep], left_out)
 
 
-def _pairs(ours: Columns, table: Table, columns: Mapping[str, str] | None) -> dict[str, Source]:
+def _pairs(ours: Columns, table: LogTable, columns: Mapping[str, str] | None) -> dict[str, Source]:
     """Run variable -> log column, every name checked."""
     names = [name for name in ours if name != TIME]
     if columns is None:

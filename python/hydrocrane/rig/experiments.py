@@ -160,7 +160,7 @@ def _increasing(name: str, values: ArrayLike) -> Array:
 
 
 @dataclass(frozen=True)
-class Experiment:
+class RigExperiment:
     """A course with its purpose, and the parameter that varies over several runs."""
 
     course: Callable[..., Course]
@@ -169,16 +169,18 @@ class Experiment:
 
 
 EXPERIMENTS = {
-    "small-sine": Experiment(_small_sine, "small sinusoid that just breaks away"),
-    "constant-velocity": Experiment(_constant_velocity, "levels of constant velocity in both directions"),
-    "ramp": Experiment(_ramp, "slow ramps of the spool from rest"),
-    "step": Experiment(_step, "small steps within the bristles' reach"),
-    "break-away": Experiment(_break_away, "ramps with increasing rates of force"),
-    "frictional-lag": Experiment(_frictional_lag, "velocity oscillating without reversal, at increasing frequencies"),
-    "load-variation": Experiment(
+    "small-sine": RigExperiment(_small_sine, "small sinusoid that just breaks away"),
+    "constant-velocity": RigExperiment(_constant_velocity, "levels of constant velocity in both directions"),
+    "ramp": RigExperiment(_ramp, "slow ramps of the spool from rest"),
+    "step": RigExperiment(_step, "small steps within the bristles' reach"),
+    "break-away": RigExperiment(_break_away, "ramps with increasing rates of force"),
+    "frictional-lag": RigExperiment(
+        _frictional_lag, "velocity oscillating without reversal, at increasing frequencies"
+    ),
+    "load-variation": RigExperiment(
         _variation, "constant velocities under several loads", tuple({"payload": m} for m in (0.0, 20.0, 115.0))
     ),
-    "pressure-variation": Experiment(
+    "pressure-variation": RigExperiment(
         _variation, "constant velocities at several supply pressures", tuple({"supply": p} for p in (140e5, 100e5))
     ),
 }
@@ -189,7 +191,7 @@ def experiments() -> tuple[str, ...]:
     return tuple(EXPERIMENTS)
 
 
-def experiment(name: str) -> Experiment:
+def experiment(name: str) -> RigExperiment:
     """The experiment of a name."""
     if name not in EXPERIMENTS:
         raise unknown("experiment", name, EXPERIMENTS)

@@ -27,12 +27,12 @@ from hydrocrane.scenario.bursts import Burst
 from hydrocrane.scenario.changes import Pressures
 from hydrocrane.scenario.command import Command, split_table
 from hydrocrane.scenario.goals import Goal
-from hydrocrane.scenario.phases import Loop, Phase
+from hydrocrane.scenario.phases import ControllerSettings, Phase
 from hydrocrane.scenario.solver import Solver
 from hydrocrane.scenario.supply import SupplyPressure
 
 
-class Plan(Loop, Protocol):
+class Plan(ControllerSettings, Protocol):
     """The fields of a scenario that the core needs."""
 
     @property
@@ -134,7 +134,7 @@ def _series(command: Command) -> tuple[Array, Array]:
     return command.time, command.spool
 
 
-def _controller(own: Loop, driver: AnyController | None, number: int) -> ControllerEntry:
+def _controller(own: ControllerSettings, driver: AnyController | None, number: int) -> ControllerEntry:
     other: Machine | None = None
     changes: Pairs = []
     if isinstance(own.controller_model, Machine):

@@ -17,7 +17,7 @@ from hydrocrane.machine.sensors import SENSORS
 LOOP = ("period", "delay", "sensors", "controller_model", "monitor")
 
 
-class Loop(Protocol):
+class ControllerSettings(Protocol):
     """Settings of a controller, in a scenario and in a phase."""
 
     @property
@@ -84,7 +84,7 @@ class Phase:
         check_values(self)
 
 
-def check_values(loop: Loop) -> None:
+def check_values(loop: ControllerSettings) -> None:
     """Checks the settings of a controller, in a scenario and in a phase."""
     if loop.sensors not in SENSORS:
         raise unknown("kind of sensors", loop.sensors, SENSORS)

@@ -34,7 +34,7 @@ class Statements(Protocol):
     def overrides(self) -> Mapping[str, Override]: ...
 
 
-class Stated(NamedTuple):
+class ReplacedKey(NamedTuple):
     """A field of a scenario that replaces a key of its machine."""
 
     field: str
@@ -42,7 +42,7 @@ class Stated(NamedTuple):
     unit: str
 
 
-def stated_fields(plan: Statements) -> dict[str, Stated]:
+def stated_fields(plan: Statements) -> dict[str, ReplacedKey]:
     """Values that the fields of a scenario state in place of the machine, by its keys."""
     name = plan.driver if isinstance(plan.driver, str) else None
     speed = None if plan.joystick is None else plan.joystick.full_speed
@@ -50,7 +50,7 @@ def stated_fields(plan: Statements) -> dict[str, Stated]:
         None if number is None else float(number) for number in (plan.payload, plan.period, speed)
     )
     stated = _core.stated_fields(name, payload, period, speed)
-    return {key: Stated(field, value, unit) for key, field, value, unit in stated}
+    return {key: ReplacedKey(field, value, unit) for key, field, value, unit in stated}
 
 
 def check_agreement(plan: Statements, overrides: Mapping[str, Override]) -> None:

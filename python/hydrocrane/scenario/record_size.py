@@ -20,7 +20,7 @@ _PREFIXES = {"": 0, "k": 1, "M": 2, "G": 3, "T": 4}
 _PERIOD = 0.01
 
 
-class Recorded(Protocol):
+class RecordedPlan(Protocol):
     """What a scenario says of its record."""
 
     @property
@@ -88,7 +88,7 @@ def _sampled(machine: Machine) -> int:
 
 def check_record(
     machine: Machine,
-    plan: Recorded,
+    plan: RecordedPlan,
     rows: float,
     *,
     ledger: bool = False,

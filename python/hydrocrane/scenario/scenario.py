@@ -42,7 +42,7 @@ from hydrocrane.scenario.phases import Phase, check_values
 from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
 from hydrocrane.scenario.record_size import bytes_of, check_size, row_count
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver
-from hydrocrane.scenario.stage import Stage
+from hydrocrane.scenario.stage import ScenarioStage
 from hydrocrane.scenario.supply import MEASURED, SupplyPressure, as_supply
 
 
@@ -288,7 +288,7 @@ class Scenario:
     def _loop_overrides(self) -> dict[str, Override]:
         return {key: value for key, (_, value, _) in stated_fields(self).items() if key != "payload.mass"}
 
-    def stages(self) -> list[tuple[float, Stage]]:
+    def stages(self) -> list[tuple[float, ScenarioStage]]:
         """The time, s, at which each phase begins, and what applies from then on; the first from 0 on.
 
         Examples
@@ -299,7 +299,7 @@ class Scenario:
         with translated():
             told = _core.stages(scenario_entry(self))
         own = own_controllers(self)
-        return [(stage["from"], Stage.of(stage, own)) for stage in told]
+        return [(stage["from"], ScenarioStage.of(stage, own)) for stage in told]
 
     def to_toml(self, machine: str | None = None) -> str:
         """The scenario as the text of a file; :func:`hydrocrane.load_scenario` reads the same scenario from it.

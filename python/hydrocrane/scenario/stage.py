@@ -10,7 +10,7 @@ from hydrocrane.control.controllers import AnyController
 
 
 @dataclass(frozen=True)
-class Stage:
+class ScenarioStage:
     """What holds from a time on: the start of a scenario, or one of its phases with all that stays.
 
     Attributes
@@ -32,7 +32,7 @@ class Stage:
     machine_overrides: Mapping[str, Override]
 
     @classmethod
-    def of(cls, told: StageTable, own: Mapping[int, AnyController]) -> Stage:
+    def of(cls, told: StageTable, own: Mapping[int, AnyController]) -> ScenarioStage:
         """From the core's data; `own` are your controllers by their numbers."""
         number = told["own"]
         driver = told["controller"] if number is None else own[number]

@@ -17,8 +17,8 @@ from hydrocrane.signals.segments import LEAST_SAMPLES, command_changes, straight
 from hydrocrane.signals.steadiness import (
     MARGIN,
     OSCILLATION_SHARE,
-    Motion,
     Piece,
+    WindowMotion,
     mean_force,
     motion_of,
     oscillation,
@@ -81,7 +81,7 @@ def steady_windows(
     given = Log.of(log).usable(*signals)
     log = readable(given, *signals)
     limits = (least_duration, least_travel, settle_travel)
-    found = _Reader(log, rig, load_cell, limits, _pieces(log, signals, straightness)).judged()
+    found = _WindowReader(log, rig, load_cell, limits, _pieces(log, signals, straightness)).judged()
     windows = tuple(w for w in found if isinstance(w, Window))
     rejected = tuple(r for r in found if isinstance(r, Rejected))
     return SteadyWindows(
@@ -115,7 +115,7 @@ def _jumps(log: Log) -> list[int]:
     return command_changes(log["command"], *noise_of(log["command"]))
 
 
-class _Reader:
+class _WindowReader:
     """Judges the straight pieces of a log."""
 
     def __init__(
@@ -154,9 +154,9 @@ class _Reader:
                 found.append(result)
         return found
 
-    def _motion(self, a: int, b: int) -> Motion:
+    def _motion(self, a: int, b: int) -> WindowMotion:
         if b - a < LEAST_SAMPLES:
-            return Motion(float("nan"), float("inf"), 0.0)
+            return WindowMotion(float("nan"), float("inf"), 0.0)
         return motion_of(self.time[a:b], self.x[a:b], self.noise)
 
     def _moves(self, i: int) -> bool:

@@ -58,7 +58,7 @@ class Piece(NamedTuple):
     way: Array
 
 
-class Motion(NamedTuple):
+class WindowMotion(NamedTuple):
     """Velocity and its standard error, m/s, and travel, m."""
 
     velocity: float
@@ -66,7 +66,7 @@ class Motion(NamedTuple):
     travel: float
 
 
-def motion_of(time: Array, x: Array, noise: Noise) -> Motion:
+def motion_of(time: Array, x: Array, noise: Noise) -> WindowMotion:
     """Velocity of a straight piece by least squares.
 
     The scatter about the line contains the noise. A short stretch may have too little scatter by chance, so the larger
@@ -83,7 +83,7 @@ def motion_of(time: Array, x: Array, noise: Noise) -> Motion:
         crossed = max(abs(travel) / noise.step, 1.0) if noise.step else 1.0
         scatter = max(line.slope_error, noise.sigma * np.sqrt(12.0 / x.size) / duration)
         error = float(np.hypot(scatter, noise.step / crossed / duration))
-    return Motion(line.slope, float(np.hypot(error, _change(time, x, 4.0 * error))), travel)
+    return WindowMotion(line.slope, float(np.hypot(error, _change(time, x, 4.0 * error))), travel)
 
 
 def _staircase(residual: Array, travel: float, noise: Noise) -> float | None:

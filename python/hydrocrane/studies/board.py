@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrocrane.studies.case import KILLED, CaseResult, Task, Watch
+from hydrocrane.studies.case import KILLED, BlockTask, CaseResult, Watch
 from hydrocrane.studies.design import Cases, Place
 
 ROW = np.dtype([("case", "<i8"), ("since", "<f8"), ("deaths", "<i8")])
@@ -95,12 +95,12 @@ def killed(times: int, how: str = "") -> CaseResult:
     return CaseResult(KILLED, f"the process ended {times} times while this case was computed{how}; it is left out")
 
 
-def task_of(cases: Cases, place: Place, board: Board | None = None) -> Task:
+def task_of(cases: Cases, place: Place, board: Board | None = None) -> BlockTask:
     """The cases of a block; those with which too many processes ended are not run."""
     numbers = cases.numbers(place)
     deaths = {} if board is None else board.deaths
     given = {case: killed(deaths[case]) for case in numbers if deaths.get(case, 0) >= TRIES}
-    return Task(cases.values(place), numbers, given)
+    return BlockTask(cases.values(place), numbers, given)
 
 
 @contextmanager

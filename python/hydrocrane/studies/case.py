@@ -50,7 +50,7 @@ class CaseResult:
 
 
 @dataclass(frozen=True)
-class Task:
+class BlockTask:
     """The cases of a block.
 
     Attributes
@@ -175,7 +175,7 @@ def digest_of(core: _core.Machine) -> str:
     return hashlib.sha256(core.resolved.encode()).hexdigest()
 
 
-def run_block(job: Job, task: Task, watch: Watch | None = None) -> BlockResult:
+def run_block(job: Job, task: BlockTask, watch: Watch | None = None) -> BlockResult:
     """Run the cases of a block, one after the other.
 
     Raises

@@ -47,7 +47,7 @@ class Codec(TypedDict):
     name: str
 
 
-class Description(TypedDict):
+class StoreDescription(TypedDict):
     """The fields of the ``zarr.json`` of a group or array that are used; a group has the first two."""
 
     node_type: str
@@ -66,24 +66,24 @@ def compressors() -> tuple[ZstdCodec, Crc32cCodec]:
 def seal(node: Path, **attributes: str) -> None:
     """Set attributes of a group's or an array's description together with the digest of the whole, in one step."""
     file = node / DESCRIPTION
-    content: Description = json.loads(file.read_text(encoding="utf-8"))
+    content: StoreDescription = json.loads(file.read_text(encoding="utf-8"))
     content["attributes"] |= attributes
     content["attributes"][CHECKSUM] = _digest(content)
     write_text(file, json.dumps(content, indent=2))
 
 
-def description(node: Path) -> Description | None:
+def description(node: Path) -> StoreDescription | None:
     """The description of a group or array; None if it cannot be read, does not match its digest, or states what no
     study has."""
     try:
-        content: Description = json.loads(received(node / DESCRIPTION, LARGEST).read_text(encoding="utf-8"))
+        content: StoreDescription = json.loads(received(node / DESCRIPTION, LARGEST).read_text(encoding="utf-8"))
         stated = content["attributes"].get(CHECKSUM)
         return content if stated in (None, _digest(content)) and _is_own(content) else None
     except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return None
 
 
-def _is_own(content: Description) -> bool:
+def _is_own(content: StoreDescription) -> bool:
     """Whether an array is unpacked by the codecs of studies alone, to no more than is read at once."""
     if content["node_type"] != "array":
         return True
@@ -175,7 +175,7 @@ def _chunk(index: tuple[int, ...]) -> list[str]:
     return ["c", *map(str, index)]
 
 
-def _grid(content: Description) -> list[tuple[int, ...]]:
+def _grid(content: StoreDescription) -> list[tuple[int, ...]]:
     chunk = content["chunk_grid"]["configuration"]["chunk_shape"]
     counts = [range(-(-length // step)) for length, step in zip(content["shape"], chunk, strict=True)]
     return list(itertools.product(*counts))
@@ -221,7 +221,7 @@ def _crc(raw: bytes) -> bytes:
     return int(google_crc32c.value(raw)).to_bytes(_CRC_BYTES, "little")
 
 
-def _digest(content: Description) -> str:
+def _digest(content: StoreDescription) -> str:
     attributes = {name: value for name, value in content["attributes"].items() if name != CHECKSUM}
     text = json.dumps({**content, "attributes": attributes}, sort_keys=True)
     return f"sha256 {hashlib.sha256(text.encode()).hexdigest()}"

@@ -14,7 +14,7 @@ from typing import Protocol, TypeVar
 
 from hydrocrane.errors import InputError
 from hydrocrane.studies.board import Board, OnBoard, task_of
-from hydrocrane.studies.case import BlockResult, Job, Task, run_block
+from hydrocrane.studies.case import BlockResult, BlockTask, Job, run_block
 from hydrocrane.studies.design import Cases, Place, size_of
 from hydrocrane.studies.processes import Apart, NoProcesses, pickled, sensible
 
@@ -29,7 +29,7 @@ WORTH = 4.0
 WAYS = THREADS, PROCESSES = "threads", "processes"
 Results = Generator[tuple[Place, BlockResult], None, None]
 # Computes a block in a row of the board.
-Compute = Callable[[Task, int], BlockResult]
+Compute = Callable[[BlockTask, int], BlockResult]
 
 
 class Pending(Protocol):
@@ -116,7 +116,7 @@ class Local:
     def _in_threads(self, places: Iterable[Place], workers: int) -> Results:
         stop = threading.Event()
 
-        def compute(task: Task, row: int) -> BlockResult:
+        def compute(task: BlockTask, row: int) -> BlockResult:
             return run_block(self._job, task, OnBoard(self._board, row, stop.is_set))
 
         return self._pooled(compute, stop.set, places, workers)
@@ -127,7 +127,7 @@ class Local:
         sent = pickled(self._job)
         crew = [Apart(self._job, sent, self._board, row) for row in range(workers)]
 
-        def compute(task: Task, row: int) -> BlockResult:
+        def compute(task: BlockTask, row: int) -> BlockResult:
             return crew[row].run(task)
 
         def stop() -> None:

@@ -15,7 +15,7 @@ import cloudpickle
 from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.scenario.entry import own_controllers
 from hydrocrane.studies.board import TRIES, Board, board_of, killed
-from hydrocrane.studies.case import Abandoned, BlockResult, Job, Task, run_block, too_long
+from hydrocrane.studies.case import Abandoned, BlockResult, BlockTask, Job, run_block, too_long
 
 # A case that does not stop by itself is ended with its process this much later than its limit, s: its own functions
 # may hang, or a single step of the integrator may take long.
@@ -71,7 +71,7 @@ class Apart:
         self._idle_deaths = 0
         self._busy = threading.Lock()
 
-    def run(self, task: Task) -> BlockResult:
+    def run(self, task: BlockTask) -> BlockResult:
         """The results of a block. A case with which the process ends twice is left out."""
         with self._busy:
             while not self._closed:
@@ -122,7 +122,7 @@ class Apart:
             with suppress(subprocess.TimeoutExpired):
                 process.wait(LOOK)
 
-    def _without_the_case(self, task: Task, process: subprocess.Popen[bytes]) -> Task:
+    def _without_the_case(self, task: BlockTask, process: subprocess.Popen[bytes]) -> BlockTask:
         """The block without the case with which the process ended, if it shall not be tried again."""
         self._process = None
         status = _ended(process)
@@ -143,7 +143,7 @@ class Apart:
         return task if result is None else dataclasses.replace(task, given={**task.given, case: result})
 
 
-def _asked(process: subprocess.Popen[bytes], task: Task) -> BlockResult | BaseException:
+def _asked(process: subprocess.Popen[bytes], task: BlockTask) -> BlockResult | BaseException:
     assert process.stdin is not None and process.stdout is not None
     pickle.dump(task, process.stdin)
     process.stdin.flush()
@@ -168,7 +168,7 @@ def _ended(process: subprocess.Popen[bytes]) -> int:
 _OF_THREADS: dict[int, tuple[Apart, ExitStack]] = {}
 
 
-def apart(sent: bytes, task: Task) -> BlockResult:
+def apart(sent: bytes, task: BlockTask) -> BlockResult:
     """Compute a block on a worker of a cluster, in a process beside it: a case that crashes costs no worker."""
     thread = threading.get_ident()
     kept = _OF_THREADS.get(thread)

@@ -12,7 +12,7 @@ from websockets.sync.client import connect
 
 from hydrocrane.app.bridge import Bridge
 from hydrocrane.app.bridge_command import part_of, transport_of
-from hydrocrane.app.bridge_packets import HEADER, Flag, Kind, Packet
+from hydrocrane.app.bridge_packets import HEADER, Kind, Packet, PacketFlag
 from hydrocrane.app.bridge_transport import address_of
 
 HERE = "127.0.0.1"
@@ -48,7 +48,7 @@ class Program:
                 body = data[HEADER.size :]
                 text = body.decode() if kind in (Kind.description, Kind.problem) else ""
                 values = () if text else struct.unpack(f"<{count}d", body)
-                return Packet(Kind(got), sequence, at, Flag(flags), values, text)
+                return Packet(Kind(got), sequence, at, PacketFlag(flags), values, text)
 
     def describe(self) -> dict:
         self.send(Packet(Kind.hello).packed())

@@ -21,7 +21,7 @@ import hydrocrane as hc
 from hydrocrane.app import bridge as bridge_module
 from hydrocrane.app.bridge import Bridge
 from hydrocrane.app.bridge_command import part_of, transport_of
-from hydrocrane.app.bridge_packets import Flag, Kind, Packet
+from hydrocrane.app.bridge_packets import Kind, Packet, PacketFlag
 from hydrocrane.app.bridge_transport import Address, address_of, is_local
 
 CLIENT = Path(__file__).parents[3] / "docs/howto/bridge_client.c"
@@ -72,12 +72,12 @@ def test_silence_centres_the_spools():
     part.step = lambda at, values: heard.append(tuple(values)) or step(at, values)
     with served(part, watchdog=0.1) as (program, _):
         program.values(1, 0.0, [1e-3])
-        assert not program.next(Kind.sample).flags & Flag.watchdog
+        assert not program.next(Kind.sample).flags & PacketFlag.watchdog
         sample = program.next(Kind.sample)
-        while not sample.flags & Flag.watchdog:
+        while not sample.flags & PacketFlag.watchdog:
             sample = program.next(Kind.sample)
         program.values(2, 1.0, [2e-3])
-        while sample.flags & Flag.watchdog:
+        while sample.flags & PacketFlag.watchdog:
             sample = program.next(Kind.sample)
     assert (1e-3,) in heard and (0.0,) in heard and (2e-3,) in heard
     assert heard.index((1e-3,)) < heard.index((0.0,), heard.index((1e-3,))) < heard.index((2e-3,))
@@ -122,7 +122,7 @@ def test_wrong_packets_are_answered_and_change_nothing(scheme):
             program.send(data)
             assert words in program.next(Kind.problem).text
         sample = program.next(Kind.sample)
-        assert sample.sequence == 1 and not sample.flags & ~Flag.late
+        assert sample.sequence == 1 and not sample.flags & ~PacketFlag.late
     assert bridge.record.problems == len(BAD)
 
 
@@ -153,11 +153,11 @@ def test_what_ends_is_told_and_begins_anew_after_a_reset():
         program.values(1, 0.0, [0.0])
         assert "solver-failed" in program.next(Kind.problem).text
         sample = program.next(Kind.sample)
-        assert sample.flags & Flag.ended and sample.time > 0.05
+        assert sample.flags & PacketFlag.ended and sample.time > 0.05
         program.send(Packet(Kind.reset, 5).packed())
         while sample.sequence != 5:
             sample = program.next(Kind.sample)
-        assert not sample.flags & Flag.ended and sample.time < 0.05
+        assert not sample.flags & PacketFlag.ended and sample.time < 0.05
 
 
 @pytest.mark.parametrize("scheme", ["udp", "ws"])

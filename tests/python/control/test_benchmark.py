@@ -17,7 +17,7 @@ from hydrocrane.benchmark import tasks
 from hydrocrane.benchmark.cases import Case, Result, quick_cases, run_case, scenario_of
 from hydrocrane.benchmark.conditions import VARIANTS, Condition, friction_overrides
 from hydrocrane.benchmark.fitted_tasks import walk
-from hydrocrane.benchmark.metrics import Motion, metrics, nearest_on_path, significant
+from hydrocrane.benchmark.metrics import TipMotion, metrics, nearest_on_path, significant
 from hydrocrane.benchmark.random_tasks import random_lines
 from hydrocrane.benchmark.suite import MACHINE, RANDOM_LINES, Benchmark, all_cases, benchmark
 from hydrocrane.plots.benchmark import control_benchmark
@@ -45,7 +45,7 @@ def followed(task, *, offset=(0.0, 0.0), late=0.0):
         return np.column_stack([np.interp(t, task.time, column) for column in table.T])
 
     still = np.zeros_like(time)
-    return Motion(
+    return TipMotion(
         time=time,
         tip=at(task.displacement, time - late) + offset,
         tip_velocity=at(task.velocity, time - late),

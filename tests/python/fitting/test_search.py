@@ -12,9 +12,9 @@ import pytest
 from oracles.rig import Rig
 
 import hydrocrane as hc
-from hydrocrane.fitting.prediction import Reading
-from hydrocrane.fitting.records import Record
-from hydrocrane.fitting.search import Task, searched
+from hydrocrane.fitting.prediction import SensorReading
+from hydrocrane.fitting.records import FittedLog
+from hydrocrane.fitting.search import FitTask, searched
 from hydrocrane.identification.output_error import Unknown
 
 RIG = "rig-rottne"
@@ -56,7 +56,7 @@ def log(
 class Hollow:
     """Two signals: `a` is described at q = 0 only, `b` equally badly there, and twice as well at q = 1."""
 
-    record: Record
+    record: FittedLog
     solver: None = None
 
     def predict(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -76,9 +76,9 @@ def test_a_key_more_does_not_fit_worse():
     rng, time = np.random.default_rng(0), np.linspace(0.0, 1.0, 400)
     readings = np.stack([np.sin(6.0 * (time - 0.5)), np.zeros(400)], axis=1) + 1e-3 * rng.normal(size=(400, 2))
     readings[:, 1] += np.linspace(-0.01, 0.01, 400)
-    record = Record("log", time, 0.0, ("a", "b"), readings, np.full(2, 1e-3), np.zeros(400, dtype=bool), None)
+    record = FittedLog("log", time, 0.0, ("a", "b"), readings, np.full(2, 1e-3), np.zeros(400, dtype=bool), None)
     unknowns = (Unknown("c", 0.0, 1.0), Unknown("q", 0.3, 1.0))
-    found = searched(Task(unknowns, (Hollow(record),), Reading(()), 2, 2, True), 1, 0, map, lambda _: None)
+    found = searched(FitTask(unknowns, (Hollow(record),), SensorReading(()), 2, 2, True), 1, 0, map, lambda _: None)
     assert abs(found.estimate["q"]) < 0.1
 
 

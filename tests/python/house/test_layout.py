@@ -409,6 +409,16 @@ def test_what_can_be_changed_of_a_scenario_is_what_it_has():
     assert set(changes.RunChanges.__annotations__) == (fields | settings) - {"machine"}
 
 
+def test_a_class_has_its_name_for_itself():
+    """No two files have a class of the same name, so that a name in a message, a page or a search means one thing."""
+    places: dict[str, list[str]] = {}
+    for path in source_files("python/hydrocrane", ".py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name, []).append(name_of(path))
+    assert not {name: found for name, found in places.items() if len(found) > 1}
+
+
 # --- sizes, words ---------------------------------------------------------------------------------------------------
 
 

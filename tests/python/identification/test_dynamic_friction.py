@@ -14,10 +14,10 @@ from hydrocrane import rig
 from hydrocrane.errors import InputError
 from hydrocrane.identification import Report, bristle, expected, first_readings, fit_dynamic, output_error
 from hydrocrane.identification.blocks import Blocks
-from hydrocrane.identification.bristle import Motion
+from hydrocrane.identification.bristle import PistonMotion
 from hydrocrane.identification.output_error import JointPrior, Unknown
 from hydrocrane.identification.result import Spread, StaticFit
-from hydrocrane.identification.rig_model import LogModel, RigResiduals, corners, lagged
+from hydrocrane.identification.rig_model import RigLogModel, RigResiduals, corners, lagged
 from hydrocrane.identification.rig_unknowns import BEST_FITTED, DYNAMIC, map_prior, most_damping, rig_map, unknowns_of
 from hydrocrane.identification.sensors import RigSensors
 from hydrocrane.logs import Log
@@ -51,7 +51,7 @@ def fit(logs):
     return fit_dynamic([logs[0]], [logs[1]], CRANE, calibrated=True)
 
 
-def motion(law, stiffness, damping, velocity, duration, samples=8000) -> Motion:
+def motion(law, stiffness, damping, velocity, duration, samples=8000) -> PistonMotion:
     """A motion of bristles computed here, by small steps of (116), (119)."""
     time = np.linspace(0.0, duration, samples)
     v = velocity(time)
@@ -64,7 +64,7 @@ def motion(law, stiffness, damping, velocity, duration, samples=8000) -> Motion:
         z[k + 1] = z[k] + h * (vm - stiffness * abs(vm) / gm * half)
     rate = v - stiffness * np.abs(v) / seal * z
     x = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * h)])
-    return Motion("made", time, x, v, stiffness * z + damping * rate + bristle.viscous(law, v))
+    return PistonMotion("made", time, x, v, stiffness * z + damping * rate + bristle.viscous(law, v))
 
 
 # --- readings -------------------------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ def test_deflection_of_a_ramp_of_force_is_equation_125_with_erratum_e18():
     law = type(LAW).of({"coulomb": 400.0, "breakaway": 400.0, "stribeck-velocity": 2e-3, "viscous": 0.0})
     time = np.linspace(0.0, 10.0, 2001)
     x, c = 1e-5 * time**3, 20.0
-    found = bristle.without_slip(law, Motion("made", time, x, 3e-5 * time**2, c * time))
+    found = bristle.without_slip(law, PistonMotion("made", time, x, 3e-5 * time**2, c * time))
     area = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * time[1])])
     assert found == pytest.approx(x - c / 400.0 * (x * time - area), abs=1e-7)
     printed = x - c / 800.0 * (x * time + area)
@@ -133,7 +133,7 @@ def test_slopes_of_the_residuals_are_those_of_differences(logs):
     sensors = RigSensors.of(CRANE, calibrated=True)
     keys, nuisances = unknowns_of(CRANE, logs[1:], sensors, dict.fromkeys(DYNAMIC, ()), None)
     unknowns = [*keys, *nuisances]
-    model = LogModel(logs[1].between(1.0, 2.6), CRANE, sensors, payload=None, keys=[u.name for u in keys])
+    model = RigLogModel(logs[1].between(1.0, 2.6), CRANE, sensors, payload=None, keys=[u.name for u in keys])
     residuals = RigResiduals([model])
     theta = np.array([u.start + 0.1 * u.scale for u in unknowns])
     _, slopes = residuals(theta)
