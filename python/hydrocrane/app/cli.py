@@ -12,15 +12,10 @@ from typing import TYPE_CHECKING, Annotated, NoReturn, cast
 
 import typer
 
-from hydrocrane.app.console import bar, complain, say, waiting, warn
-from hydrocrane.app.control import control
-from hydrocrane.app.export import export
-from hydrocrane.app.fit import fit
-from hydrocrane.app.identify import identify
-from hydrocrane.app.linear import bode, linearise
-from hydrocrane.app.live import live
-from hydrocrane.app.pictures import (
+from hydrocrane.app.arguments import (
+    MachineName,
     Output,
+    Payload,
     RunName,
     Settings,
     headless,
@@ -29,6 +24,13 @@ from hydrocrane.app.pictures import (
     picture_path,
     write_figure,
 )
+from hydrocrane.app.console import bar, complain, say, waiting, warn
+from hydrocrane.app.control import control
+from hydrocrane.app.export import export
+from hydrocrane.app.fit import fit
+from hydrocrane.app.identify import identify
+from hydrocrane.app.linear import bode, linearise
+from hydrocrane.app.live import live
 from hydrocrane.app.plot import plot
 from hydrocrane.app.rig import rig
 from hydrocrane.app.schema import schema
@@ -60,10 +62,6 @@ app.command(epilog="Example:  hydrocrane plot before.nc after.nc --signal tip.z 
 app.command(epilog="Example:  hydrocrane view results/vertical-lift-open-loop.nc")(view)
 app.command(epilog="Example:  hydrocrane schema machine -o machine.schema.json")(schema)
 app.command(epilog="Example:  hydrocrane sweep study.toml --store results/study.zarr --picture study.png")(sweep)
-
-
-MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
-Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
 
 
 @app.command(epilog="Example:  hydrocrane simulate vertical-lift-open-loop --set supply.pressure='100 bar' -o results")
@@ -146,14 +144,14 @@ def _run_or_part(simulate: Callable[[], Run]) -> Run:
 def _data_suffixes(name: str, also: list[str], film: str) -> list[str]:
     """Suffixes of the data files of the run `name`; what cannot be written here is an error before anything runs."""
     from hydrocrane.errors import InputError
-    from hydrocrane.files.datasets import checked_suffix
+    from hydrocrane.files.datasets import writable
 
     found = [".nc"]
     for suffix in also:
         # Several at once, as in `--also csv,mat`.
         found += [f".{part.strip().lstrip('.').lower()}" for part in suffix.split(",")]
     for suffix in found:
-        checked_suffix(Path(f"{name}{suffix}"))
+        writable(Path(f"{name}{suffix}"))
     if film not in ("gif", "mp4", "none"):
         raise InputError(f"--film is gif, mp4 or none, got `{film}`")
     if film != "none":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -34,6 +34,25 @@ def say(*parts: RenderableType) -> None:
     for part in parts:
         shown = _fitted(part, console) if isinstance(part, Table) else part
         console.print(shown, soft_wrap=isinstance(shown, str))
+
+
+def plain_table(
+    *headings: str, left: Sequence[str] = (), title: str | None = None, collapse_padding: bool = False
+) -> Table:
+    """A table without lines; the columns `left` are texts, the others numbers."""
+    from rich.table import Table
+
+    table = Table(
+        title=title,
+        title_justify="left",
+        box=None,
+        pad_edge=False,
+        header_style="bold",
+        collapse_padding=collapse_padding,
+    )
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading in left else "right")
+    return table
 
 
 def _fitted(table: Table, console: Console) -> Table:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from hydrocrane.app.console import bar, say
+from hydrocrane.app.arguments import Settings, headless, named_machine
+from hydrocrane.app.console import bar, plain_table, say
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -41,19 +42,15 @@ def run_benchmark(
     controllers: Annotated[list[str], typer.Argument(help="Names; tip, pi and heinze-pid by default.")] = [],  # noqa: B006
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for table and picture.")] = Path("results"),
     machine: Annotated[str, typer.Option(help="Bundled machine or path of a machine file.")] = "rottne-f9-lab",
-    settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
     seed: Annotated[int, typer.Option(help="Seed of the sensors' errors.")] = 0,
     quick: Annotated[bool, typer.Option("--quick", help="A few cases in place of all.")] = False,
 ) -> None:
     """Run the tasks of the tip-control benchmark; print a table, write it as CSV and JSON, and draw a page."""
-    import matplotlib as mpl
-
     from hydrocrane import benchmark
-    from hydrocrane.app.options import overrides
     from hydrocrane.benchmark import fitted_tasks
-    from hydrocrane.machine.machine import load_machine
 
-    loaded = load_machine(machine, overrides(settings))
+    loaded = named_machine(machine, settings)
     # A folder that cannot be made shall not cost the runs.
     output.mkdir(parents=True, exist_ok=True)
     if not quick and fitted_tasks.fits_the_benchmark(loaded):
@@ -65,7 +62,7 @@ def run_benchmark(
             controllers or benchmark.CONTROLLERS, cases, machine=loaded, seed=seed, progress=progress
         )
     paths = found.save(output)
-    mpl.use("Agg")
+    headless()
     paths += _picture(found, output / "control-benchmark.png")
     remarks = _remarks(found)
     say(benchmark_table(found), _standings(found), *remarks, "written:", *(f"  {path}" for path in paths))
@@ -78,18 +75,16 @@ def run_tune(
     machine: Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.")] = "rottne-f9-lab",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the block of gains.")] = None,
     controller: Annotated[str, typer.Option(help="tip, or pi, which the benchmark compares with.")] = "tip",
-    settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
     trials: Annotated[int, typer.Option(help="Largest number of sets of gains to simulate.")] = 60,
     seed: Annotated[int, typer.Option(help="Seed of the sensors' errors.")] = 0,
 ) -> None:
     """Search the gains of a controller by simulation, and report them before and after."""
-    from hydrocrane.app.options import overrides
     from hydrocrane.benchmark import tuning
     from hydrocrane.files.whole_file import write_text
     from hydrocrane.linear.period_advice import period_advice
-    from hydrocrane.machine.machine import load_machine
 
-    loaded = load_machine(machine, overrides(settings))
+    loaded = named_machine(machine, settings)
     with bar("tuning") as progress:
         found = tuning.tune(loaded, controller=controller, trials=trials, seed=seed, progress=progress)
     lines = [f"{key:20} {found.before[key]:8.4g} -> {found.after[key]:8.4g} {found.units[key]}" for key in found.after]
@@ -118,9 +113,7 @@ def _picture(found: Benchmark, path: Path) -> list[Path]:
 
 def benchmark_table(found: Benchmark) -> Table:
     """One row per run, those of the controller with the best mean score first."""
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, header_style="bold", collapse_padding=True)
+    table = plain_table(collapse_padding=True)
     for heading in ("controller", "task", "condition"):
         table.add_column(heading, no_wrap=True)
     for heading, *_ in COLUMNS:

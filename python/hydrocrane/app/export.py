@@ -7,16 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hydrocrane.app.arguments import MachineName, Output, Payload, Settings, named_machine
 from hydrocrane.app.console import say
 
 if TYPE_CHECKING:
     from hydrocrane.machine.machine import Machine
     from hydrocrane.scenario.scenario import Scenario
-
-MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
-Settings = Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")]
-Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
-Output = Annotated[Path | None, typer.Option("-o", "--output", help="File to write; by default named after MACHINE.")]
 
 export = typer.Typer(
     name="export", help="Export machines and controllers for other tools.", invoke_without_command=True
@@ -52,9 +48,7 @@ def fmu(
     controller: Annotated[
         str | None, typer.Option(help="Export this controller of the machine: tip, heinze-pid, lever.")
     ] = None,
-    settings: Annotated[
-        list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
-    ] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
     at: Annotated[list[str], typer.Option(help="JOINT=VALUE of the start of a machine; else mid-range.")] = [],  # noqa: B006
     sensors: Annotated[str, typer.Option(help="What measured.… tells: ideal or data-sheet.")] = "ideal",
     parameter: Annotated[
@@ -99,10 +93,9 @@ def controller(
 ) -> None:
     """Write a controller for a program in C: parameters, header, example, static library."""
     import hydrocrane as hc
-    from hydrocrane.app.options import checked_machine, overrides
     from hydrocrane.units import converted
 
-    loaded = hc.load_machine(checked_machine(machine), overrides(settings))
+    loaded = named_machine(machine, settings)
     folder = hc.export_controller(
         loaded,
         output or Path(f"{loaded.name}-{name}"),
@@ -116,11 +109,9 @@ def controller(
 @export.command(epilog="Example:  hydrocrane export urdf hiab-xs031 -o hiab.urdf")
 def urdf(machine: MachineName, output: Output = None, payload: Payload = None, settings: Settings = []) -> None:  # noqa: B006
     """The open chain as URDF: links, joints, inertias, limits, tip; for Pinocchio, ROS and others."""
-    from hydrocrane.app.options import checked_machine, overrides
     from hydrocrane.export import export_urdf
-    from hydrocrane.machine.machine import load_machine
 
-    loaded = load_machine(checked_machine(machine), overrides(settings))
+    loaded = named_machine(machine, settings)
     say(f"written: {export_urdf(loaded, output or Path(f'{loaded.name}.urdf'), payload=payload)}")
 
 
@@ -133,11 +124,9 @@ def mjcf(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """The chain as MJCF for MuJoCo, with each cylinder as an actuator between its pins."""
-    from hydrocrane.app.options import checked_machine, overrides
     from hydrocrane.export import export_mjcf
-    from hydrocrane.machine.machine import load_machine
 
-    loaded = load_machine(checked_machine(machine), overrides(settings))
+    loaded = named_machine(machine, settings)
     path = output or Path(f"{loaded.name}.xml")
     say(f"written: {export_mjcf(loaded, path, payload=payload, linkages=linkages)}")
 
@@ -159,14 +148,12 @@ def model(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """The right-hand side as a function: C, CasADi, JAX, NumPy, MATLAB, CUDA C."""
-    from hydrocrane.app.options import checked_machine, overrides
     from hydrocrane.errors import InputError
     from hydrocrane.export.model import LANGUAGES, export_model
-    from hydrocrane.machine.machine import load_machine
 
     if no_parameters and parameter:
         raise InputError("--no-parameters leaves no parameters, and --parameter names some; give one of them")
-    loaded = load_machine(checked_machine(machine), overrides(settings))
+    loaded = named_machine(machine, settings)
     stem = loaded.name.replace("-", "_") if to == "matlab" else loaded.name
     path = export_model(
         loaded,
@@ -185,12 +172,11 @@ def _source(target: str, settings: list[str], at: list[str]) -> Machine | Scenar
     from hydrocrane.app.options import is_scenario, overrides, pose
     from hydrocrane.errors import InputError
 
-    changed = overrides(settings)
     if is_scenario(target):
         if at:
             raise InputError(f"{target} states where it begins; --at is for machines")
-        return hc.load_scenario(target).changed(overrides=changed)
-    machine = hc.load_machine(target, changed)
+        return hc.load_scenario(target).changed(overrides=overrides(settings))
+    machine = named_machine(target, settings)
     if not at:
         return machine
     joints = dict(zip(machine.joint_names, pose(machine, at).tolist(), strict=True))

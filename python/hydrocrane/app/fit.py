@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hydrocrane.app.arguments import Payload, Settings, headless
 from hydrocrane.app.console import reporting, say
 
 if TYPE_CHECKING:
@@ -46,21 +47,19 @@ def fit(
     tie: Annotated[
         list[str], typer.Option(help="Key in proportion to a parameter: KEY=PARAMETER; repeat for more.")
     ] = [],  # noqa: B006
-    settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
-    payload: Annotated[float | None, typer.Option(help="Mass at the tip, kg.")] = None,
+    settings: Settings = [],  # noqa: B006
+    payload: Payload = None,
     starts: Annotated[int, typer.Option(help="Number of searches; all but the first start from drawn values.")] = 1,
     seed: Annotated[int, typer.Option(help="Draws the starts.")] = 0,
     report: Annotated[Path | None, typer.Option(help="Page with values, quality, pictures: .html.")] = None,
     write: Annotated[Path | None, typer.Option(help="Part of a machine file: .toml.")] = None,
 ) -> None:
     """Fit values of a machine file, and errors of sensors, to measured logs; tell intervals and doubts."""
-    import matplotlib as mpl
-
     import hydrocrane as hc
     from hydrocrane.app.options import overrides, stretch, wanted_suffix
     from hydrocrane.scenario.changes import Changes
 
-    mpl.use("Agg")
+    headless()
     wanted_suffix("--report", report, ".html", ".htm")
     wanted_suffix("--write", write, ".toml")
     changes: Changes = {"overrides": overrides(settings)}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from hydrocrane.app.arguments import headless
 from hydrocrane.app.console import complain, reporting, say
 
 if TYPE_CHECKING:
@@ -46,12 +47,10 @@ def identify_friction(
     write: Annotated[Path | None, typer.Option(help="Block for a machine file: .toml.")] = None,
 ) -> None:
     """Identify the friction of a cylinder: static map, bristles, intervals, a page, and a block for a machine file."""
-    import matplotlib as mpl
-
     import hydrocrane as hc
     from hydrocrane.app.options import stretch, wanted_suffix
 
-    mpl.use("Agg")
+    headless()
     # A wrong name shall not cost the fit.
     wanted_suffix("--report", report, ".html", ".htm")
     wanted_suffix("--write", write, ".toml")

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.console import say, warn
+from hydrocrane.app.arguments import MachineName, Payload, Settings, headless, named_machine, picture_path, write_figure
+from hydrocrane.app.console import plain_table, say, warn
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -33,12 +34,9 @@ class Mode(StrEnum):
     steady = "steady"
 
 
-MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
 At = Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE with its unit; others in mid-range.")]
 Inputs = Annotated[list[str], typer.Option("--from", help="Input, such as cylinder.lift.command; all commands.")]
 Outputs = Annotated[list[str], typer.Option("--to", help="Output, such as tip.z; joints and tip by default.")]
-Settings = Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")]
-Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
 SideOf = Annotated[Side, typer.Option(help="Side of closed valves.")]
 FrictionOf = Annotated[Friction, typer.Option(help="smoothed: as simulated; released: none, as in larger motions.")]
 ModeOf = Annotated[Mode, typer.Option(help="Equilibrium: valves closed, or feeding the leakage.")]
@@ -58,9 +56,10 @@ def linearise(
 ) -> None:
     """Linearise a machine in a pose; write the matrices with names and units, and print the modes."""
     from hydrocrane.app.report import modes_table
-    from hydrocrane.linear.exports import checked_suffix
+    from hydrocrane.files.whole_file import checked_suffix
+    from hydrocrane.linear.exports import SUFFIXES
 
-    checked_suffix(output)
+    checked_suffix(output, SUFFIXES)
     options = _options(inputs, outputs, mode, side, friction, payload)
     model = _linearised(machine, at, settings, options)
     say(modes_table(model.oscillations))
@@ -82,24 +81,20 @@ def bode(
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Draw frequency responses of a machine in a pose, by default of the tip's height by every spool command."""
-    import matplotlib as mpl
-
-    from hydrocrane.app.options import checked_machine, overrides, pose
+    from hydrocrane.app.options import pose
     from hydrocrane.errors import InputError
     from hydrocrane.linear import cylinder_loops
-    from hydrocrane.machine.machine import load_machine
     from hydrocrane.machine.poses import in_words
 
-    mpl.use("Agg")
+    headless()
     from hydrocrane import plots
     from hydrocrane.plots.bode import OUTPUT
-    from hydrocrane.plots.style import checked_suffix, write
 
-    path = checked_suffix(output or Path(f"{Path(machine).stem}-bode.png"))
+    path = picture_path(output, f"{Path(machine).stem}-bode.png")
     if loops:
         if inputs or outputs or mode is not Mode.hold:
             raise InputError("--loops draws every cylinder's loop at rest; leave --from, --to and --mode out")
-        loaded = load_machine(checked_machine(machine), overrides(settings))
+        loaded = named_machine(machine, settings)
         q = pose(loaded, at)
         found = cylinder_loops(loaded, q, payload=payload, friction=friction.value, side=side.value)
         say(f"pose: {in_words(loaded, q)}")
@@ -112,7 +107,7 @@ def bode(
         model = _linearised(machine, at, settings, options)
         _warn(model)
         figure = plots.bode(model)
-    say(f"written: {write(figure, path)}")
+    write_figure(figure, path)
 
 
 def _options(
@@ -129,11 +124,10 @@ def _options(
 
 
 def _linearised(machine: str, at: list[str], settings: list[str], options: Options) -> LinearModel:
-    from hydrocrane.app.options import checked_machine, overrides, pose
-    from hydrocrane.machine.machine import load_machine
+    from hydrocrane.app.options import pose
     from hydrocrane.machine.poses import in_words
 
-    loaded = load_machine(checked_machine(machine), overrides(settings))
+    loaded = named_machine(machine, settings)
     q = pose(loaded, at)
     model = loaded.linearise(q, **options)
     say(f"pose: {in_words(loaded, q)}")
@@ -144,11 +138,8 @@ def margins_table(loops: list[Loop]) -> Table:
     """Margins of each cylinder's loop; none where the loops are not stable together."""
     import math
 
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("cylinder", "gain margin", "gain may fall to", "phase margin, deg", "modulus margin", "all closed"):
-        table.add_column(heading, justify="left" if heading in ("cylinder", "all closed") else "right")
+    headings = ("cylinder", "gain margin", "gain may fall to", "phase margin, deg", "modulus margin", "all closed")
+    table = plain_table(*headings, left=("cylinder", "all closed"))
     for loop in loops:
         found = loop.margins
         if loop.stable:

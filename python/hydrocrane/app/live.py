@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+from hydrocrane.app.arguments import Settings
 from hydrocrane.app.console import say
 from hydrocrane.errors import InputError
 
@@ -70,9 +71,7 @@ def live(
     target: Annotated[
         str, typer.Argument(help="Machine or scenario: file or bundled name.", metavar="[MACHINE|SCENARIO]")
     ] = "rottne-f9-lab",
-    settings: Annotated[
-        list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
-    ] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
     port: Annotated[int, typer.Option(help="Port on this computer; 0 takes any free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
     bridge: Annotated[

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.pictures import Output, Settings, headless, named_machine, named_run, picture_path, write_figure
+from hydrocrane.app.arguments import Output, Settings, headless, named_machine, named_run, picture_path, write_figure
 from hydrocrane.errors import InputError, unknown
 
 if TYPE_CHECKING:

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rich.table import Table
 from rich.text import Text
 
 from hydrocrane import _core
 from hydrocrane.analysis.capacity import Height, at_height, spread
+from hydrocrane.app.console import plain_table
 from hydrocrane.machine.poses import SHOWN, in_words
 from hydrocrane.machine.stated import PROVENANCE_CLASSES
 from hydrocrane.scenario.solver import named
 from hydrocrane.scenario.stage import ScenarioStage
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from hydrocrane._core_types import Passivity
     from hydrocrane.analysis.capacity import LoadChart
     from hydrocrane.analysis.figures import Figures
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
 def machines_table(machines: list[Machine]) -> Table:
     """Bundled machines with the provenance of their values."""
-    table = Table(title="Bundled machines", title_justify="left", box=None, pad_edge=False, header_style="bold")
+    table = plain_table(title="Bundled machines")
     table.add_column("name", no_wrap=True)
     table.add_column("title", overflow="fold")
     for kind in ("states", *PROVENANCE_CLASSES):
@@ -59,9 +61,8 @@ def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
 
 def _in_the_middle(machine: Machine, figures: Figures) -> list[Text | Table]:
     """Pressures, speeds and lowest mode at rest in the middle of all ranges."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("cylinder", "holds, kN", "at, bar", "of poses, %", "full valve, mm/s", "stroke in, s"):
-        table.add_column(heading, justify="left" if heading == "cylinder" else "right")
+    headings = ("cylinder", "holds, kN", "at, bar", "of poses, %", "full valve, mm/s", "stroke in, s")
+    table = plain_table(*headings, left=("cylinder",))
     for i, name in enumerate(machine.cylinder_names):
         down, up = 1e3 * figures.speed[i]
         table.add_row(
@@ -92,9 +93,8 @@ def findings(warnings: Sequence[ResultWarning]) -> list[Text]:
 
 
 def _limits(machine: Machine) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("joint", "from", "because", "to", "because", "cylinder", "stroke"):
-        table.add_column(heading, justify="right" if heading in ("from", "to", "stroke") else "left")
+    headings = ("joint", "from", "because", "to", "because", "cylinder", "stroke")
+    table = plain_table(*headings, left=("joint", "because", "cylinder"))
     for i, joint in enumerate(machine.joint_names):
         unit, size = SHOWN[machine.joint_units[i]]
         low, high = machine.joint_limits[i] / size
@@ -192,9 +192,7 @@ def _loop(stage: ScenarioStage) -> str:
 
 def modes_table(found: Modes | Oscillations) -> Table:
     """Natural modes, slowest first, with the record interval that shows each well."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("frequency, Hz", "damping ratio", "mostly in", "record every"):
-        table.add_column(heading, justify="left" if heading == "mostly in" else "right")
+    table = plain_table("frequency, Hz", "damping ratio", "mostly in", "record every", left=("mostly in",))
     rows = zip(found.frequency, found.damping, found.state, found.record_interval, strict=True)
     for frequency, damping, state, interval in rows:
         table.add_row(f"{frequency:.3g}", f"{damping:.3g}", state, f"{interval * 1e3:.2g} ms")
@@ -204,9 +202,7 @@ def modes_table(found: Modes | Oscillations) -> Table:
 def load_table(chart: LoadChart, height: Height | None = None, rows: int = 10) -> Table:
     """Payload against reach, in few lines: at the best and the worst height, or at `height` alone."""
     shown: tuple[Height, ...] = ("best", "worst") if height is None else (height,)
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("reach, m", *(f"kg {at_height(which)}" for which in shown)):
-        table.add_column(heading, justify="right")
+    table = plain_table("reach, m", *(f"kg {at_height(which)}" for which in shown))
     reach = chart.against_reach(shown[0])[0]
     columns = [chart.against_reach(which)[1] for which in shown]
     for i in spread(reach.size, rows):

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.console import say, waiting
+from hydrocrane.app.arguments import Settings
+from hydrocrane.app.console import plain_table, say, waiting
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -51,7 +52,7 @@ def run_experiment(
     slips: Annotated[
         float | None, typer.Option(help="Length of each level, in slips of the bristles; of constant-velocity.")
     ] = None,
-    settings: Annotated[list[str], typer.Option("--set", help="Override a machine key: KEY=VALUE.")] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
 ) -> None:
     """Run an experiment and write what the sensors read; one file per load or pressure where these are varied."""
     from hydrocrane import rig as rigs
@@ -86,11 +87,9 @@ def _beside(path: Path, log: RigLog, varied: set[str]) -> Path:
 
 def segment_table(log: RigLog) -> Table:
     """One row per piece of the experiment."""
-    from rich.table import Table
-
     about = log.data.attrs
     title = f"{about['experiment']} on {about['machine']}, {about['payload']:g} kg, {about['supply'] / 1e5:g} bar"
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    table = plain_table(title=title)
     table.add_column("piece", no_wrap=True)
     for heading in ("from s", "to s", "mean velocity mm/s"):
         table.add_column(heading, justify="right")

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from hydrocrane.app.console import complain, say
+from hydrocrane.app.arguments import headless
+from hydrocrane.app.console import complain, plain_table, say
 from hydrocrane.result_warning import DoubtfulResult
 
 if TYPE_CHECKING:
@@ -83,12 +84,9 @@ def _pictured(study: Study, measure: str | None, picture: Path) -> str:
 def outcome_table(data: xr.Dataset) -> Table:
     """How many cases ended how."""
     import numpy as np
-    from rich.table import Table
 
     outcomes, counts = np.unique(data["outcome"].values.astype(str), return_counts=True)
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("outcome", "cases", "share"):
-        table.add_column(heading, justify="left" if heading == "outcome" else "right")
+    table = plain_table("outcome", "cases", "share", left=("outcome",))
     for i in np.argsort(-counts, kind="stable"):
         table.add_row(str(outcomes[i]), str(counts[i]), f"{counts[i] / counts.sum():.1%}")
     return table
@@ -107,9 +105,7 @@ def failures(data: xr.Dataset) -> list[str]:
 
 
 def _draw(data: xr.Dataset, measure: str, path: Path) -> Path:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
+    headless()
     from hydrocrane import plots
     from hydrocrane.plots.style import write
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.console import say, waiting
+from hydrocrane.app.arguments import RunName, Settings, named_run
+from hydrocrane.app.console import say
 from hydrocrane.app.live import Request, machine_request, serve
 from hydrocrane.errors import InputError
 
@@ -72,24 +73,12 @@ def viewer_server(run: Run, port: int = 0) -> Server:
 
 
 def view(
-    run: Annotated[str, typer.Argument(help="Saved run (.nc), bundled scenario or scenario file.", metavar="RUN")],
-    settings: Annotated[
-        list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
-    ] = [],  # noqa: B006
+    run: RunName,
+    settings: Settings = [],  # noqa: B006
     port: Annotated[int, typer.Option(help="Port on this computer; 0 takes any free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
 ) -> None:
     """Look at a run in the browser: moving crane, charts, replay at any speed; Ctrl-C ends."""
-    import hydrocrane as hc
-    from hydrocrane.app.options import overrides
-
-    if run.endswith(".nc"):
-        if settings:
-            raise InputError("--set changes a simulation; a saved run stays as it is")
-        found = hc.load_run(run)
-    else:
-        with waiting("simulating"):
-            found = hc.simulate(run, overrides=overrides(settings))
-    with viewer_server(found, port) as server:
+    with viewer_server(named_run(run, settings), port) as server:
         say(f"the run is at {server.address}  (Ctrl-C ends)")
         serve(server, browser=browser)

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrocrane.errors import ResultFileError, nearest
+from hydrocrane.errors import ResultFileError
 from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.files.excel import titled, write_excel
 from hydrocrane.files.mcap_file import write_mcap
 from hydrocrane.files.mdf import write_mdf
 from hydrocrane.files.netcdf import read_netcdf, write_netcdf
 from hydrocrane.files.text_rows import csv_line, csv_rows
-from hydrocrane.files.whole_file import written_whole
+from hydrocrane.files.whole_file import checked_suffix, written_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,17 +25,16 @@ if TYPE_CHECKING:
 
 def save(data: xr.Dataset | Columns, path: Path) -> Path:
     """Write `data` in the format of the suffix, whole or not at all; missing folders are made. Returns the path."""
-    writer = _WRITERS[checked_suffix(path)]
+    writer = _WRITERS[writable(path)]
     with written_whole(path) as beside:
         writer(data, beside)
     return path
 
 
-def checked_suffix(path: Path) -> str:
-    """The suffix of a file for a run, or an error that names those that can be written here."""
-    suffix = path.suffix.lower()
-    if suffix not in _WRITERS:
-        raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _WRITERS)}")
+def writable(path: Path, writers: Collection[str] = ()) -> str:
+    """The suffix of a file, by default for a run, or an error that names those of the `writers`, or the package that is
+    not installed."""
+    suffix = checked_suffix(path, writers or _WRITERS)
     require_library(suffix)
     return suffix
 

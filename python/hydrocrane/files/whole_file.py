@@ -6,11 +6,11 @@ from __future__ import annotations
 import errno
 import os
 import uuid
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from hydrocrane.errors import ResultFileError
+from hydrocrane.errors import ResultFileError, nearest
 
 # Cures for the usual failures.
 _CURES = {
@@ -61,6 +61,14 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
             beside.unlink(missing_ok=True)
     except OSError as error:
         raise cannot_write(target, error) from None
+
+
+def checked_suffix(path: Path, known: Collection[str]) -> str:
+    """The suffix of a file, or an error that names the `known` ones."""
+    suffix = path.suffix.lower()
+    if suffix not in known:
+        raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, known)}")
+    return suffix
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> Path:

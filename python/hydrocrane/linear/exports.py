@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrocrane.errors import InputError, ResultFileError, nearest
+from hydrocrane.errors import InputError
 from hydrocrane.files.datasets import plain_name, plain_names
-from hydrocrane.files.whole_file import write_text, written_whole
+from hydrocrane.files.whole_file import checked_suffix, write_text, written_whole
 
 if TYPE_CHECKING:
     import control
@@ -42,7 +42,7 @@ def state_space(model: Matrices) -> control.StateSpace:
 
 def save(model: Matrices, path: Path) -> Path:
     """See :meth:`hydrocrane.linear.LinearModel.save`."""
-    if checked_suffix(path) == ".json":
+    if checked_suffix(path, SUFFIXES) == ".json":
         content = {
             **{name: getattr(model, name).tolist() for name in NUMBERS},
             **{name: list(getattr(model, name)) for name in LABELS},
@@ -57,11 +57,3 @@ def save(model: Matrices, path: Path) -> Path:
     with written_whole(path) as beside:
         savemat(beside, {**matrices, **cells, "about": dict(model.about)}, oned_as="column")
     return path
-
-
-def checked_suffix(path: Path) -> str:
-    """The suffix of a file for a linear model, or an error that names those that can be written."""
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, SUFFIXES)}")
-    return suffix

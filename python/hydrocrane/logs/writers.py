@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import h5py
 
-from hydrocrane.errors import ResultFileError, nearest
 from hydrocrane.files.columns import Columns
-from hydrocrane.files.datasets import require_library, write_matlab
+from hydrocrane.files.datasets import writable, write_matlab
 from hydrocrane.files.mdf import write_mdf
 from hydrocrane.files.netcdf import write_netcdf
 from hydrocrane.files.text_rows import csv_line, csv_rows
@@ -34,11 +33,7 @@ def write_log(data: xr.Dataset, path: Path) -> Path:
 
 def checked_suffix(path: Path) -> str:
     """The suffix of a log's file, or an error that names those that can be written."""
-    suffix = path.suffix.lower()
-    if suffix not in _WRITERS:
-        raise ResultFileError(f"cannot write `{path.name}`: unknown suffix `{suffix}`{nearest(suffix, _WRITERS)}")
-    require_library(suffix)
-    return suffix
+    return writable(path, _WRITERS)
 
 
 def _csv(data: xr.Dataset, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What commands that draw share: the names that they take, and the files that they write."""
+"""What commands share: arguments, what these name, and the pictures that are written."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ if TYPE_CHECKING:
     from hydrocrane.machine.machine import Machine
     from hydrocrane.results.run import Run
 
+MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
 RunName = Annotated[str, typer.Argument(help="Saved run (.nc), bundled scenario or scenario file.", metavar="RUN")]
 Settings = Annotated[
     list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
 ]
+Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="File to write; by default named after the target, here.")
 ]
