@@ -130,6 +130,17 @@ def scenario_quantity(key: str, name: str, value: ArrayLike) -> float:
     return number
 
 
+def whole_number(name: str, value: object, least: int = 1, most: int | None = None) -> int:
+    """`value` as a whole number within bounds, or an :class:`InputError` that names `name`."""
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if whole and least <= value and (most is None or value <= most):  # type: ignore[operator]
+        return int(value)  # type: ignore[call-overload]
+    words = {0: "zero or more", 1: "one or more"}.get(least, f"at least {least}")
+    raise InputError(
+        f"{name} must be a whole number{f', {words}' if most is None else f' from {least} to {most}'}; got {value!r}"
+    )
+
+
 def seed_number(value: object) -> int:
     """A seed: a whole number from 0 to 2^64 - 1."""
     if isinstance(value, int | np.integer) and not isinstance(value, bool) and 0 <= value < 2**64:

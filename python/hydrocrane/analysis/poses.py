@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from hydrocrane.arrays import Array, rows
-from hydrocrane.errors import InputError
+from hydrocrane.arrays import Array, rows, whole_number
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.record_size import check_size
 
@@ -30,8 +29,7 @@ def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
     InputError
         Less than two samples, or so many that a map would take more than 1 GB.
     """
-    if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or samples < 2:
-        raise InputError(f"samples must be a whole number, at least 2; got {samples!r}")
+    whole_number("samples", samples, 2)
     n = len(machine.joint_names)
     full = [i for i, unit in enumerate(machine.joint_units) if unit == "rad"][:_FULL] if n > 1 else [0]
     others = max(n - len(full), 1)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane.arrays import Array, seed_number
+from hydrocrane.arrays import Array, seed_number, whole_number
 from hydrocrane.benchmark.cases import START
 from hydrocrane.benchmark.closed_loop import Drive, drive
 from hydrocrane.benchmark.operator import INTERFACES, PERIOD, Driver, Operator, Waypoint
@@ -146,8 +146,7 @@ def log_task(seed: int, *, unloading: bool = False, logs: int = 1) -> LogTask:
     logs : int
         Number of logs, moved one after the other; at least one.
     """
-    if not isinstance(logs, int) or logs < 1:
-        raise InputError(f"logs must be a whole number, at least 1; got {logs!r}")
+    whole_number("logs", logs)
     random = np.random.default_rng(seed_number(seed))
     over = [Waypoint(INSIDE, PASS), Waypoint(OUTSIDE, PASS)]
     points: list[Waypoint] = []

@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from os import PathLike
 from typing import Literal, TypeAlias, Unpack
 
-from hydrocrane.arrays import check_positive, seed_number
+from hydrocrane.arrays import check_positive, seed_number, whole_number
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.fitting.accuracy import accurate
 from hydrocrane.fitting.parameters import Priors, check_names
@@ -127,8 +127,7 @@ def fit(
     """
     if motion not in MOTIONS:
         raise unknown("motion", motion, MOTIONS)
-    if not isinstance(starts, int) or isinstance(starts, bool) or not 1 <= starts <= MOST_STARTS:
-        raise InputError(f"starts must be a whole number from 1 to {MOST_STARTS}, got {starts!r}")
+    whole_number("starts", starts, 1, MOST_STARTS)
     check_positive("bandwidth", bandwidth)
     tell = progress or (lambda _: None)
     plan = (scenario if isinstance(scenario, Scenario) else load_scenario(scenario)).changed(**changes)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, seed_number, whole_number
 from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.machine.sensors import SENSORS, SensorFault
 
@@ -59,7 +59,7 @@ def sensor_readings(
     entries = [fault.entry for fault in faults]
     with translated():
         signals, table = _core.measure(
-            core, np.append(before, time), np.vstack([rest, states]), payload, sensors, _whole(seed, "seed"), entries
+            core, np.append(before, time), np.vstack([rest, states]), payload, sensors, seed_number(seed), entries
         )
     about = {name: (unit, text) for name, unit, text in _described(core)}
     readings = xr.Dataset(coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
@@ -73,16 +73,9 @@ def sensor_readings(
 
 def _rest(time: Array, states: Array, earlier: int) -> tuple[Array, Array]:
     """Times before the record with the crane at rest in its first state, (k,) and (k, n)."""
-    count = _whole(earlier, "earlier") if time.size else 0
+    count = whole_number("earlier", earlier, 0) if time.size else 0
     step = float(time[1] - time[0]) if time.size > 1 else 1.0
     return time[:1] - step * np.arange(count, 0, -1), np.repeat(states[:1], count, axis=0)
-
-
-def _whole(number: object, name: str) -> int:
-    """A whole number, zero or more."""
-    if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < 2**63:
-        raise InputError(f"{name} must be a whole number, zero or more; got {number!r}")
-    return int(number)
 
 
 def _described(core: _core.Machine) -> list[tuple[str, str, str]]:

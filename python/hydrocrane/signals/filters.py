@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.signal import bessel, freqs_zpk, sosfilt, sosfilt_zi, sosfiltfilt
 
-from hydrocrane.arrays import Array, real_array
+from hydrocrane.arrays import Array, real_array, whole_number
 from hydrocrane.errors import InputError, unknown
 
 NORMS = ("mag", "phase")
@@ -59,8 +59,7 @@ def _check(rate: float, cutoff: float, order: int, zero_phase: bool, norm: str) 
         raise unknown("norm", norm, NORMS)
     if zero_phase and norm == "phase":
         raise InputError("norm `phase` has no meaning without phase; choose norm `mag`, or zero_phase=False")
-    if not isinstance(order, int) or not 1 <= order <= 10:
-        raise InputError(f"order must be a whole number from 1 to 10, got {order!r}")
+    whole_number("order", order, 1, 10)
     rate, cutoff = float(real_array(rate, "rate")), float(real_array(cutoff, "cutoff"))
     if not 0.0 < cutoff <= HIGHEST_CUTOFF * rate:
         raise InputError(

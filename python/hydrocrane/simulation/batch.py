@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, brief, real_array, vectors
+from hydrocrane.arrays import Array, brief, real_array, vectors, whole_number
 from hydrocrane.errors import HydrocraneError, InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.result_warning import ResultWarning
@@ -119,7 +119,7 @@ class BatchSimulator:
     ) -> None:
         machine = as_machine(machine)
         self.machine = machine
-        self.n = _count(n, "n, the number of cranes,")
+        self.n = whole_number("n, the number of cranes,", n)
         each = row_numbers(machine)
         check_size(
             "this batch", self.n * each, f"{self.n} cranes of {each} numbers", "fewer cranes, in several batches"
@@ -129,7 +129,7 @@ class BatchSimulator:
         self.tolerance = _positive(tolerance, "tolerance", "in units of the states' scales")
         self._start_payload = None if payload is None else self._masses(payload, "payload")
         self._parameters = CraneParameters(machine, self.n).changed(parameters or {}, self._chosen(None))
-        workers = 0 if threads is None else _count(threads, "threads")
+        workers = 0 if threads is None else whole_number("threads", threads)
         self._started = np.zeros(self.n, dtype=bool)
         self._doubts: list[tuple[ResultWarning, ...]] = [()] * self.n
         with translated():
@@ -392,12 +392,6 @@ def _table(array: Array, rows: int, name: str) -> Array:
     if array.ndim > 2 or (array.ndim == 2 and len(array) not in (1, rows)):
         raise InputError(f"{name} must have one row or {rows}, one per crane; got shape {array.shape}")
     return np.ascontiguousarray(np.broadcast_to(array, (rows, array.shape[-1])))
-
-
-def _count(value: object, name: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise InputError(f"{name} must be a whole number, one or more; got {value!r}")
-    return int(value)
 
 
 def _seconds(value: float | Sequence[float], name: str) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, whole_number
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.keys import Key, si_value
 from hydrocrane.machine.overrides import Override
@@ -124,10 +124,9 @@ def _to_si(key: Key) -> Convert:
 def _drawn(
     keys: Sequence[Key], given: Mapping[str, object], method: str, n: object, seed: int
 ) -> tuple[list[Override], ...]:
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
-        raise InputError(f"n must be a whole number of cases, one or more; got {n!r}")
-    _bounded(int(n), method)
-    shares = _shares(method, int(n), len(keys), seed)
+    count = whole_number("n", n)
+    _bounded(count, method)
+    shares = _shares(method, count, len(keys), seed)
     columns = zip(keys, given.values(), shares.T, strict=True)
     return tuple(drawn_values(key.name, spec, share, _to_si(key)) for key, spec, share in columns)
 

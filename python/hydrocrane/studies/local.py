@@ -12,7 +12,7 @@ from itertools import islice
 from queue import SimpleQueue
 from typing import Protocol, TypeVar
 
-from hydrocrane.errors import InputError
+from hydrocrane.arrays import whole_number
 from hydrocrane.studies.board import Board, OnBoard, task_of
 from hydrocrane.studies.case import BlockResult, BlockTask, Job, run_block
 from hydrocrane.studies.design import Cases, Place, size_of
@@ -45,9 +45,7 @@ def thread_count(given: int | None = None) -> int:
     """`given`, checked; default is the number of cores available to this process."""
     if given is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if isinstance(given, bool) or not isinstance(given, int) or given < 1:
-        raise InputError(f"workers must be a whole number, one or more; got {given!r}")
-    return given
+    return whole_number("workers", given)
 
 
 class Local:

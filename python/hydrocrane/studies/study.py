@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Unpack, cast
 import numpy as np
 import xarray as xr
 
-from hydrocrane.arrays import seed_number
+from hydrocrane.arrays import seed_number, whole_number
 from hydrocrane.errors import HydrocraneError, InputError, ResultFileError, unknown
 from hydrocrane.files.whole_file import cannot_write
 from hydrocrane.machine.machine import Machine
@@ -281,7 +281,11 @@ class Study:
         }
         return Layout(
             cases=cases,
-            block=block_shape(cases.shape, _block(block), 8 * len(job.signals) * job.times.size),
+            block=block_shape(
+                cases.shape,
+                None if block is None else whole_number("block", block),
+                8 * len(job.signals) * job.times.size,
+            ),
             times=job.times,
             signals={name: self._known_signals[name] for name in job.signals},
             figures={measure.name: (measure.unit, measure.meaning) for measure in job.measures if not measure.own},
@@ -404,12 +408,6 @@ def _limit(given: float | str | None) -> float | None:
     if isinstance(limit, bool) or not isinstance(limit, int | float) or not 0 < limit < math.inf:
         raise InputError(f"time_limit must be a time above zero, in s or with its unit; got {given!r}")
     return float(limit)
-
-
-def _block(given: int | None) -> int | None:
-    if given is not None and (isinstance(given, bool) or not isinstance(given, int) or given < 1):
-        raise InputError(f"block must be a whole number of cases, one or more; got {given!r}")
-    return given
 
 
 def _stopped(done: int, total: int, kept: Store) -> str:
