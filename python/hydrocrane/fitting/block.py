@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hydrocrane.identification.block import comment, interval, signature
+from hydrocrane.identification.block import comment, fitted_key, interval, signature
 from hydrocrane.machine.machine import Machine
 
 
@@ -21,7 +20,7 @@ def block(
 ) -> str:
     """Tables of the keys in `known`, with their values in `machine`, class ``fitted``, source and intervals, SI."""
     names = ", ".join(dict.fromkeys(logs))
-    source = json.dumps(f"{names}; fit of a {motion} motion, {signature(date)}", ensure_ascii=False)
+    source = f"{names}; fit of a {motion} motion, {signature(date)}"
     lines = [comment(f"Fitted to {names}; put it beside the machine file and add it to `include`.")]
     lines += [comment(f"warning: {warning}") for warning in warnings]
     tables: dict[str, list[str]] = {}
@@ -29,9 +28,7 @@ def block(
         table, _, name = path.rpartition(".")
         mine = [key for key in known if key.partition("[")[0] == path]
         ends = " and ".join(f"{key.removeprefix(path)} {interval(*known[key])}".strip() for key in mine)
-        value = _written(machine, path)
-        row = f'{name} = {{ value = {value}, class = "fitted", source = {source} }}  # 95 %: {ends}'
-        tables.setdefault(table, []).append(row)
+        tables.setdefault(table, []).append(fitted_key(name, _written(machine, path), source, ends))
     for table, rows in tables.items():
         lines += ["", f"[{table}]", *rows]
     return "\n".join(lines) + "\n"

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs import Log, noise_of
 from hydrocrane.logs.columns import LogLike
+from hydrocrane.logs.log import stretch
 from hydrocrane.logs.mapping import LogMapping
 from hydrocrane.logs.noise import BY_MEDIAN
 
@@ -83,10 +83,7 @@ def opened(log: LogLike, mapping: LogMapping | None) -> Log:
 
 def window_of(log: Log, window: tuple[float, float] | None) -> Log:
     """The part of a log that is used."""
-    if window is None:
-        return log
-    start, end = _stretch("window", window)
-    return log.between(start, end).usable()
+    return log if window is None else log.between(*stretch("window", window)).usable()
 
 
 def record_of(
@@ -199,16 +196,9 @@ def _held_out(time: Array, hold_out: HoldOut) -> np.ndarray:
                 f"hold_out is the last share of each log, between 0 and 1, or (from, to) in s; got {share:g}"
             )
         return np.asarray(time > time[-1] - share * (time[-1] - time[0]))
-    start, end = _stretch("hold_out", hold_out)
+    start, end = stretch("hold_out", hold_out)
     inside = (time >= start) & (time <= end)
     if not inside.any() or inside.all():
         what = "no" if not inside.any() else "every"
         raise InputError(f"hold_out from {start:g} to {end:g} s takes {what} sample of {time[0]:g} to {time[-1]:g} s")
     return np.asarray(inside)
-
-
-def _stretch(name: str, given: ArrayLike) -> tuple[float, float]:
-    ends = real_array(given, name)
-    if ends.shape != (2,) or not ends[0] < ends[1]:
-        raise InputError(f"{name} is (from, to) in s of the log's clock, the first before the second; got {given!r}")
-    return float(ends[0]), float(ends[1])

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrocrane.arrays import Array, check_level, rms
-from hydrocrane.errors import ResultFileError, unknown
-from hydrocrane.files.whole_file import write_text
+from hydrocrane.errors import unknown
 from hydrocrane.fitting.accuracy import Accuracy
 from hydrocrane.fitting.block import block
 from hydrocrane.fitting.doubts import doubts
@@ -21,6 +20,7 @@ from hydrocrane.fitting.quality import SignalQuality
 from hydrocrane.fitting.search import FitTask, SearchResult
 from hydrocrane.fitting.simulated import modelled_signals
 from hydrocrane.fitting.ties import Tie, left_behind
+from hydrocrane.identification.block import write_part
 from hydrocrane.identification.covariance import labelled
 from hydrocrane.identification.report import Report, Section, Table
 from hydrocrane.machine.machine import Machine
@@ -227,10 +227,7 @@ class Fit:
 
     def write(self, path: str | PathLike[str]) -> Path:
         """Write the part of a machine file."""
-        target = Path(path)
-        if target.suffix != ".toml":
-            raise ResultFileError(f"a part of a machine file ends in .toml, unlike `{target.name}`")
-        return write_text(target, self.toml())
+        return write_part(path, lambda _: self.toml())
 
     def report(self) -> Report:
         """A page with values, quality, pictures and warnings; ``.write("report.html")`` puts it into one file."""

@@ -4,17 +4,35 @@ from __future__ import annotations
 
 import datetime
 import json
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
 
 import numpy as np
 
 from hydrocrane.arrays import checked_name
-from hydrocrane.errors import printable
+from hydrocrane.errors import ResultFileError, printable
 from hydrocrane.files.toml_file import toml_key
+from hydrocrane.files.whole_file import write_text
 
 
 def comment(text: str) -> str:
     """A line of comment, whatever the names in it hold."""
     return f"# {printable(' '.join(text.splitlines()))}"
+
+
+def fitted_key(name: str, value: str, source: str, ends: str) -> str:
+    """A key with its value in the notation of machine files, where it comes from, and its interval as a comment."""
+    stated = json.dumps(source, ensure_ascii=False)
+    return f'{name} = {{ value = {value}, class = "fitted", source = {stated} }}  # 95 %: {ends}'
+
+
+def write_part(path: str | PathLike[str], text: Callable[[str], str]) -> Path:
+    """Write a part of a machine file; `text` makes it for the name of the file."""
+    target = Path(path)
+    if target.suffix != ".toml":
+        raise ResultFileError(f"a part of a machine file ends in .toml, unlike `{target.name}`")
+    return write_text(target, text(target.name))
 
 
 def head(name: str, cylinder: str, source: str, model: str) -> list[str]:

@@ -10,9 +10,8 @@ from os import PathLike
 from pathlib import Path
 
 from hydrocrane.arrays import brief
-from hydrocrane.errors import InputError, ResultFileError
-from hydrocrane.files.whole_file import write_text
-from hydrocrane.identification.block import comment, head, interval, parameter_row, signature
+from hydrocrane.errors import InputError
+from hydrocrane.identification.block import comment, head, interval, parameter_row, signature, write_part
 from hydrocrane.identification.comparison import FrictionComparison
 from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
 from hydrocrane.identification.records import STEADY, FrictionLog, name_of
@@ -115,10 +114,7 @@ class Identification:
 
     def write(self, path: str | PathLike[str], cylinder: str | None = None) -> Path:
         """Write the block to a file that a machine file can include."""
-        target = Path(path)
-        if target.suffix != ".toml":
-            raise ResultFileError(f"a part of a machine file ends in .toml, unlike `{target.name}`")
-        return write_text(target, self.toml(cylinder, file_name=target.name))
+        return write_part(path, lambda name: self.toml(cylinder, file_name=name))
 
     def report(self) -> Report:
         """Everything in one page."""

@@ -12,7 +12,7 @@ from scipy import stats
 
 from hydrocrane.arrays import Array, check_level
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block import interval, signature
+from hydrocrane.identification.block import fitted_key, interval, signature
 from hydrocrane.identification.bristle import BristleReading
 from hydrocrane.identification.covariance import labelled
 from hydrocrane.identification.output_error import Estimate
@@ -142,10 +142,9 @@ class DynamicFit:
         """
         ends = self.intervals(0.95)
         logs = ", ".join(source) or ", ".join(m.source for m in self.rig_residuals.models if m.source)  # type: ignore[union-attr]
-        where = json.dumps(f"{logs}; output-error fit, {signature(date)}", ensure_ascii=False)
+        where = f"{logs}; output-error fit, {signature(date)}"
         lines = [
-            f'{name} = {{ value = "{value:.5g} {UNITS[name]}", class = "fitted", source = {where} }}'
-            f"  # 95 %: {interval(*ends[name])}"
+            fitted_key(name, f'"{value:.5g} {UNITS[name]}"', where, interval(*ends[name]))
             for name, value in self.params.items()
         ]
         cylinder = self.rig.cylinder_names[0]

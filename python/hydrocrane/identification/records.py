@@ -14,6 +14,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification.sensors import PRESSURES, largest_error
 from hydrocrane.logs import Log
 from hydrocrane.logs.columns import LogLike
+from hydrocrane.logs.log import stretch
 from hydrocrane.logs.mapping import MappingLike
 from hydrocrane.machine.machine import Machine
 from hydrocrane.signals import ZeroCalibrated, zero_calibrated
@@ -113,7 +114,7 @@ class ReadingOptions:
 
     def _within(self, log: Log) -> Log:
         """The log within the window; the zero is read before and may lie outside it."""
-        return log if self.window is None else log.between(*self.window)
+        return log if self.window is None else log.between(*stretch("window", self.window))
 
     def _payload(self, log: Log) -> tuple[float, list[str]]:
         stated = log.data.attrs.get("payload")

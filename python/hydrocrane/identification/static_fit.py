@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +35,19 @@ from hydrocrane.identification.static_warnings import warnings_of
 # Points with residuals above this many standard deviations of the bulk are left out.
 OUTLIER = 5.0
 LOSSES = ("soft_l1", "huber", "cauchy", "arctan", "linear")
+
+
+class MapOptions(TypedDict, total=False):
+    """Options of :func:`fit_static` that its callers hand through."""
+
+    exponents: Exponents
+    held: Mapping[str, ArrayLike] | None
+    bias: Bias
+    span: float
+    linearity_error: float
+    velocity_share: float
+    symmetric: bool
+    loss: Loss
 
 
 def fit_static(

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from hydrocrane.identification.averaging import akaike_weights
 from hydrocrane.identification.block import parameter_row, shown
-from hydrocrane.identification.form import Exponents
 from hydrocrane.identification.graphical import graphical
-from hydrocrane.identification.least_squares import Loss
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.report import Report, Section, Stage, Table
 from hydrocrane.identification.residual_analysis import chance_text
 from hydrocrane.identification.result import ALIKE, StaticFit, of_sensors
-from hydrocrane.identification.setup import Bias
-from hydrocrane.identification.static_fit import fit_static
+from hydrocrane.identification.static_fit import MapOptions, fit_static
 from hydrocrane.identification.static_map import EXPONENTS
 from hydrocrane.identification.succession import ORDERS
 
@@ -267,16 +263,9 @@ def identify_static(
     *,
     source: Iterable[str] = (),
     rejected_windows: Iterable[RejectedWindow] = (),
-    exponents: Exponents = "chosen",
-    held: Mapping[str, ArrayLike] | None = None,
-    bias: Bias = None,
-    span: float = 0.0,
-    linearity_error: float = 0.0,
-    velocity_share: float = 0.0,
-    symmetric: bool = False,
-    loss: Loss = "soft_l1",
+    **options: Unpack[MapOptions],
 ) -> StaticIdentification:
-    """Static friction from steady windows; parameters as for :func:`fit_static`.
+    """Static friction from steady windows.
 
     Parameters
     ----------
@@ -286,19 +275,12 @@ def identify_static(
         Names of the logs, for the report and the block.
     rejected_windows : iterable
         Windows with start, end, reason, for the report; default are those that `windows` has.
+    **options
+        `exponents`, `held`, `bias`, `span`, `linearity_error`, `velocity_share`, `symmetric` and `loss` of
+        :func:`fit_static`.
     """
     points = windows if isinstance(windows, FrictionPoints) else FrictionPoints.from_windows(windows, source=source)
-    fit = fit_static(
-        points,
-        exponents=exponents,
-        held=held,
-        bias=bias,
-        span=span,
-        linearity_error=linearity_error,
-        velocity_share=velocity_share,
-        symmetric=symmetric,
-        loss=loss,
-    )
+    fit = fit_static(points, **options)
     taken = {name: value for name in EXPONENTS if np.isfinite(value := float(np.nanmean(fit.params[name])))}
     rejected = tuple(rejected_windows) or tuple(getattr(windows, "rejected", ()))
     return StaticIdentification(points, graphical(points, exponents=taken), fit, rejected)

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from hydrocrane.arrays import Array
+from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.assembly import signals_of
 from hydrocrane.logs.checks import checked, clipped_at, readings, rechecked
@@ -21,6 +22,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydrocrane.logs.columns import LogLike
+
+
+def stretch(name: str, given: ArrayLike) -> tuple[float, float]:
+    """A part of a log by its ends, s; `name` is that of the argument."""
+    ends = real_array(given, name)
+    if ends.shape != (2,) or not ends[0] < ends[1]:
+        raise InputError(f"{name} is (from, to) in s of the log's clock, the first before the second; got {given!r}")
+    return float(ends[0]), float(ends[1])
 
 
 @dataclass(frozen=True)
