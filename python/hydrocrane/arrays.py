@@ -69,11 +69,20 @@ def real_array(value: ArrayLike, name: str) -> Array:
     return array
 
 
-def check_positive(name: str, value: float) -> None:
-    """Raises an :class:`InputError` if `value` is not one number greater than zero."""
+def one_number(name: str, value: ArrayLike) -> float:
+    """`value` as one number, or an :class:`InputError` that names `name`."""
+    number = real_array(value, name)
+    if number.ndim:
+        raise InputError(f"{name} must be one number, got {value!r}")
+    return float(number)
+
+
+def positive_number(name: str, value: ArrayLike, unit: str = "") -> float:
+    """`value` as one number greater than zero, in `unit`, or an :class:`InputError` that names `name`."""
     number = real_array(value, name)
     if number.ndim or number <= 0:
-        raise InputError(f"{name} must be one number greater than zero, got {value!r}")
+        raise InputError(f"{name} must be one number greater than zero{unit and f', in {unit}'}; got {value!r}")
+    return float(number)
 
 
 def check_level(level: float) -> None:
@@ -120,10 +129,7 @@ def scenario_quantity(key: str, name: str, value: ArrayLike) -> float:
     """`value` as one number, SI, that a scenario file may have at `key`; `name` is the name of the argument."""
     number = value
     if type(number) is not float or not math.isfinite(number):
-        array = real_array(value, name)
-        if array.ndim:
-            raise InputError(f"{name} must be one number, got {value!r}")
-        number = float(array)
+        number = one_number(name, value)
     refused = _refused_quantity(key, number)
     if refused:
         raise InputError(f"{name}: {refused}")

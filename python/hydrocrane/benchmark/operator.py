@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from hydrocrane.arrays import Array, check_positive, real_array
+from hydrocrane.arrays import Array, positive_number, real_array
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
 
@@ -89,7 +89,7 @@ class Operator:
 
     def __post_init__(self) -> None:
         for name in ("gain", "speed", "hand_rate", "hand_step"):
-            check_positive(name, getattr(self, name))
+            positive_number(name, getattr(self, name))
         for name in ("anticipation", "grapple_time", "picture_error"):
             number = real_array(getattr(self, name), name)
             if number.ndim or number < 0.0:

@@ -11,7 +11,7 @@ from os import PathLike
 from pathlib import Path
 
 from hydrocrane import _core
-from hydrocrane.arrays import real_array
+from hydrocrane.arrays import positive_number
 from hydrocrane.control.controllers import NAMES
 from hydrocrane.errors import InputError, translated, unknown
 from hydrocrane.export import fmi2, fmi3
@@ -93,9 +93,7 @@ def export_fmu(
         raise InputError(f"an FMU is a file that ends in .fmu, unlike `{file.name}`")
     if fmi not in (2, 3):
         raise InputError(f"fmi is 2 or 3, the version of the standard; got {fmi!r}")
-    size = real_array(step, "step")
-    if size.ndim or size <= 0:
-        raise InputError(f"step must be one number greater than zero, in seconds; got {step!r}")
+    size = positive_number("step", step, "seconds")
     libraries = chosen(platforms)
     machine, scenario = _plan(source)
     if controller is not None:
@@ -118,7 +116,7 @@ def export_fmu(
         "version": version("hydrocrane"),
     }
     resources = _resources(machine, scenario, settings)
-    description = _description(machine, resources, controller, float(size))
+    description = _description(machine, resources, controller, size)
     _pack(file, fmi, description, resources, libraries)
     return file
 

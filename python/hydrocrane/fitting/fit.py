@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from os import PathLike
 from typing import Literal, TypeAlias, Unpack
 
-from hydrocrane.arrays import check_positive, seed_number, whole_number
+from hydrocrane.arrays import positive_number, seed_number, whole_number
 from hydrocrane.errors import InputError, unknown
 from hydrocrane.fitting.accuracy import accurate
 from hydrocrane.fitting.parameters import Priors, check_names
@@ -128,7 +128,7 @@ def fit(
     if motion not in MOTIONS:
         raise unknown("motion", motion, MOTIONS)
     whole_number("starts", starts, 1, MOST_STARTS)
-    check_positive("bandwidth", bandwidth)
+    positive_number("bandwidth", bandwidth)
     tell = progress or (lambda _: None)
     plan = (scenario if isinstance(scenario, Scenario) else load_scenario(scenario)).changed(**changes)
     machine = _machine(plan)

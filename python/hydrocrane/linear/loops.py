@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane.analysis.linear import Friction
-from hydrocrane.arrays import Array, brief, check_positive, real_array
+from hydrocrane.arrays import Array, brief, positive_number, real_array
 from hydrocrane.control.controllers import DEFAULT_PERIOD, Observation
 from hydrocrane.control.joystick import Stick
 from hydrocrane.control.named import NamedController
@@ -176,7 +176,7 @@ def cylinder_loops(
         raise InputError(f"gains lack the cylinder {missing[0]}; give one PidGains for each of the cylinders")
     if period is None:
         period = NamedController(controller, machine).period if gains is None else DEFAULT_PERIOD
-    check_positive("period", period)
+    positive_number("period", period)
     late = float(real_array(delay, "delay"))
     if late < 0:
         raise InputError(f"delay must be zero or more seconds, got {delay!r}")

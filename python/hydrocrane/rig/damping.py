@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hydrocrane.arrays import real_array
-from hydrocrane.errors import InputError
+from hydrocrane.arrays import positive_number
 
 # Largest velocity at which the friction of the rig was measured, m/s (thesis 5.2.2).
 FASTEST = 0.1
@@ -78,9 +77,7 @@ def bristle_damping(
     """
     given = {"stiffness": stiffness, "mass": mass, "coulomb": coulomb, "damping_ratio": damping_ratio}
     for name, value in {**given, "margin": margin, "fastest": fastest}.items():
-        number = real_array(value, name)
-        if number.ndim or number <= 0:
-            raise InputError(f"{name} must be one number greater than zero, got {value!r}")
+        positive_number(name, value)
     damping = 2 * damping_ratio * math.sqrt(stiffness * mass)
     if not fading:
         return BristleDamping(min(damping, most_damping(coulomb, fastest=fastest) / margin), None)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from numpy.typing import ArrayLike
-
-from hydrocrane.arrays import real_array
+from hydrocrane.arrays import one_number
 from hydrocrane.errors import InputError
 
 
@@ -44,21 +42,14 @@ class Goal:
 
     def __post_init__(self) -> None:
         for name in ("time", "x", "z"):
-            object.__setattr__(self, name, _number(name, getattr(self, name)))
+            object.__setattr__(self, name, one_number(f"`{name}` of a goal", getattr(self, name)))
         if self.time < 0:
             raise InputError(f"a goal is given at zero seconds or later; got {self.time!r}")
         if self.speed is not None:
-            object.__setattr__(self, "speed", _number("speed", self.speed))
+            object.__setattr__(self, "speed", one_number("`speed` of a goal", self.speed))
             if not self.speed > 0:
                 raise InputError(f"the speed to a goal must be greater than zero, in m/s; got {self.speed!r}")
         if self.until is not None:
-            object.__setattr__(self, "until", _number("until", self.until))
+            object.__setattr__(self, "until", one_number("`until` of a goal", self.until))
             if not self.until > self.time:
                 raise InputError(f"a goal is cancelled after it is given, at {self.time!r} s; got until={self.until!r}")
-
-
-def _number(name: str, value: ArrayLike) -> float:
-    number = real_array(value, f"`{name}` of a goal")
-    if number.ndim:
-        raise InputError(f"`{name}` of a goal must be one number, got {value!r}")
-    return float(number)

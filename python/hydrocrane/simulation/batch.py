@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, brief, real_array, vectors, whole_number
+from hydrocrane.arrays import Array, brief, positive_number, real_array, vectors, whole_number
 from hydrocrane.errors import HydrocraneError, InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.result_warning import ResultWarning
@@ -124,9 +124,9 @@ class BatchSimulator:
         check_size(
             "this batch", self.n * each, f"{self.n} cranes of {each} numbers", "fewer cranes, in several batches"
         )
-        self.sample_time = _seconds(sample_time, "sample_time")
-        self.step_size = self.sample_time if step is None else _seconds(step, "step")
-        self.tolerance = _positive(tolerance, "tolerance", "in units of the states' scales")
+        self.sample_time = positive_number("sample_time", sample_time, "seconds")
+        self.step_size = self.sample_time if step is None else positive_number("step", step, "seconds")
+        self.tolerance = positive_number("tolerance", tolerance, "units of the states' scales")
         self._start_payload = None if payload is None else self._masses(payload, "payload")
         self._parameters = CraneParameters(machine, self.n).changed(parameters or {}, self._chosen(None))
         workers = 0 if threads is None else whole_number("threads", threads)
@@ -392,14 +392,3 @@ def _table(array: Array, rows: int, name: str) -> Array:
     if array.ndim > 2 or (array.ndim == 2 and len(array) not in (1, rows)):
         raise InputError(f"{name} must have one row or {rows}, one per crane; got shape {array.shape}")
     return np.ascontiguousarray(np.broadcast_to(array, (rows, array.shape[-1])))
-
-
-def _seconds(value: float | Sequence[float], name: str) -> float:
-    return _positive(value, name, "in seconds")
-
-
-def _positive(value: float | Sequence[float], name: str, unit: str) -> float:
-    number = real_array(value, name)
-    if number.ndim or number <= 0:
-        raise InputError(f"{name} must be one number greater than zero, {unit}; got {value!r}")
-    return float(number)

@@ -8,7 +8,7 @@ from typing import Unpack
 
 from hydrocrane import _core
 from hydrocrane._core_types import DrivenStage
-from hydrocrane.arrays import Array, real_array
+from hydrocrane.arrays import Array, one_number, positive_number
 from hydrocrane.control.controllers import Observation, SampledController
 from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError, SimulationError, translated, unknown
@@ -194,7 +194,7 @@ class LiveSimulator:
         >>> print(obs.t, live.step(0.1).t)
         0.01 0.11
         """
-        seconds = None if duration is None else self._seconds(duration)
+        seconds = None if duration is None else positive_number("the duration", duration, "seconds")
         if self._outcome is not None:
             raise SimulationError(f"{self._end()}; begin a new one")
         kind, message = self._core.step(seconds)
@@ -222,7 +222,7 @@ class LiveSimulator:
         for name, value in deflections.items():
             if name not in axes:
                 raise unknown("stick axis", name, axes)
-            if not abs(_number(f"the deflection of `{name}`", value)) <= 1:
+            if not abs(one_number(f"the deflection of `{name}`", value)) <= 1:
                 raise InputError(f"the deflection of `{name}` is {value!r}; a stick ends at -1 and 1")
         self._core.set_sticks([float(deflections.get(name, 0.0)) for name in axes])
 
@@ -240,7 +240,7 @@ class LiveSimulator:
         >>> print(live.step(0.3).tip[1] - slow > 0.01)
         True
         """
-        if not 0 <= _number("the precision", share) <= 1:
+        if not 0 <= one_number("the precision", share) <= 1:
             raise InputError(f"the precision is a share of the full speed, from 0 to 1; got {share!r}")
         self._core.set_precision(float(share))
 
@@ -267,9 +267,9 @@ class LiveSimulator:
         >>> print(live.goal)
         (2.7, 0.0)
         """
-        place = (_number("`x` of a goal", x), _number("`z` of a goal", z))
+        place = (one_number("`x` of a goal", x), one_number("`z` of a goal", z))
         with translated():
-            self._core.go_to(place, None if speed is None else _number("the speed to a goal", speed))
+            self._core.go_to(place, None if speed is None else one_number("the speed to a goal", speed))
 
     def drop_goal(self) -> None:
         """Cancel the goal from the next sample on: the tip comes to rest smoothly where it is.
@@ -339,12 +339,6 @@ class LiveSimulator:
             return dataclasses.replace(planned[0], joystick=_moved(told))
         return Phase(told["from"], controller="lever", joystick=_moved(told))
 
-    def _seconds(self, duration: float) -> float:
-        seconds = _number("the duration", duration)
-        if seconds <= 0:
-            raise InputError(f"the duration must be greater than zero, in seconds; got {duration!r}")
-        return seconds
-
     def _end(self) -> str:
         assert self._outcome is not None
         return f"the simulation ended with `{self._outcome.kind}` at {self.time:.4g} s: {self._outcome.message}"
@@ -358,10 +352,3 @@ def _moved(told: DrivenStage) -> Joystick | None:
     axes = dict(zip(told["names"], told["axes"].T, strict=True))
     linear = "linear" if told["linear"] else "hold"
     return Joystick(told["time"], axes, told["mode"], linear, dead_zone, full_speed, ramp, told["precision"])
-
-
-def _number(what: str, value: float) -> float:
-    number = real_array(value, what)
-    if number.ndim:
-        raise InputError(f"{what} must be one number, got {value!r}")
-    return float(number)

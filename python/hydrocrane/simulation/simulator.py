@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, real_array, seed_number, vectors
+from hydrocrane.arrays import Array, positive_number, seed_number, vectors
 from hydrocrane.control.controllers import Observation
 from hydrocrane.errors import InputError, SimulationError, translated, unknown
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -64,13 +64,10 @@ class Simulator:
         sensor_faults: Sequence[SensorFault] = (),
     ) -> None:
         machine = as_machine(machine)
-        period = real_array(sample_time, "sample_time")
-        if period.ndim or period <= 0:
-            raise InputError(f"sample_time must be one number greater than zero, in seconds; got {sample_time!r}")
         solver = Solver(method=method, rtol=rtol, step=step)
         self.machine = machine
         self._start_payload = machine.payload(payload)
-        self.sample_time = float(period)
+        self.sample_time = positive_number("sample_time", sample_time, "seconds")
         # Outcome of the last sample; None before the first reset.
         self._ended: str | None = None
         self._warnings: tuple[ResultWarning, ...] = ()

@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from hydrocrane.arrays import Array, real_array
+from hydrocrane.arrays import Array, positive_number
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.record_size import check_record, row_count
@@ -54,7 +54,4 @@ def check_records(plan: Scenario, machine: Machine, cases: Cases, *, ledger: boo
 
 
 def _interval(given: float | str) -> float:
-    interval = converted("resample", given, "s") if isinstance(given, str) else real_array(given, "resample")
-    if np.ndim(interval) or interval <= 0:
-        raise InputError(f"resample must be one interval greater than zero, in s; got {given!r}")
-    return float(interval)
+    return positive_number("resample", converted("resample", given, "s") if isinstance(given, str) else given, "s")
