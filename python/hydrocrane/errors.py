@@ -7,7 +7,7 @@ states what is wrong, where, and the nearest valid choice.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 
 # Number of letters used to find the nearest name, as in the core.
@@ -182,6 +182,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if close:
         return f"; did you mean `{close[0]}`?"
     return f"; choose from {', '.join(known)}" if known else ""
+
+
+def check_known(what: str, name: object, known: Collection[str]) -> None:
+    """Raises an :class:`InputError` for a name that is not among the `known` ones."""
+    if name not in known:
+        raise unknown(what, name, known)
 
 
 def unknown(what: str, name: object, known: Iterable[str]) -> InputError:

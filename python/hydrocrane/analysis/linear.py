@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane.analysis.poses import forbidden, pose_grid
 from hydrocrane.arrays import Array, brief
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.poses import poses
 from hydrocrane.notebook import card
@@ -192,8 +192,7 @@ def oscillations(matrix: Array, names: Sequence[str]) -> Oscillations:
 
 def check_friction(friction: str) -> None:
     """Raises an :class:`InputError` if `friction` is none of :data:`FRICTION`."""
-    if friction not in FRICTION:
-        raise unknown("friction of modes", friction, FRICTION)
+    check_known("friction of modes", friction, FRICTION)
 
 
 def with_friction(machine: Machine, jacobian: Array, state: Array, payload: float | None, friction: Friction) -> Array:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from hydrocrane import _core
 from hydrocrane._core_types import SensitivityRecord
 from hydrocrane.arrays import Array, real_array
-from hydrocrane.errors import InputError, translated, unknown
+from hydrocrane.errors import InputError, check_known, translated
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.dataset import run_dataset
@@ -121,8 +121,7 @@ class Experiment:
         known = self.known_signals
         self.signals = tuple(known if signals is None else signals)
         for name in self.signals:
-            if name not in known:
-                raise unknown("signal", name, known)
+            check_known("signal", name, known)
         self._columns = np.array([known.index(name) for name in self.signals], dtype=np.intp)
 
     @property
@@ -201,8 +200,7 @@ class Experiment:
     def _checked_values(self, values: ArrayLike | Mapping[str, float]) -> Array:
         if isinstance(values, Mapping):
             for key in values:
-                if key not in self.keys:
-                    raise unknown("key", key, self.keys)
+                check_known("key", key, self.keys)
             values = [values.get(parameter.key, parameter.value) for parameter in self.parameters]
         array = real_array(values, "values")
         if array.shape != (len(self.keys),):

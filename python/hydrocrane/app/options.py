@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from hydrocrane import _core
-from hydrocrane.errors import InputError, ResultFileError, unknown
+from hydrocrane.errors import InputError, ResultFileError, check_known
 from hydrocrane.files.toml_file import parsed
 from hydrocrane.machine.poses import SHOWN, poses
 from hydrocrane.units import converted
@@ -54,8 +54,7 @@ def pose(machine: Machine, settings: list[str]) -> Array:
     for setting in settings:
         name, sign, text = setting.partition("=")
         name = name.strip()
-        if name not in machine.joint_names:
-            raise unknown("joint", name, machine.joint_names)
+        check_known("joint", name, machine.joint_names)
         index = machine.joint_names.index(name)
         unit = machine.joint_units[index]
         try:

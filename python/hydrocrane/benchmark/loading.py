@@ -18,7 +18,7 @@ from hydrocrane.benchmark.closed_loop import Drive, drive
 from hydrocrane.benchmark.operator import INTERFACES, PERIOD, Driver, Operator, Waypoint
 from hydrocrane.benchmark.suite import MACHINE
 from hydrocrane.benchmark.tuning import pattern_search
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
@@ -187,8 +187,7 @@ def loading_cycle(
     True
     """
     machine = as_machine(machine)
-    if interface not in INTERFACES:
-        raise unknown("interface of an operator", interface, INTERFACES)
+    check_known("interface of an operator", interface, INTERFACES)
     operator = tuned_operator(interface) if operator is None else operator
     if set(machine.joint_names) != set(START):
         fit = f"the places of the logs fit a crane with the joints {', '.join(START)}"
@@ -217,8 +216,7 @@ def loading_cycle(
 
 def tuned_operator(interface: str, **abilities: float) -> Operator:
     """An operator with the gains that :func:`tune_operator` found for an interface, and other `abilities`."""
-    if interface not in INTERFACES:
-        raise unknown("interface of an operator", interface, INTERFACES)
+    check_known("interface of an operator", interface, INTERFACES)
     return Operator().changed(**(TUNED[interface] | abilities))
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 
 from hydrocrane.arrays import Array, positive_number, real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine
 
 INTERFACES = ("lever", "tip")
@@ -114,8 +114,7 @@ class Operator:
         """A copy with some attributes replaced."""
         names = [f.name for f in fields(self)]
         for name in values:
-            if name not in names:
-                raise unknown("attribute of an operator", name, names)
+            check_known("attribute of an operator", name, names)
         return replace(self, **values)  # type: ignore[arg-type]
 
 
@@ -179,8 +178,7 @@ class Driver:
     _decided: int = 0
 
     def __post_init__(self) -> None:
-        if self.interface not in INTERFACES:
-            raise unknown("interface of an operator", self.interface, INTERFACES)
+        check_known("interface of an operator", self.interface, INTERFACES)
         self.sticks = np.zeros(2 if self.interface == "tip" else len(self.machine.cylinder_names))
 
     @property

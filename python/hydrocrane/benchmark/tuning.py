@@ -15,7 +15,7 @@ from hydrocrane.benchmark.cases import Case, Result, run_case
 from hydrocrane.benchmark.fitted_tasks import tuning_cases
 from hydrocrane.benchmark.piston_pi import PistonPi
 from hydrocrane.control.controllers import DEFAULT_PERIOD
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 # The gains of the piston loops; the others are limits and shares, which a search must not change.
@@ -114,13 +114,11 @@ def tune(
         Called with the trials done and their largest number.
     """
     machine = as_machine(machine)
-    if controller not in CONTROLLERS:
-        raise unknown("controller to tune", controller, CONTROLLERS)
+    check_known("controller to tune", controller, CONTROLLERS)
     known = TUNED if controller == "tip" else tuple(PI_UNITS)
     gains = known if gains is None else gains
     for name in gains:
-        if name not in known:
-            raise unknown("gain to tune", name, known)
+        check_known("gain to tune", name, known)
     if trials < 1:
         raise InputError(f"trials must be at least 1, got {trials}")
     chosen = list(tuning_cases(machine) if cases is None else cases)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, brief
 from hydrocrane.control.joystick import Stick
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine
 
 NAMES = ("tip", "heinze-pid", "lever")
@@ -216,8 +216,7 @@ def _named(file: str) -> str:
 def check_controller(controller: AnyController | None) -> None:
     """Raises an :class:`InputError` if `controller` is neither a known name nor can be stepped."""
     if isinstance(controller, str):
-        if controller not in NAMES:
-            raise unknown("controller", controller, NAMES)
+        check_known("controller", controller, NAMES)
     elif isinstance(controller, type):
         raise InputError(f"controller is the class {controller.__name__}; give an instance, {controller.__name__}()")
     elif controller is not None and not hasattr(controller, "step") and not callable(controller):

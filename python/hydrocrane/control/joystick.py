@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, brief, real_array, scenario_quantity
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 
 if TYPE_CHECKING:
     from hydrocrane.logs.columns import LogLike
@@ -133,18 +133,15 @@ class Joystick:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        if self.mode not in MODES:
-            raise unknown("stick mode", self.mode, MODES)
-        if self.interpolation not in INTERPOLATIONS:
-            raise unknown("interpolation", self.interpolation, INTERPOLATIONS)
+        check_known("stick mode", self.mode, MODES)
+        check_known("interpolation", self.interpolation, INTERPOLATIONS)
         time = real_array(self.time, "time")
         if time.ndim != 1 or (np.diff(time) <= 0).any():
             raise InputError("the times of a joystick must be a list that increases")
         axes = {str(name): _deflections(name, values, time) for name, values in self.axes.items()}
         if self.mode == "tip":
             for name in axes:
-                if name not in TIP_AXES:
-                    raise unknown("stick axis", name, TIP_AXES)
+                check_known("stick axis", name, TIP_AXES)
         if scenario_quantity("joystick.dead-zone", "dead_zone", self.dead_zone) >= 1:
             raise InputError(f"dead_zone must be below 1, otherwise it covers the whole stick; got {self.dead_zone!r}")
         scenario_quantity("joystick.ramp", "ramp", self.ramp)
@@ -229,8 +226,7 @@ class Joystick:
         """
         names = TIP_AXES if self.mode == "tip" else cylinders
         for name in self.axes:
-            if name not in names:
-                raise unknown("stick axis", name, names)
+            check_known("stick axis", name, names)
         centred = np.zeros(self.time.size)
         return np.column_stack([self.axes.get(name, centred) for name in names])
 

@@ -6,7 +6,7 @@ from hydrocrane import _core
 from hydrocrane.arrays import real_array
 from hydrocrane.control.controllers import NAMES, Observation
 from hydrocrane.control.joystick import Stick
-from hydrocrane.errors import InputError, SimulationError, translated, unknown
+from hydrocrane.errors import InputError, SimulationError, check_known, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 
 
@@ -57,8 +57,7 @@ class NamedController:
     def __init__(
         self, name: str, machine: MachineLike | None = None, *, monitor: bool | None = None, delay: float = 0.0
     ) -> None:
-        if name not in NAMES:
-            raise unknown("controller", name, NAMES)
+        check_known("controller", name, NAMES)
         time = real_array(delay, "delay")
         if time.ndim or time < 0:
             raise InputError(f"delay must be one number of zero or more seconds; got {delay!r}")

@@ -13,7 +13,7 @@ from pathlib import Path
 from hydrocrane import _core
 from hydrocrane.arrays import positive_number
 from hydrocrane.control.controllers import NAMES
-from hydrocrane.errors import InputError, translated, unknown
+from hydrocrane.errors import InputError, check_known, translated
 from hydrocrane.export import fmi2, fmi3
 from hydrocrane.export.description import Description, Variable
 from hydrocrane.export.platforms import IDENTIFIER, Platform, chosen
@@ -97,15 +97,13 @@ def export_fmu(
     libraries = chosen(platforms)
     machine, scenario = _plan(source)
     if controller is not None:
-        if controller not in NAMES:
-            raise unknown("controller", controller, NAMES)
+        check_known("controller", controller, NAMES)
         if sensors != "ideal":
             raise InputError("sensors are those of a plant; a controller takes what they read")
         scenario = None
     elif monitor is not None:
         raise InputError("a monitor is a part of a controller; name one by `controller`")
-    if sensors not in SENSORS:
-        raise unknown("kind of sensors", sensors, SENSORS)
+    check_known("kind of sensors", sensors, SENSORS)
     keys = default_keys(machine) if parameters is None and controller is None else list(parameters or ())
     settings: dict[str, object] = {
         "role": "plant" if controller is None else "controller",

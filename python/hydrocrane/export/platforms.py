@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 
 LIBRARIES = Path(__file__).parents[1] / "fmu_library"
 # Also the name of the library in an FMU.
@@ -57,8 +57,7 @@ def chosen(names: Sequence[str]) -> list[Platform]:
         An unknown name, or a missing library.
     """
     for name in names:
-        if name not in PLATFORMS:
-            raise unknown("platform", name, PLATFORMS)
+        check_known("platform", name, PLATFORMS)
     there = installed()
     missing = [name for name in names if name not in there]
     if missing or not there:

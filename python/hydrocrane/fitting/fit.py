@@ -8,7 +8,7 @@ from os import PathLike
 from typing import Literal, TypeAlias, Unpack
 
 from hydrocrane.arrays import positive_number, seed_number, whole_number
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.fitting.accuracy import accurate
 from hydrocrane.fitting.parameters import Priors, check_names
 from hydrocrane.fitting.records import HoldOut, opened, window_of
@@ -125,8 +125,7 @@ def fit(
     >>> print(f"{found.value('supply.pressure') / 1e5:.0f} bar")
     95 bar
     """
-    if motion not in MOTIONS:
-        raise unknown("motion", motion, MOTIONS)
+    check_known("motion", motion, MOTIONS)
     whole_number("starts", starts, 1, MOST_STARTS)
     positive_number("bandwidth", bandwidth)
     tell = progress or (lambda _: None)

@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.arrays import real_array
-from hydrocrane.errors import HydrocraneError, InputError, unknown
+from hydrocrane.errors import HydrocraneError, InputError, check_known
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.identification.sensors import UNIFORM, ZERO, data_sheet
 from hydrocrane.machine.machine import Machine
@@ -156,8 +156,7 @@ def check_names(names: Sequence[str], priors: Priors) -> None:
         if list(names).count(name) > 1:
             raise InputError(f"`{name}` is named twice among the parameters; name each once")
     for name in priors:
-        if name not in names:
-            raise unknown("parameter with a prior", name, names)
+        check_known("parameter with a prior", name, names)
 
 
 def _stated_error(machine: Machine, error: SensorError) -> float | None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrocrane.arrays import Array, check_level, rms
-from hydrocrane.errors import unknown
+from hydrocrane.errors import check_known
 from hydrocrane.fitting.accuracy import Accuracy
 from hydrocrane.fitting.block import block
 from hydrocrane.fitting.doubts import doubts
@@ -280,6 +280,5 @@ class Fit:
         return {signal: known.get(signal, "N") for model in self.task.models for signal in model.record.signals} | known
 
     def _checked(self, name: str) -> str:
-        if name not in self.names:
-            raise unknown("parameter of the fit", name, self.names)
+        check_known("parameter of the fit", name, self.names)
         return name

@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.fitting.parameters import key_value
 from hydrocrane.fitting.prediction import LogModel
 from hydrocrane.fitting.records import FittedLog
@@ -44,8 +44,7 @@ def ties_of(machine: Machine, ties: Ties, parameters: Sequence[str]) -> tuple[Ti
         )
     found: list[Tie] = []
     for key, leader in ties.items():
-        if leader not in parameters:
-            raise unknown(f"parameter that `{key}` is tied to", leader, parameters)
+        check_known(f"parameter that `{key}` is tied to", leader, parameters)
         other = next((name for name in (*parameters, *(tie.key for tie in found)) if _overlap(name, key)), None)
         if other is not None:
             raise InputError(f"`{key}` is tied to `{leader}`, and `{other}` among the parameters or ties moves it too")

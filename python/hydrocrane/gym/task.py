@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array, real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.simulation.batch import BatchObservation, BatchSimulator
 from hydrocrane.simulation.crane_parameters import CraneValues
@@ -96,8 +96,7 @@ class TipTask:
         values of machine keys, (m,) each, that differ. What `options` state replaces what is drawn."""
         given = dict(options or {})
         for name in given:
-            if name not in OPTIONS:
-                raise unknown("option", name, OPTIONS)
+            check_known("option", name, OPTIONS)
         parameters = {**(draw(randoms) if draw else {}), **cast("CraneValues", given.pop("parameters", {}))}
         wished = {name: self._wished(name, value, len(numbers)) for name, value in given.items()}
         generator = iter(randoms)

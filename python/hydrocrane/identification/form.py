@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known, unknown
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.static_map import EXPONENTS
 
@@ -89,8 +89,7 @@ class Wish:
         """Checked from the arguments of :func:`~hydrocrane.identification.fit_static`."""
         values = {name: _value(name, value) for name, value in {**EXPONENTS, **(held or {})}.items()}
         if isinstance(exponents, str):
-            if exponents not in CHOICES:
-                raise unknown("choice of exponents", exponents, CHOICES)
+            check_known("choice of exponents", exponents, CHOICES)
             linear = () if (values["viscous-exponent"] == 1.0).all() else (LINEAR,)
             chosen: dict[str, tuple[str, ...]] = {"stribeck-exponent": (HELD, SHARED, LORENTZIAN)}
             chosen["viscous-exponent"] = (*linear, HELD, SHARED, EACH)
@@ -151,8 +150,7 @@ def _falls(points: FrictionPoints) -> tuple[bool, bool]:
 
 
 def _name(name: str) -> str:
-    if name not in EXPONENTS:
-        raise unknown("exponent", name, EXPONENTS)
+    check_known("exponent", name, EXPONENTS)
     return name
 
 

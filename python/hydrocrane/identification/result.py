@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array, check_level
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.identification.averaging import akaike_weights, averaged
 from hydrocrane.identification.block import comment, head, interval, signature
 from hydrocrane.identification.covariance import correlation_of, labelled
@@ -282,8 +282,7 @@ class StaticFit:
         check_level(level)
         spread = self._known_spread()
         chosen = method or self.interval_method
-        if chosen not in ("t", "profile"):
-            raise unknown("method of intervals", chosen, ("t", "profile"))
+        check_known("method of intervals", chosen, ("t", "profile"))
         # Profiles are searched for: the block, the report and the warnings ask for the same ones.
         if (level, chosen) not in self._intervals:
             self._intervals[level, chosen] = {label: self._interval(label, level, chosen) for label in spread.labels}

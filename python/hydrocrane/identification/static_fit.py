@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.identification.causes import residual_analysis
 from hydrocrane.identification.covariance import invert
 from hydrocrane.identification.form import EACH, HELD, LINEAR, SHARED, Exponents, Form, Wish
@@ -125,8 +125,7 @@ def fit_static(
     >>> fit_static(synthetic_points(law, seed=1), exponents={"viscous-exponent": 1}).form.stribeck
     (True, True)
     """
-    if loss not in LOSSES:
-        raise unknown("loss", loss, LOSSES)
+    check_known("loss", loss, LOSSES)
     if not (np.isfinite(velocity_share) and velocity_share >= 0.0):
         raise InputError(f"velocity_share needs a standard deviation of zero or more, relative, got {velocity_share}")
     sensors = sensor_errors(points, bias, span, linearity_error)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 
 # In the order of the core; each is a pair (extending, retracting).
@@ -65,8 +65,7 @@ class StaticMap:
     def of(cls, pairs: Mapping[str, ArrayLike]) -> StaticMap:
         """From the keys of a machine file, SI; one number stands for both directions. Exponents may be left out."""
         for name in pairs:
-            if name not in PARAMETERS:
-                raise unknown("friction parameter", name, PARAMETERS)
+            check_known("friction parameter", name, PARAMETERS)
         given = {**EXPONENTS, **pairs}
         missing = [name for name in PARAMETERS if name not in given]
         if missing:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane.analysis.linear import Friction, check_friction, places, smoothing_warnings, with_friction
 from hydrocrane.arrays import Array, vectors
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.linear.command_path import path_warnings
 from hydrocrane.linear.model import LinearModel, chosen
 from hydrocrane.linear.outputs import ASIDE, known_outputs, output_rows
@@ -104,8 +104,7 @@ def linearise(
     """
     machine = as_machine(machine)
     check_friction(friction)
-    if side not in SIDES:
-        raise unknown("side of a valve", side, SIDES)
+    check_known("side of a valve", side, SIDES)
     mass = machine.payload(payload)
     point, given, doubts = _working_point(machine, q, state, command, mode, mass)
     asked = _asked_inputs(machine, inputs)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane.analysis.linear import Oscillations, oscillations
 from hydrocrane.arrays import real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.linear import responses
 from hydrocrane.linear.matrices import Matrices
 from hydrocrane.linear.responses import StepResponse
@@ -212,8 +212,7 @@ def chosen(what: str, names: str | Sequence[str] | None, known: Sequence[str]) -
         return list(range(len(known)))
     wanted = [names] if isinstance(names, str) else list(names)
     for name in wanted:
-        if name not in known:
-            raise unknown(what, name, known)
+        check_known(what, name, known)
         if wanted.count(name) > 1:
             raise InputError(f"{what} `{name}` is named twice; name it once")
     if not wanted:

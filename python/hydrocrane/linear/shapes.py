@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane.analysis.linear import Friction, Oscillations, modes, places
 from hydrocrane.arrays import Array, brief
-from hydrocrane.errors import InputError, OutOfReachError, unknown
+from hydrocrane.errors import InputError, OutOfReachError, check_known
 from hydrocrane.linear.linearise import linearise
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.result_warning import ResultWarning
@@ -116,8 +116,7 @@ def damping_curves(
     Poses without an equilibrium are left out of the curves (NaN). By default the other joints are in mid-range.
     """
     machine = as_machine(machine)
-    if joint not in machine.joint_names:
-        raise unknown("joint", joint, machine.joint_names)
+    check_known("joint", joint, machine.joint_names)
     if samples < 2:
         raise InputError(f"samples must be at least 2, got {samples}")
     index = machine.joint_names.index(joint)

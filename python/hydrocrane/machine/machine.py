@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array, rows, vectors
-from hydrocrane.errors import InputError, OutOfReachError, translated, unknown
+from hydrocrane.errors import InputError, OutOfReachError, check_known, translated
 from hydrocrane.machine.described import described
 from hydrocrane.machine.measuring import Recorded, recorded_data, sensor_readings
 from hydrocrane.machine.mechanics import Mechanics
@@ -360,8 +360,7 @@ class Machine(Mechanics):
         >>> print([doubt.kind for doubt in doubts])
         ['start-not-held']
         """
-        if mode not in ("hold", "steady"):
-            raise unknown("equilibrium mode", mode, ("hold", "steady"))
+        check_known("equilibrium mode", mode, ("hold", "steady"))
         lead, (table,) = rows(self._joints(q))
         mass = self.payload(payload)
         with translated(OutOfReachError):

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, seed_number, whole_number
-from hydrocrane.errors import InputError, translated, unknown
+from hydrocrane.errors import InputError, check_known, translated
 from hydrocrane.machine.sensors import SENSORS, SensorFault
 
 if TYPE_CHECKING:
@@ -46,8 +46,7 @@ def sensor_readings(
     """See :meth:`hydrocrane.Machine.measure`."""
     import xarray as xr
 
-    if sensors not in SENSORS:
-        raise unknown("kind of sensors", sensors, SENSORS)
+    check_known("kind of sensors", sensors, SENSORS)
     missing = [name for name in core.state_names if name not in data]
     if missing:
         raise InputError(f"the recorded data lack the state `{missing[0]}` of {core.name}: they are of another machine")

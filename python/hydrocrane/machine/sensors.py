@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hydrocrane import _core
 from hydrocrane.arrays import real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 
 SENSORS = tuple(_core.scenario_choices("controller.sensors"))
 FAULTS = tuple(_core.scenario_choices("sensor-fault.<name>.kind"))
@@ -34,8 +34,7 @@ class SensorFault:
     until: float | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in FAULTS:
-            raise unknown("fault of a sensor", self.kind, FAULTS)
+        check_known("fault of a sensor", self.kind, FAULTS)
         for name in ("time", "size", "until"):
             value = getattr(self, name)
             if value is not None and real_array(value, name).ndim:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array
-from hydrocrane.errors import unknown
+from hydrocrane.errors import check_known
 from hydrocrane.machine.value import Value
 from hydrocrane.result_warning import ResultWarning
 
@@ -41,8 +41,7 @@ class Stated:
         >>> print(coulomb.si, coulomb.unit, coulomb.provenance)
         [160. 280.] N fitted
         """
-        if key not in self._values:
-            raise unknown(f"value of {self.core.name}", key, self._values)
+        check_known(f"value of {self.core.name}", key, self._values)
         return self._values[key]
 
     @property

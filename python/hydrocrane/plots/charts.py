@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.plots.style import COLOURS, INK, MUTED, RC, figure, shown, styled, title, write
 from hydrocrane.plots.tip_path import mark_payload_changes
 
@@ -52,8 +52,7 @@ def _quantities(run: Record, cylinder: str) -> list[Quantity]:
 @styled
 def cylinder_charts(run: Record, cylinder: str) -> Figure:
     """Joint, pressures, piston, spool with its command, force with friction of one cylinder against time."""
-    if cylinder not in run.cylinder_names:
-        raise unknown("cylinder", cylinder, run.cylinder_names)
+    check_known("cylinder", cylinder, run.cylinder_names)
     check_recorded(run)
     fig, axes = figure(9.5, 9.6, nrows=4, ncols=2, sharex=True)
     colour = COLOURS[run.cylinder_names.index(cylinder) % len(COLOURS)]

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydrocrane.errors import unknown
+from hydrocrane.errors import check_known
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.style import FIELD, MUTED, figure, styled, title
 
@@ -23,8 +23,7 @@ def flow_law(machine: MachineLike, cylinder: str | None = None) -> Figure:
     """Flow over pressure drop at several openings: near zero with laminar flow, and over the whole range."""
     machine = as_machine(machine)
     name = machine.cylinder_names[0] if cylinder is None else cylinder
-    if name not in machine.cylinder_names:
-        raise unknown("cylinder", name, machine.cylinder_names)
+    check_known("cylinder", name, machine.cylinder_names)
     fig, (near, whole) = figure(10.0, 4.3, ncols=2)
     _family(near, machine, name, np.linspace(-10e5, 10e5, 801))
     _family(whole, machine, name, np.linspace(-1, 1, 801) * machine.supply_pressure)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.machine.overrides import Override
 from hydrocrane.plots.style import COLOURS, MUTED, figure, styled, title
@@ -30,8 +30,7 @@ def friction_maps(machine: MachineLike, cylinder: str | None = None) -> Figure:
     """
     machine = as_machine(machine)
     name = machine.cylinder_names[0] if cylinder is None else cylinder
-    if name not in machine.cylinder_names:
-        raise unknown("cylinder", name, machine.cylinder_names)
+    check_known("cylinder", name, machine.cylinder_names)
     laws = _Laws(machine, name)
     fig, axes = figure(12.0, 7.2, nrows=2, ncols=3)
     v = _velocities(laws.stribeck_velocity)

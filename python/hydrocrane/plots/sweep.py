@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.plots.style import ACCENT, COLOURS, FIELD, figure, one_chart, shown, styled, title
 
 if TYPE_CHECKING:
@@ -45,8 +45,7 @@ def sweep(data: xr.Dataset, measure: str) -> Figure:
 
 def _checked(data: xr.Dataset, measure: str) -> xr.DataArray:
     known = [str(name) for name, entry in data.items() if entry.dtype.kind == "f" and "time" not in entry.dims]
-    if measure not in known:
-        raise unknown("figure of the study", measure, known)
+    check_known("figure of the study", measure, known)
     values = data[measure].squeeze(drop=True)
     if values.ndim == 0:
         raise InputError("a study of one case has nothing to draw")

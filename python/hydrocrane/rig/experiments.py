@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
-from hydrocrane.errors import InputError, nearest, unknown
+from hydrocrane.errors import InputError, check_known, nearest
 from hydrocrane.rig.course import Course, Seal
 
 # Velocities of section 5.2.2, m/s.
@@ -193,8 +193,7 @@ def experiments() -> tuple[str, ...]:
 
 def experiment(name: str) -> RigExperiment:
     """The experiment of a name."""
-    if name not in EXPERIMENTS:
-        raise unknown("experiment", name, EXPERIMENTS)
+    check_known("experiment", name, EXPERIMENTS)
     return EXPERIMENTS[name]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 
 Pair = tuple[float, float]
 
@@ -41,8 +41,7 @@ TABLE_3: dict[tuple[str, int], StaticRow] = {
 def loaded_friction(rig: str = "rig-rottne", load: int = 115) -> dict[str, list[float]]:
     """Overrides that give `rig` the friction of Table 3 with `load` kg (0 or 115), for the cylinder `test`."""
     rigs = sorted({name for name, _ in TABLE_3})
-    if rig not in rigs:
-        raise unknown("rig", rig, rigs)
+    check_known("rig", rig, rigs)
     if (rig, load) not in TABLE_3:
         raise InputError(f"Table 3 has loads of 0 and 115 kg, not {load!r}")
     row = TABLE_3[rig, load]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hydrocrane import _core
 from hydrocrane.arrays import scenario_quantity
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 
 SIDES = tuple(_core.scenario_choices("burst.<name>.side"))
 
@@ -46,8 +46,7 @@ class Burst:
     opening: float
 
     def __post_init__(self) -> None:
-        if self.side not in SIDES:
-            raise unknown("side of a cylinder", self.side, SIDES)
+        check_known("side of a cylinder", self.side, SIDES)
         for name in ("time", "opening"):
             number = scenario_quantity(f"burst.<name>.{name}", f"{name} of a burst", getattr(self, name))
             object.__setattr__(self, name, number)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, brief, real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import MachineLike, as_machine
 
 if TYPE_CHECKING:
@@ -31,8 +31,7 @@ def checked_series(what: str, time: ArrayLike, values: ArrayLike, plural: str, n
 
 
 def check_interpolation(word: str) -> None:
-    if word not in INTERPOLATIONS:
-        raise unknown("interpolation", word, INTERPOLATIONS)
+    check_known("interpolation", word, INTERPOLATIONS)
 
 
 @dataclass(frozen=True)
@@ -163,8 +162,7 @@ def read_commands(
     check_interpolation(interpolation)
     own, columns, units = as_machine(machine), columns or {}, units or {}
     for cylinder in (*columns, *units):
-        if cylinder not in own.cylinder_names:
-            raise unknown("cylinder", cylinder, own.cylinder_names)
+        check_known("cylinder", cylinder, own.cylinder_names)
     asked = {cylinder for cylinder in own.cylinder_names if cylinder in columns or cylinder in units}
     table = table_of(log)
     wanted = {}

@@ -8,7 +8,7 @@ from typing import Protocol
 from hydrocrane.arrays import scenario_quantity
 from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SENSORS
@@ -86,8 +86,7 @@ class Phase:
 
 def check_values(loop: ControllerSettings) -> None:
     """Checks the settings of a controller, in a scenario and in a phase."""
-    if loop.sensors not in SENSORS:
-        raise unknown("kind of sensors", loop.sensors, SENSORS)
+    check_known("kind of sensors", loop.sensors, SENSORS)
     if not (loop.monitor is None or isinstance(loop.monitor, bool)):
         raise InputError(f"monitor must be True, False or None; got {loop.monitor!r}")
     if loop.period is not None:

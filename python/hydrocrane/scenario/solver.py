@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from hydrocrane import _core
 from hydrocrane._core_types import SolverEntry
 from hydrocrane.arrays import scenario_quantity
-from hydrocrane.errors import unknown
+from hydrocrane.errors import check_known
 
 AUTO = "auto"
 METHODS = tuple(_core.METHODS)
@@ -46,8 +46,7 @@ class Solver:
     step: float | None = None
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise unknown("method", self.method, METHODS)
+        check_known("method", self.method, METHODS)
         for name in ("rtol", "max_step", "atol", "step"):
             if name in ("rtol", "max_step") or getattr(self, name) is not None:
                 scenario_quantity(f"solver.{name.replace('_', '-')}", name, getattr(self, name))

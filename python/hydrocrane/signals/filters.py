@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from scipy.signal import bessel, freqs_zpk, sosfilt, sosfilt_zi, sosfiltfilt
 
 from hydrocrane.arrays import Array, real_array, whole_number
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 
 NORMS = ("mag", "phase")
 # Above this share of the sampling rate the digital filter no longer has the delay of the analogue one.
@@ -55,8 +55,7 @@ def low_pass(
 
 
 def _check(rate: float, cutoff: float, order: int, zero_phase: bool, norm: str) -> None:
-    if norm not in NORMS:
-        raise unknown("norm", norm, NORMS)
+    check_known("norm", norm, NORMS)
     if zero_phase and norm == "phase":
         raise InputError("norm `phase` has no meaning without phase; choose norm `mag`, or zero_phase=False")
     whole_number("order", order, 1, 10)

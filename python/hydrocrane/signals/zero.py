@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrocrane.arrays import Array, real_array
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.logs.checks import rechecked
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
@@ -76,8 +76,7 @@ def zero_calibrated(
         If the stretch is too short, has faulty readings, or was not at rest.
     """
     for name in signals:
-        if name not in SIGNALS:
-            raise unknown("signal with a zero", name, SIGNALS)
+        check_known("signal with a zero", name, SIGNALS)
     chosen = tuple(signals) or tuple(name for name in SIGNALS if name in log)
     log = log.usable(*(chosen or SIGNALS[:2]))
     whole = readable(log, *chosen)

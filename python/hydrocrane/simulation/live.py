@@ -11,7 +11,7 @@ from hydrocrane._core_types import DrivenStage
 from hydrocrane.arrays import Array, one_number, positive_number
 from hydrocrane.control.controllers import Observation, SampledController
 from hydrocrane.control.joystick import Joystick
-from hydrocrane.errors import InputError, SimulationError, translated, unknown
+from hydrocrane.errors import InputError, SimulationError, check_known, translated
 from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.outcome import Outcome
@@ -220,8 +220,7 @@ class LiveSimulator:
         """
         axes = self.axes
         for name, value in deflections.items():
-            if name not in axes:
-                raise unknown("stick axis", name, axes)
+            check_known("stick axis", name, axes)
             if not abs(one_number(f"the deflection of `{name}`", value)) <= 1:
                 raise InputError(f"the deflection of `{name}` is {value!r}; a stick ends at -1 and 1")
         self._core.set_sticks([float(deflections.get(name, 0.0)) for name in axes])

@@ -12,7 +12,7 @@ import numpy as np
 from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.control.controllers import ON_ERROR, SampledController
-from hydrocrane.errors import translated, unknown
+from hydrocrane.errors import check_known, translated
 from hydrocrane.machine.machine import Machine, load_machine
 from hydrocrane.results.dataset import run_dataset
 from hydrocrane.results.outcome import Outcome
@@ -78,8 +78,7 @@ def simulate(
     >>> print(run.outcome.kind, f"up by {z[-1] - z[0]:.2f} m")
     completed up by 0.19 m
     """
-    if on_error not in ON_ERROR:
-        raise unknown("choice of on_error", on_error, ON_ERROR)
+    check_known("choice of on_error", on_error, ON_ERROR)
     plan = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     plan = plan.changed(**changes)
     machine = machine_for(plan, machine)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from hydrocrane import _core
 from hydrocrane.arrays import Array, positive_number, seed_number, vectors
 from hydrocrane.control.controllers import Observation
-from hydrocrane.errors import InputError, SimulationError, translated, unknown
+from hydrocrane.errors import InputError, SimulationError, check_known, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
@@ -71,8 +71,7 @@ class Simulator:
         # Outcome of the last sample; None before the first reset.
         self._ended: str | None = None
         self._warnings: tuple[ResultWarning, ...] = ()
-        if sensors not in SENSORS:
-            raise unknown("kind of sensors", sensors, SENSORS)
+        check_known("kind of sensors", sensors, SENSORS)
         faults = [fault.entry for fault in sensor_faults]
         seed = seed_number(seed)
         with translated():

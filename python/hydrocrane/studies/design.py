@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrocrane.arrays import Array, whole_number
-from hydrocrane.errors import InputError, unknown
+from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.keys import Key, si_value
 from hydrocrane.machine.overrides import Override
 from hydrocrane.studies.ranges import Convert, drawn_values, grid_size, grid_values
@@ -95,8 +95,7 @@ def designed(keys: Sequence[Key], given: Mapping[str, object], method: str, n: i
         Number of random cases.
     seed : int
     """
-    if method not in METHODS:
-        raise unknown("method of a study", method, METHODS)
+    check_known("method of a study", method, METHODS)
     if (n is not None) != (method in DRAWN):
         need = "needs n, the number of cases" if n is None else "takes no n: its values determine the number of cases"
         raise InputError(f"the method `{method}` {need}")

@@ -19,7 +19,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from hydrocrane.errors import InputError, nearest, unknown
+from hydrocrane.errors import InputError, check_known, nearest, unknown
 from hydrocrane.results.run import Run
 from hydrocrane.studies.record import CaseRecord
 
@@ -171,10 +171,8 @@ def _checked(entry: object, units: Mapping[str, str]) -> Measure:
         examples = ("max(tip.z)", "end(tip.x)")
         raise InputError(f"unknown measure `{entry}`{nearest(entry, [*BUILT_IN, *examples])}")
     kind, signal = _parts(entry)
-    if kind not in STATISTICS:
-        raise unknown("statistic", kind, STATISTICS)
-    if signal not in units:
-        raise unknown("signal", signal, units)
+    check_known("statistic", kind, STATISTICS)
+    check_known("signal", signal, units)
     return Measure(entry, units[signal], f"{kind} of {signal}")
 
 

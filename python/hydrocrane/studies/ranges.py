@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import InputError, nearest, unknown
+from hydrocrane.errors import InputError, check_known, nearest
 from hydrocrane.machine.overrides import Override
 
 SPAN = ("low", "high", "count", "log")
@@ -124,8 +124,7 @@ def _named(name: str, spec: Mapping[str, object], convert: Convert) -> Distribut
     from scipy.stats import distributions as stats
 
     known = [known for known in stats.__all__ if isinstance(getattr(stats, known), stats.rv_continuous)]
-    if spec["distribution"] not in known:
-        raise unknown("distribution", spec["distribution"], known)
+    check_known("distribution", spec["distribution"], known)
     scaled = {key: convert(value) for key, value in spec.items() if key in ("loc", "scale")}
     shapes = {key: value for key, value in spec.items() if key not in ("distribution", "loc", "scale")}
     try:

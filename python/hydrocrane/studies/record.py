@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from hydrocrane.arrays import Array
-from hydrocrane.errors import unknown
+from hydrocrane.errors import check_known
 from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.dataset import outputs_table, run_dataset
@@ -57,8 +57,7 @@ class CaseRecord:
         if output is not None and name != OIL:
             return np.asarray(self._outputs[:, output])
         columns = self.run.columns
-        if name not in columns:
-            raise unknown("signal", name, columns)
+        check_known("signal", name, columns)
         return columns[name].values
 
     def pressures(self) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 
 from hydrocrane.arrays import seed_number, whole_number
-from hydrocrane.errors import HydrocraneError, InputError, ResultFileError, unknown
+from hydrocrane.errors import HydrocraneError, InputError, ResultFileError, check_known, unknown
 from hydrocrane.files.whole_file import cannot_write
 from hydrocrane.machine.machine import Machine
 from hydrocrane.notebook import card
@@ -153,8 +153,7 @@ class Study:
         """The task for the workers."""
         units = {name: unit for name, (unit, _) in self._known_signals.items()}
         for name in self.signals:
-            if name not in units:
-                raise unknown("signal", name, units)
+            check_known("signal", name, units)
         measures = checked_measures(self.measures, units)
         others = [*(key.name for key in self.cases.keys), *self.signals]
         names = [*others, *(measure.name for measure in measures)]
@@ -189,8 +188,7 @@ class Study:
         >>> print(list(found))
         ['end_time', 'max(tip.z)', 'message', 'outcome']
         """
-        if resume not in RESUME:
-            raise unknown("way to resume", resume, RESUME)
+        check_known("way to resume", resume, RESUME)
         if isinstance(scheduler, str) and ":" not in scheduler and scheduler not in local.WAYS:
             raise unknown("scheduler", scheduler, (*local.WAYS, "tcp://host:8786"))
         job = dataclasses.replace(self.job, limit=_limit(time_limit))
