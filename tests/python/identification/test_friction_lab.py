@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
+import friction_lab as lab
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit
@@ -20,20 +18,6 @@ from hydrocrane.signals import RigParameters, zero_calibrated
 pytestmark = pytest.mark.evidence
 
 SEEDS = range(10)
-SCRIPT = Path(__file__).resolve().parents[3] / "docs/validation/friction_lab.py"
-
-
-def loaded(path):
-    """The study, as a module, for its processes too."""
-    sys.path.insert(0, str(path.parent))
-    spec = importlib.util.spec_from_file_location("friction_lab", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["friction_lab"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-lab = loaded(SCRIPT)
 NOISE, TWELVE_BITS, BLIND, PRIOR, ZEROED, SPANS, TWO, CELL = lab.MAIN
 
 
