@@ -416,27 +416,23 @@ impl Found {
                 ),
                 "shorten `step`, or leave it out: steps by tolerance keep theirs".to_string(),
             ),
-            Finding::ToleranceTooLoose => (
-                "tolerance-too-loose",
-                format!(
-                    "the errors of all steps, carried along the motion, put the tip off by an estimated {:.1} mm: the motion \
-                     amplifies them, or the tolerance is loose",
-                    1e3 * value
-                ),
-                "tighten `rtol`; `verify` states how far the run is off".to_string(),
-            ),
-            Finding::PressureInexact(at) => (
-                "tolerance-too-loose",
-                format!(
-                    "the errors of all steps, carried along the motion, put the pressure on the {} of cylinder `{}` off by an \
-                     estimated {:.1} bar, for longer than {:.0} ms",
-                    SIDES[at % 2],
-                    machine.cylinders[at / 2].name,
-                    1e-5 * value,
-                    1e3 * KINK_TIME
-                ),
-                "tighten `rtol`; `verify` states how far the run is off".to_string(),
-            ),
+            Finding::ToleranceTooLoose | Finding::PressureInexact(_) => {
+                let off = match self.what {
+                    Finding::PressureInexact(at) => {
+                        let name = &machine.cylinders[at / 2].name;
+                        format!("the pressure on the {} of cylinder `{name}` off by an estimated {:.1} bar", SIDES[at % 2], 1e-5 * value)
+                    }
+                    _ => format!("the tip off by an estimated {:.1} mm", 1e3 * value),
+                };
+                (
+                    "tolerance-too-loose",
+                    format!(
+                        "the errors of all steps, carried along the motion, put {off}: the motion amplifies them, or the tolerance is \
+                         loose"
+                    ),
+                    "tighten `rtol`; `verify` states how far the run is off".to_string(),
+                )
+            }
             Finding::Starved(c) => {
                 let worst = watch.starved.iter().find(|short| short.cylinder == c).expect("noted with its finding");
                 let Shortfall { asked, delivered, limit, shifted, .. } = *worst;
