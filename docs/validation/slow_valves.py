@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import marked_page
+from tip_machines import followed
 
 import hydrocrane as hc
 from hydrocrane.benchmark import Condition, random_lines
-from hydrocrane.benchmark.cases import motion_of, scenario_of
 from hydrocrane.benchmark.conditions import at_valves
 from hydrocrane.benchmark.metrics import metrics
 
@@ -52,10 +51,9 @@ def row(name: str, known: hc.Machine, condition: Condition, valve) -> tuple[floa
     frequency, delay = valve
     found, told = [], 0
     for case in random_lines(known, LINES, seed=SEED, condition=condition):
-        plan = replace(scenario_of(known, "tip", case), duration=case.task.duration + REST)
-        run = hc.simulate(plan, ledger=False, on_error="stop")
+        run, motion = followed(known, case, case.task.duration + REST)
         told += any(warning.kind == "controller-oscillates" for warning in run.warnings)
-        found.append(metrics(motion_of(run, case.task)))
+        found.append(metrics(motion))
     away = sorted(1e3 * m.path_max for m in found)
     settling = sorted(math.inf if math.isnan(m.settling) else m.settling for m in found)
     quiet = max(1e3 * m.vibration for m in found)
