@@ -25,7 +25,7 @@ from workers import processes
 import hydrocrane as hc
 from hydrocrane.benchmark import Case, Condition, random_lines
 from hydrocrane.benchmark.cases import motion_of, scenario_of
-from hydrocrane.benchmark.metrics import LAST, Motion, metrics
+from hydrocrane.benchmark.metrics import LAST, TipMotion, metrics
 
 PAGE = Path(__file__).with_name("tip-machines.md")
 # Rated loads, kg.
@@ -98,17 +98,17 @@ class Task(NamedTuple):
     held: int
 
 
-def followed(machine: hc.Machine, case: Case, duration: float, sensors: str = "ideal") -> tuple[hc.Run, Motion]:
+def followed(machine: hc.Machine, case: Case, duration: float, sensors: str = "ideal") -> tuple[hc.Run, TipMotion]:
     """A line under ``tip``, followed until `duration`, s."""
     plan = replace(scenario_of(machine, "tip", case), duration=duration, sensors=sensors)
     run = hc.simulate(plan, ledger=False, on_error="stop")
     return run, motion_of(run, case.task)
 
 
-def until(motion: Motion, end: float) -> Motion:
+def until(motion: TipMotion, end: float) -> TipMotion:
     """Its part up to `end`, s."""
     count = int(np.searchsorted(motion.time, end, side="right"))
-    return Motion(**{key: None if value is None else value[:count] for key, value in vars(motion).items()})
+    return TipMotion(**{key: None if value is None else value[:count] for key, value in vars(motion).items()})
 
 
 def valve_lag(machine: hc.Machine) -> float:

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[3] / "docs" / "validation"))
-
-from tip_machines import short  # noqa: E402
+from tip_machines import short
 
 
 @pytest.mark.evidence
