@@ -18,7 +18,6 @@ KNOWN = {
     "fmi/src/pointers.rs": 4,
     "lanes/src/own_numbers.rs": 1,
     "num/src/array.rs": 1,
-    "num/src/prefetch.rs": 1,
     "num/src/register_x86.rs": 21,
 }
 # A type of a function that a tool hands over is no claim.

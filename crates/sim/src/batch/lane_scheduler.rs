@@ -169,9 +169,6 @@ impl<'a> LaneScheduler<'a> {
     /// Loads a crane but for its own numbers into lane `i`.
     fn load(&mut self, block: &Block, i: usize, crane: usize) {
         let (group, place) = (crane / WIDTH, crane % WIDTH);
-        if place == 0 {
-            self.own.ahead_of(block.first + crane);
-        }
         let states = self.x.len();
         for (x, from) in self.x.iter_mut().zip(&block.x[group * states..][..states]) {
             x[i] = from[place];

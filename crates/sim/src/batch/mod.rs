@@ -200,7 +200,6 @@ impl Batch {
         let work = |(group, (rows, x)): (usize, (&mut [f64], &[Group]))| {
             let mut tip = [[0.0; WIDTH]; 2];
             self.kernels.with(|kernel| {
-                self.own.ahead_of(group * WIDTH);
                 for first in (0..WIDTH).step_by(kernel.lanes()) {
                     kernel.load_all(self.own.of(group * WIDTH), first, Needed::Mechanics);
                     kernel.tips(x, first, &mut tip);

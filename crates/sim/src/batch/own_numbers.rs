@@ -1,7 +1,6 @@
 //! The numbers in which the cranes of a batch differ.
 
 use hydrocrane_lanes::{Group, WIDTH};
-use hydrocrane_num::prefetch;
 
 /// The numbers of the laws of all cranes: what they have in common, and what each has of its own.
 #[derive(Default)]
@@ -55,13 +54,6 @@ impl OwnNumbers {
     /// Those of the group of a crane.
     pub fn of(&self, crane: usize) -> &[Group] {
         &self.rows[crane / WIDTH * self.differing.len()..][..self.differing.len()]
-    }
-
-    /// Asks the memory for those of the group behind that of a crane, if there is one.
-    pub fn ahead_of(&self, crane: usize) {
-        let width = self.differing.len();
-        let next = (crane / WIDTH + 1) * width;
-        prefetch(self.rows.get(next..next + width).unwrap_or_default());
     }
 
     /// All numbers of a crane.
