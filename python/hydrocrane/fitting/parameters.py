@@ -19,7 +19,7 @@ from hydrocrane import _core
 from hydrocrane.arrays import real_array
 from hydrocrane.errors import HydrocraneError, InputError, check_known
 from hydrocrane.identification.output_error import Unknown
-from hydrocrane.identification.sensors import UNIFORM, ZERO, data_sheet
+from hydrocrane.identification.sensors import UNIFORM, ZERO, data_sheets
 from hydrocrane.machine.machine import Machine
 
 # Standard deviation of a value's prior as a share of the value, by its provenance class in the machine file.
@@ -161,11 +161,11 @@ def check_names(names: Sequence[str], priors: Priors) -> None:
 
 def _stated_error(machine: Machine, error: SensorError) -> float | None:
     """Standard deviation of a sensor's zero or span by its data sheet; None where the file states no accuracy."""
-    known = data_sheet(machine, error.signal)
-    if not {"accuracy", "range"} <= set(known):
-        return None
-    accuracy = known["accuracy"]
-    return {"zero": ZERO * accuracy * known["range"], "span": UNIFORM * accuracy}.get(error.kind)
+    for sheet in data_sheets(machine, error.signal):
+        if {"accuracy", "range"} <= set(sheet):
+            accuracy = sheet["accuracy"]
+            return {"zero": ZERO * accuracy * sheet["range"], "span": UNIFORM * accuracy}.get(error.kind)
+    return None
 
 
 def _prior(name: str, value: float, given: Prior) -> tuple[float, float] | None:

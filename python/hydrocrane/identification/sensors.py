@@ -28,19 +28,25 @@ PRESSURES = ("p1", "p2")
 ENDINGS = {"p1": ".p1", "p2": ".p2", "force": ".force", "x": ".q"}
 
 
-def data_sheet(machine: Machine, signal: str) -> dict[str, float]:
-    """Numbers of the sensor of a signal, or of the signal that ends so, SI, by key; empty if the file has none."""
-    found: dict[str, float] = {}
-    for head in (f"sensor.{name}." for name, measured in machine.sensors.items() if measured.endswith(signal)):
-        for key in machine.keys:
-            if key.startswith(head):
-                found.setdefault(key.removeprefix(head), float(machine.value(key).si))
-    return found
+def data_sheets(machine: Machine, signal: str) -> list[dict[str, float]]:
+    """Numbers of each sensor of a signal, or of the signal that ends so, SI, by key."""
+    heads = [f"sensor.{name}." for name, measured in machine.sensors.items() if measured.endswith(signal)]
+    return [
+        {key.removeprefix(head): float(machine.value(key).si) for key in machine.keys if key.startswith(head)}
+        for head in heads
+    ]
+
+
+def data_sheet(rig: Machine, signal: str) -> dict[str, float]:
+    """Numbers of the sensor of ``x``, ``p1``, ``p2`` or ``force``, SI, by key, of several those of the first that
+    states one; empty if the rig's file has no such sensor."""
+    sheets = data_sheets(rig, ENDINGS[signal])
+    return {key: value for sheet in reversed(sheets) for key, value in sheet.items()}
 
 
 def stated(rig: Machine, signal: str, key: str) -> float | None:
     """A number of the sensor of ``x``, ``p1``, ``p2`` or ``force``; None if the rig's file has none."""
-    return data_sheet(rig, ENDINGS[signal]).get(key)
+    return data_sheet(rig, signal).get(key)
 
 
 def largest_error(rig: Machine, signal: str) -> float | None:
@@ -250,7 +256,7 @@ def _noise(sensor: dict[str, float]) -> float:
 
 def _properties(rig: Machine, signal: str) -> dict[str, float]:
     """Numbers of a sensor that a fit needs, SI."""
-    found = data_sheet(rig, ENDINGS[signal])
+    found = data_sheet(rig, signal)
     if not found:
         raise InputError(f"{rig.name} has no sensor for a signal that ends in `{ENDINGS[signal]}`; add one to its file")
     return found
