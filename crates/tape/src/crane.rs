@@ -40,9 +40,9 @@ pub struct Exported {
 /// # Errors
 /// Keys that can be no parameters, outputs that are none, and friction that jumps.
 pub fn export(template: &Template, layout: &Layout, outputs: &[OutputInfo], request: &Request) -> Result<Exported> {
-    let powers = powers(template)?;
     let asks_for_powers = request.outputs.iter().any(|name| name.starts_with(LEDGER));
-    let counts = [outputs.len(), if asks_for_powers { powers.len() } else { 0 }];
+    let powers = if asks_for_powers { powers(template)? } else { Vec::new() };
+    let counts = [outputs.len(), powers.len()];
     let outputs = [outputs, &powers].concat();
     let places = chosen_outputs(&outputs, &request.outputs)?;
     let chosen = parameters::chosen(template, layout, counts, &request.parameters)?;
