@@ -20,12 +20,17 @@ from typing import NamedTuple
 
 import marked_page
 import numpy as np
+from tip_soak import alarms
 from workers import processes
 
 import hydrocrane as hc
 from hydrocrane.benchmark import Case, Condition, random_lines
 from hydrocrane.benchmark.cases import motion_of, scenario_of
 from hydrocrane.benchmark.metrics import LAST, TipMotion, metrics
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+
+from benches.tables import table  # noqa: E402
 
 PAGE = Path(__file__).with_name("tip-machines.md")
 # Rated loads, kg.
@@ -155,7 +160,6 @@ def line(machine: hc.Machine, case: Case, sensors: str, held: bool) -> Line:
     q = np.array([run.data[f"joint.{joint}.q"].values[-1] for joint in machine.joint_names])
     since = motion.time - centred
     still = motion.tip[since >= HELD_FROM]
-    events = [event.text for event in run.events if not (event.warning or event.text.startswith("the tip stands"))]
     warnings = [warning.kind for warning in run.warnings if warning.kind in TOLD]
     return Line(
         off=found.path_max if run.outcome.completed else math.inf,
@@ -164,7 +168,7 @@ def line(machine: hc.Machine, case: Case, sensors: str, held: bool) -> Line:
         rest=found.vibration,
         drift=float(np.hypot(*(still - still[0]).T).max()) if held and still.size else math.nan,
         count=count_at_tip(run, q) if sensors == "data-sheet" else 0.0,
-        told=tuple(dict.fromkeys([*warnings, *events])),
+        told=tuple(dict.fromkeys([*warnings, *alarms(run)])),
     )
 
 
@@ -233,10 +237,6 @@ HEADS = (
 )  # fmt: skip
 
 
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    return ["| " + " | ".join(cells) + " |" for cells in (heads, ["---"] * len(heads), *rows)]
-
-
 def bundled() -> list[Crane]:
     """Cranes whose tip moves in a plane."""
     names = [name for name in hc.bundled_machines() if len(hc.load_machine(name).joint_names) > 1]
@@ -266,8 +266,8 @@ def failures(rows: Sequence[Row]) -> list[str]:
         ]
         for row, what, value, limit, factor, unit in found
     ]  # fmt: skip
-    heads = ("machine", "sensors", "load, kg", "demand", "asked at most", "found", "why")
-    return table(heads, text) if text else ["None."]
+    heads = ["machine", "sensors", "load, kg", "demand", "asked at most", "found", "why"]
+    return [table(heads, text)] if text else ["None."]
 
 
 def verdict(rows: Sequence[Row]) -> list[str]:
@@ -288,7 +288,7 @@ def numbers(rows: Sequence[Row]) -> list[str]:
     worst_first = sorted(rows, key=lambda row: -max(row.of("rest")))
     return [
         "## Failures", "", *failures(rows), "", "## Verdict", "", *verdict(rows), "", "## All rows", "",
-        *table(HEADS, [row.cells() for row in worst_first]),
+        table(list(HEADS), [row.cells() for row in worst_first]),
     ]  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override
+from hydrocrane.results.run import Run
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import simulate
 
@@ -82,6 +83,13 @@ def worst_of(found: Sequence[Soak]) -> Soak:
     )
 
 
+def alarms(run: Run) -> tuple[str, ...]:
+    """Events of a run other than warnings and those that explain a tip at rest."""
+    return tuple(
+        event.text for event in run.events if not event.warning and not event.text.startswith("the tip stands")
+    )
+
+
 def random_sticks(
     seed: int, duration: float, *, towards: tuple[float, float] = (0.0, 0.0), full_speed: float | None = None
 ) -> Joystick:
@@ -137,9 +145,7 @@ def soak(
     return Soak(
         outcome=run.outcome.kind,
         warnings=tuple(warning.text for warning in run.warnings),
-        alarms=tuple(
-            event.text for event in run.events if not event.warning and not event.text.startswith("the tip stands")
-        ),
+        alarms=alarms(run),
         tip_speed=float(np.hypot(*np.einsum("tij,tj->it", driven.tip_jacobian(q), of(joints, "qd"))).max()),
         pressure=float(of(cylinders, "p1", "p2").max()) / driven.supply_pressure,
         beyond_limits=float(max(0.0, (np.maximum(low - q, q - high) / (high - low)).max())),
