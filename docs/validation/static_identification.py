@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple, TypeVar
 
 import matplotlib.pyplot as plt
 import numpy as np
+from workers import processes
 
 from hydrocrane.identification import (
-    FrictionPoints,
+    FrictionComparison,
     StaticFit,
     StaticMap,
     compare_friction,
@@ -38,6 +41,7 @@ LAWS = {
 }
 ROTTNE = LAWS["Rottne 0 kg"]
 OFFSET = 30.0
+Found = TypeVar("Found")
 SIDES = ("extending", "retracting")
 INTRODUCTION = """# Static friction identified: how often it is right
 
@@ -67,14 +71,20 @@ def coverage(
     return float(np.mean(held)), float(np.min(held)), error["other"], error["stribeck"]
 
 
+def of_seeds(one: Callable[[int], Found], seeds: int) -> list[Found]:
+    """What `one` gives for each seed; the processes share them."""
+    return list(processes().map(one, range(seeds)))
+
+
+def fit_of(law: StaticMap, wish: dict, how: dict[str, float], seed: int) -> tuple[StaticFit, float]:
+    """The fit to points of a seed, with the offset that was added to its forces."""
+    offset = OFFSET * np.random.default_rng(seed + 10**6).normal() if "bias" in wish else 0.0
+    points = synthetic_points(law, seed=seed, offset=offset, **how)
+    return fit_static(points, **{"exponents": "fixed", **wish}), offset
+
+
 def fits_of(law: StaticMap, seeds: int, *, wish: dict | None = None, **how: float) -> list[tuple[StaticFit, float]]:
-    """One fit per seed, with the offset that was added to its forces."""
-    out = []
-    for seed in range(seeds):
-        offset = OFFSET * np.random.default_rng(seed + 10**6).normal() if wish and "bias" in wish else 0.0
-        asked = {"exponents": "fixed", **(wish or {})}
-        out.append((fit_static(synthetic_points(law, seed=seed, offset=offset, **how), **asked), offset))
-    return out
+    return of_seeds(partial(fit_of, law, wish or {}, how), seeds)
 
 
 def recovery(seeds: int) -> list[str]:
@@ -101,6 +111,31 @@ def recovery(seeds: int) -> list[str]:
             f"| {100 * worst:.1f} % |"
         )
     return lines
+
+
+class Chosen(NamedTuple):
+    """What a fit says: intervals of Coulomb friction, its form, its warnings, and levels left out of it."""
+
+    ends: list[tuple[float, float]]
+    stribeck: tuple[bool, bool]
+    warned: bool
+    alone: bool | None
+    ratio: float
+    beside: bool
+
+
+def chosen(law: StaticMap, exponents: str, seed: int) -> Chosen:
+    fit = fit_static(synthetic_points(law, seed=seed), exponents=exponents)
+    analysis, out = fit.residual_analysis, fit.held_out
+    intervals = fit.intervals(0.95)
+    return Chosen(
+        ends=[intervals[f"coulomb.{side}"] for side in SIDES],
+        stribeck=fit.form.stribeck,
+        warned=bool(analysis and analysis.warnings),
+        alone=out.notable if out else None,
+        ratio=out.ratio if out else np.nan,
+        beside=any(each.shows for each in fit.successions),
+    )
 
 
 def choice(seeds: int) -> list[str]:
@@ -137,19 +172,17 @@ def choice(seeds: int) -> list[str]:
         stribeck = law.pairs["breakaway"][0] > law.pairs["coulomb"][0]
         row, warned, right, told = "", [], 0.0, ""
         for exponents in ("chosen", "fixed"):
-            fits = [fit_static(synthetic_points(law, seed=seed), exponents=exponents) for seed in range(seeds)]
-            ends = np.array([[fit.intervals(0.95)[f"coulomb.{side}"] for side in SIDES] for fit in fits])
+            fits = of_seeds(partial(chosen, law, exponents), seeds)
+            ends = np.array([fit.ends for fit in fits])
             true = np.array(law.pairs["coulomb"])
             held = np.mean((ends[..., 0] <= true) & (true <= ends[..., 1]))
             row += f"| {100 * held:.1f} % | {np.median(ends[..., 1] - ends[..., 0]):.1f} "
-            analyses = [fit.residual_analysis for fit in fits]
-            warned.append(f"{100 * np.mean([bool(found and found.warnings) for found in analyses]):.0f} %")
+            warned.append(f"{100 * np.mean([fit.warned for fit in fits]):.0f} %")
             if exponents == "chosen":
-                right = 100 * float(np.mean([fit.form.stribeck == (stribeck, stribeck) for fit in fits]))
-                out = [fit.held_out for fit in fits if fit.held_out]
-                alone = 100 * np.mean([found.notable for found in out])
-                beside = 100 * np.mean([any(each.shows for each in fit.successions) for fit in fits])
-                told = f"{alone:.0f} % | {beside:.0f} % | {np.median([found.ratio for found in out]):.2f}"
+                right = 100 * float(np.mean([fit.stribeck == (stribeck, stribeck) for fit in fits]))
+                alone = 100 * np.mean([fit.alone for fit in fits if fit.alone is not None])
+                beside = 100 * np.mean([fit.beside for fit in fits])
+                told = f"{alone:.0f} % | {beside:.0f} % | {np.nanmedian([fit.ratio for fit in fits]):.2f}"
         lines.append(f"| {name} | {seeds} {row}| {right:.0f} % | {warned[0]} | {warned[1]} | {told} |")
     return lines
 
@@ -161,9 +194,16 @@ def rms(fit: StaticFit, law: StaticMap) -> float:
     return float(np.sqrt(np.mean((fit.force(v) - law.force(v)) ** 2)))
 
 
-def trap(seeds: int) -> list[str]:
+def plain_and_levels(law: StaticMap, how: dict[str, float], seed: int) -> tuple[StaticFit, StaticFit]:
+    """Least squares over the points, and with each level weighing the same."""
     speeds = np.geomspace(1e-4, 0.1, 12)
     windows = np.where(speeds < 3e-3, 40, 1)
+    points = synthetic_points(law, speeds=speeds, windows=windows, seed=seed, **how)
+    plain = fit_static(points, exponents="fixed", floor=0.0, loss="linear")
+    return plain, fit_static(points, exponents="fixed", floor=10.0)
+
+
+def trap(seeds: int) -> list[str]:
     bent = StaticMap.of({**ROTTNE.pairs, "viscous-exponent": 1.1, "viscous": (3200, 4800)})
     kinds: dict[str, tuple[StaticMap, dict]] = {
         "errors of windows only, 3 N": (ROTTNE, {"force_error": 3.0}),
@@ -179,16 +219,12 @@ def trap(seeds: int) -> list[str]:
         "|---|---|---|---|",
     ]
     for name, (law, how) in kinds.items():
-        plain, ours = [], []
-        for seed in range(seeds):
-            points = synthetic_points(law, speeds=speeds, windows=windows, seed=seed, **how)
-            plain.append(rms(fit_static(points, exponents="fixed", floor=0.0, loss="linear"), law))
-            ours.append(rms(fit_static(points, exponents="fixed", floor=10.0), law))
-        a, b = np.median(plain), np.median(ours)
+        pairs = of_seeds(partial(plain_and_levels, law, how), seeds)
+        a, b = np.median([[rms(fit, law) for fit in pair] for pair in pairs], axis=0)
         lines.append(f"| {name} | {a:.2f} | {b:.2f} | {a / b:.2f} |")
         if how.get("level_error") and law is bent:
-            draw(fit_static(points, exponents="fixed", floor=0.0, loss="linear"), "plain")
-            draw(fit_static(points, exponents="fixed", floor=10.0), "levels")
+            for fit, kind in zip(pairs[-1], ("plain", "levels")):
+                draw(fit, kind)
     lines += [
         "\nIf only independent noise is left, plain least squares is the better estimator; the weights help",
         "if a level has a common error. The last case, one seed, plain and by levels:\n",
@@ -205,13 +241,15 @@ def draw(fit: StaticFit, name: str) -> None:
     plt.close(figure)
 
 
-def load_and_pressure(seeds: int) -> list[str]:
-    def pair(one: str, other: str) -> Callable[[int], dict[str, FrictionPoints]]:
-        return lambda seed: {
-            one: synthetic_points(LAWS[one], seed=seed),
-            other + (" again" if one == other else ""): synthetic_points(LAWS[other], seed=seed + 10**5),
-        }
+def compared(one: str, other: str, seed: int) -> FrictionComparison:
+    groups = {
+        one: synthetic_points(LAWS[one], seed=seed),
+        other + (" again" if one == other else ""): synthetic_points(LAWS[other], seed=seed + 10**5),
+    }
+    return compare_friction(groups, exponents="fixed")
 
+
+def load_and_pressure(seeds: int) -> list[str]:
     lines = [
         "\n## Load and pressure: does friction change?\n",
         "Two groups, one map or two: share of the seeds with p < 0.05, conclusion at a margin of 10 %, and the largest",
@@ -223,7 +261,7 @@ def load_and_pressure(seeds: int) -> list[str]:
     cases = [("Rottne 0 kg", "Rottne 0 kg", seeds), ("Kalmar 0 kg", "Kalmar 0 kg", seeds),
              ("Rottne 0 kg", "Rottne 115 kg", few), ("Kalmar 0 kg", "Kalmar 115 kg", few)]  # fmt: skip
     for one, other, count in cases:
-        found = [compare_friction(pair(one, other)(seed), exponents="fixed") for seed in range(count)]
+        found = of_seeds(partial(compared, one, other), count)
         conclusions = [f.conclusion for f in found]
         share = {v: 100 * np.mean([w == v for w in conclusions]) for v in ("equivalent", "undecided")}
         alarms = 100 * np.mean([f.p_value < 0.05 for f in found])

@@ -23,6 +23,7 @@ use crate::feed_forward::{Ahead, Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
 use crate::model_error::ModelError;
 use crate::observer::{self, Observer};
+use crate::overlap::Overlap;
 use crate::rest::{Rest, Resting};
 pub use crate::tip_settings::DriveGains;
 use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
@@ -81,8 +82,7 @@ pub struct Drive {
     /// Shares by which the low-passes of the pressures and of the load go on in a period.
     pressure_share: f64,
     load_share: f64,
-    /// Opening that the spool swings beyond after it has passed half of its overlap: less would be drowned by that.
-    least_opening: f64,
+    overlap: Overlap,
     /// Openings that commands reach, retracting and extending, as shares of the whole.
     reach: [f64; 2],
     /// Friction at the start of a motion, retracting and extending, N.
@@ -90,6 +90,8 @@ pub struct Drive {
     /// Low-passed pressures with the measured position, and what they allow.
     moment: Moment,
     capacity: Capacity,
+    /// Speed with closed edges that is made up for, m/s: behind a low-pass, since what leaks also damps the modes on the oil.
+    leaks: f64,
     force: f64,
     /// Way that the oil has given since the start, m.
     given: f64,
@@ -203,11 +205,12 @@ impl Drive {
             sample: None,
             pressure_share: share(gains.pressure),
             load_share: share(LOAD_BANDWIDTH),
-            least_opening: cylinder.dynamics.overshoot() * cylinder.overlap(),
+            overlap: Overlap::of(&cylinder, period),
             reach: [-1.0, 1.0].map(|sense| cylinder.reach(sense)),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
             moment,
             capacity: cylinder.capacity(&fluid, &supply_pressures, &moment),
+            leaks: 0.0,
             force,
             given: 0.0,
             excess: force - load,
@@ -220,6 +223,7 @@ impl Drive {
         };
         drive.momentary = [-1.0, 1.0].map(|sense| drive.full_speed(sense, drive.steady_speed(sense)));
         drive.range = drive.range_now();
+        drive.leaks = drive.capacity.closed;
         drive
     }
 
@@ -240,6 +244,7 @@ impl Drive {
         self.moment.stroke = now.stroke;
         (self.count, self.slowest) = (count, slowest);
         self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.when_it_acts());
+        self.leaks += observing.lag_share * (self.capacity.closed - self.leaks);
         // Pressures that are estimated follow from the model.
         self.given += if self.estimate.is_none() { (self.force - before) / self.capacity.stiffness } else { 0.0 };
         let before = self.observer.position;
@@ -448,7 +453,7 @@ impl Drive {
         // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
         let Capacity { closed, full, .. } = self.capacity;
         let mean = 0.5 * (full[1] - full[0]);
-        let fit = if d.rest { self.learning.certain(closed, mean) } else { self.learning.fit };
+        let fit = if d.rest { self.learning.certain(self.leaks, mean) } else { self.learning.fit };
         if let Some(sample) = self.sample.filter(|_| d.rest != was_at_rest) {
             let explained = fit.speed(&sample) - self.fit.speed(&sample);
             self.learning.explain(explained);
@@ -472,11 +477,11 @@ impl Drive {
         if let Some(estimate) = &mut self.estimate {
             estimate.hold(d.rest, behind.abs(), g.rest_band);
         }
-        let c = &self.cylinder;
         let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring) };
-        let opening = if opening.abs() < self.least_opening { 0.0 } else { opening };
-        let asked = self.fit.asked(opening);
-        let command = c.chain.command(c.spool(asked)).clamp(-c.stroke, c.stroke);
+        let needed = self.opening_for(motion + winding);
+        let (c, fit) = (&self.cylinder, self.fit);
+        let spool = self.overlap.spool(opening, needed, d.rest, |opening| c.spool(fit.asked(opening)));
+        let command = c.chain.command(spool).clamp(-c.stroke, c.stroke);
         let spool = c.chain.spool(command);
         let asked = c.opening(spool);
         let opening = self.fit.opening(asked);
@@ -561,7 +566,7 @@ impl Drive {
 
     /// Opening that gives `speed` (m/s), as a signed share of the whole.
     fn opening_for(&self, speed: f64) -> f64 {
-        let closed = self.fit.leakage * self.capacity.closed;
+        let closed = self.fit.leakage * self.leaks;
         let sense = if speed < closed { -1.0 } else { 1.0 };
         let steady = self.steady_speed(sense);
         // Where the load would push the piston back in the end, the valve is opened for no motion, but it may fill a chamber for a moment.

@@ -26,6 +26,7 @@ pub mod observer;
 pub mod oil_displacement;
 pub mod oil_modes;
 mod opening;
+mod overlap;
 pub mod parameter_block;
 mod passage;
 pub mod penalty;

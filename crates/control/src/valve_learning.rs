@@ -231,7 +231,8 @@ impl Learning {
     pub fn certain(&self, closed: f64, full: f64) -> ValveFit {
         let certain = |value: f64, combination: [f64; COUNT]| {
             let squares = forwards(&self.root, combination).iter().map(|y| y * y).sum::<f64>();
-            let doubt = CERTAIN * ERROR * portable::sqrt(squares);
+            // The error may also last for ever, as those of the sensors do: no motion averages it out.
+            let doubt = CERTAIN * ERROR * portable::sqrt(1.0 + squares);
             // Nothing up to the doubt, all of it from twice the doubt on.
             value * (value.abs() / doubt - 1.0).clamp(0.0, 1.0)
         };
