@@ -191,17 +191,19 @@ def cylinder_loops(
     fastest = plant.fastest(pids, signs)
     stable = abs(fastest) < _RADIUS
 
-    def loop_gain(omega: Array, cylinder: int) -> np.ndarray:
+    def opened(omega: Array) -> list[np.ndarray]:
         z = np.exp(1j * omega * period)
         controls = np.stack([sign * pid.at(z) for sign, pid in zip(signs, pids, strict=True)], axis=-1)
-        return _one_open(plant.response(z), controls, cylinder)
+        response = plant.response(z)
+        return [_one_open(response, controls, i) for i in range(len(pids))]
 
     grid = _grid(model, np.pi / period)
-    advice = "" if stable else _advice(model, plant, pids, signs, fastest, loop_gain)
+    advice = "" if stable else _advice(model, plant, pids, signs, fastest, opened)
     found = []
-    for i, (cylinder, joint) in enumerate(zip(machine.cylinder_names, machine.joint_names, strict=True)):
-        gain = loop_gain(grid, i)
-        at = margins(grid, gain, lambda omega: loop_gain(omega, i))
+    for i, (cylinder, joint, gain) in enumerate(
+        zip(machine.cylinder_names, machine.joint_names, opened(grid), strict=True)
+    ):
+        at = margins(grid, gain, lambda omega: opened(omega)[i])
         found.append(Loop(cylinder, joint, pids[i], float(period), late, grid, gain, at, stable, abs(fastest), advice))
     return found
 
@@ -212,7 +214,7 @@ def _advice(
     pids: list[PidGains],
     signs: Array,
     fastest: complex,
-    loop_gain: Callable[[Array, int], np.ndarray],
+    opened: Callable[[Array], list[np.ndarray]],
 ) -> str:
     """What grows and why, and changes that were tried and make all loops stable."""
     proportional = [PidGains(p.proportional, 0.0, p.derivative) for p in pids]
@@ -222,7 +224,7 @@ def _advice(
         cause = "the integral parts drive it" if integral else "also without integral parts: is a sign of a gain wrong?"
         why = f"the error grows steadily, without an oscillation, e-fold in {time:.2g} s; {cause}"
     else:
-        why = _oscillation(model, abs(np.angle(fastest)) / plant.period, time, loop_gain)
+        why = _oscillation(model, abs(np.angle(fastest)) / plant.period, time, opened)
     cures = []
     if share := _stable_share(plant, pids, signs):
         cures.append(f"all gains times {share:.2g}")
@@ -240,10 +242,10 @@ def _steady(eigenvalue: complex) -> bool:
     return eigenvalue.imag == 0.0 and eigenvalue.real > _RADIUS
 
 
-def _oscillation(model: LinearModel, omega: float, time: float, loop_gain: Callable[[Array, int], np.ndarray]) -> str:
+def _oscillation(model: LinearModel, omega: float, time: float, opened: Callable[[Array], list[np.ndarray]]) -> str:
     """An oscillation of `omega`, rad/s, with the nearest natural mode and the loop that feeds it."""
     cylinders = [name.split(".")[1] for name in model.input_names]
-    gains = [abs(complex(loop_gain(np.array([omega]), i)[0])) for i in range(len(cylinders))]
+    gains = [abs(complex(gain[0])) for gain in opened(np.array([omega]))]
     worst = int(np.argmax(gains))
     hertz = model.oscillations.frequency
     near = int(np.argmin(np.abs(hertz * 2 * np.pi - omega))) if hertz.size else -1
@@ -285,8 +287,10 @@ class _Sampled:
 
     def response(self, z: np.ndarray) -> np.ndarray:
         """Gains (m, n_joints, n_cyl) at points z on the unit circle."""
-        none = np.zeros((len(self.c), self.now.shape[1]))
-        now, before = (transfer(self.moved, g, self.c, none, z) for g in (self.now, self.before))
+        inputs = self.now.shape[1]
+        both = np.hstack([self.now, self.before])
+        gains = transfer(self.moved, both, self.c, np.zeros((len(self.c), 2 * inputs)), z)
+        now, before = gains[..., :inputs], gains[..., inputs:]
         back = (1.0 / z)[:, None, None]
         return (now + before * back) * back**self.whole
 
