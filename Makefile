@@ -29,8 +29,9 @@ test-rust:
 	$(CARGO) test --workspace --quiet
 
 # Tests go to as many processes as there are cores, four at most; those of a file stay together, since they share fixtures. Files are
-# taken in their order: those with few tests, put last otherwise, are often the longest, and one core would wait for them.
-PYTEST := $(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+# taken in their order: those with few tests, put last otherwise, are often the longest, and one core would wait for them. OpenBLAS has
+# one thread in each: with more, they wait for each other, and eigenvalues of a middling matrix take tens of times as long.
+PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 test-python: $(VENV)/.tested
 	$(PYTEST) -m "not evidence"
 
