@@ -15,13 +15,13 @@ from scipy.stats import t as student
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
 from hydrocrane.identification.covariance import invert
-from hydrocrane.identification.form import Exponents, Form
-from hydrocrane.identification.least_squares import Loss, Problem, level_means
+from hydrocrane.identification.form import Exponents, Wish
+from hydrocrane.identification.least_squares import Problem, level_means
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.profile import Solved
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.setup import FLOOR_SHARE, Bias, sensor_errors
-from hydrocrane.identification.static_fit import fit_static
+from hydrocrane.identification.static_fit import best_map, fit_static
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -188,25 +188,22 @@ def compare_friction(
     together = FrictionPoints.joined(list(groups.values()))
     sensors = sensor_errors(together, bias, span, linearity_error)
 
-    def fitted(points: FrictionPoints, of: Bias, form: Form | None, loss: Loss = "soft_l1") -> StaticFit:
-        return fit_static(
-            points,
-            exponents=exponents,
-            held=held,
-            form=form,
-            bias=of,
-            span=span,
-            linearity_error=linearity_error,
-            loss=loss,
-            floor=floor,
-        )
-
-    form = fitted(together, bias, None).form
+    wish = Wish.of(exponents, held)
+    form = best_map(together, wish, None, sensors, floor=floor)[0].form
     starts = np.cumsum([0, *(points.logs for points in groups.values())])
     fits, apart = {}, []
     for (name, points), first in zip(groups.items(), starts, strict=False):
         own = bias[first : first + points.logs] if isinstance(bias, Sequence) else bias
-        fits[name] = fitted(points, own, form)
+        fits[name] = fit_static(
+            points,
+            exponents=exponents,
+            held=held,
+            form=form,
+            bias=own,
+            span=span,
+            linearity_error=linearity_error,
+            floor=floor,
+        )
         problem = _solved(fits[name]).problem
         kept = replace(problem.points, of_log=problem.points.log + first)
         apart.append(replace(problem, points=kept, sensors=sensors))
@@ -214,7 +211,8 @@ def compare_friction(
     places = {name: _common_velocities(fits, name, reference) for name in others}
     used = FrictionPoints.joined([problem.points for problem in apart])
     used = replace(used, of_log=np.concatenate([problem.points.log for problem in apart]))
-    whole = fitted(used, bias, form, "linear")
+    of_used = sensor_errors(used, bias, span, linearity_error)
+    whole, _ = best_map(used, wish, form, of_used, loss="linear", floor=floor)
     one = replace(_solved(whole).problem, points=used, start=_solved(whole).problem.coordinates.of_map(whole.law))
     separate, statistic, freedom = _nested_test(list(fits.values()), apart, one)
     differences = tuple(_difference(list(fits), separate, v, name, reference) for name, v in places.items())

@@ -193,10 +193,20 @@ class Problem:
         """Minimise from `x`, with points of standard deviation `sigma`, and the residual `extra` if given."""
         low, high = self.bounds()
         inside = np.where(np.isfinite(high), np.clip(x, low, high), np.maximum(x, low))
+        last: tuple[Array, Array, Array] | None = None
+
+        def evaluated(u: Array) -> tuple[Array, Array, Array]:
+            # The search asks for residuals and derivatives one after the other.
+            nonlocal last
+            if last is None or not np.array_equal(last[0], u):
+                last = (u.copy(), *self.weighted_residuals(u, sigma, extra))
+            return last
+
+        # It scales in place what it gets.
         return least_squares(
-            lambda u: self.weighted_residuals(u, sigma, extra)[0],
+            lambda u: evaluated(u)[1].copy(),
             inside,
-            jac=lambda u: self.weighted_residuals(u, sigma, extra)[1],
+            jac=lambda u: evaluated(u)[2].copy(),
             bounds=(low, high),
             x_scale="jac",
             loss=loss,

@@ -17,6 +17,7 @@ from hydrocrane.identification.form import EACH, HELD, LINEAR, SHARED, Exponents
 from hydrocrane.identification.least_squares import (
     Loss,
     Problem,
+    SensorErrors,
     found_share,
     of_the_bulk,
     scale_of,
@@ -129,8 +130,38 @@ def fit_static(
     if not (np.isfinite(velocity_share) and velocity_share >= 0.0):
         raise InputError(f"velocity_share needs a standard deviation of zero or more, relative, got {velocity_share}")
     sensors = sensor_errors(points, bias, span, linearity_error)
+    best, likeliest = best_map(
+        points,
+        Wish.of(exponents, held),
+        form,
+        sensors,
+        velocity_share=velocity_share,
+        symmetric=symmetric,
+        loss=loss,
+        floor=floor,
+    )
+    told = replace(
+        best,
+        residual_analysis=residual_analysis(likeliest.problem, likeliest.x),
+        held_out=leave_out(likeliest),
+        successions=successions(likeliest.problem, likeliest.x),
+    )
+    return replace(told, warnings=warnings_of(told, bool(sensors.priors)))
+
+
+def best_map(
+    points: FrictionPoints,
+    wish: Wish,
+    form: Form | None,
+    sensors: SensorErrors,
+    *,
+    velocity_share: float = 0.0,
+    symmetric: bool = False,
+    loss: Loss = "soft_l1",
+    floor: float | None = None,
+) -> tuple[StaticFit, Candidate]:
+    """The fit of :func:`fit_static` before it is checked, which takes as long as the fit, and the likeliest form."""
     used, rejected = usable_points(points)
-    wish = Wish.of(exponents, held)
 
     def problem(of: Form, among: FrictionPoints) -> Problem:
         return problem_of(among, of, wish.held, sensors, symmetric, floor)
@@ -142,15 +173,7 @@ def fit_static(
         forms, () if form else wish.freedoms["stribeck-exponent"][1:], lambda of: problem(of, kept)
     )
     best, *others = (_result(points, candidate, wish, rejected, velocity_share) for candidate in candidates)
-    likeliest = candidates[0]
-    told = replace(
-        best,
-        alternatives=tuple(others),
-        residual_analysis=residual_analysis(likeliest.problem, likeliest.x),
-        held_out=leave_out(likeliest),
-        successions=successions(likeliest.problem, likeliest.x),
-    )
-    return replace(told, warnings=warnings_of(told, bool(sensors.priors)))
+    return replace(best, alternatives=tuple(others)), candidates[0]
 
 
 def _largest(forms: Sequence[Form]) -> Form:
