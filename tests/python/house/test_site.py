@@ -52,7 +52,9 @@ def test_every_page_stands_in_one_table_of_contents():
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """The site as `make site` builds it, warnings being errors; `test_notebooks.py` runs the notebooks."""
+    """The site as `make site` builds it, warnings being errors, with views of sources in one colour;
+    `test_notebooks.py` runs the notebooks.
+    """
     pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
     if not (ROOT / "results/katex/static").is_dir():
         pytest.skip("`make site` fetches the mathematics, which are not here")
@@ -69,6 +71,8 @@ def site(tmp_path_factory):
         str(out / "cache"),
         "-D",
         "nb_execution_mode=off",
+        "-D",
+        "source_colours=0",
         ".",
         str(out / "html"),
     ]
