@@ -20,7 +20,11 @@ CORRECTED = ("rottne-f9-lab", "hiab-xs031", "single-cylinder")
 
 
 def pytest_collection_modifyitems(items):
-    """Whatever needs the browser, or the page's compiled core, runs alone and belongs to the slower evidence."""
+    """Whatever needs the browser, or the page's compiled core, runs alone and belongs to the slower evidence.
+
+    Studies come first: they are long files, and at the end all cores but one would wait for them.
+    """
+    items.sort(key=lambda item: item.path.parent.name != "studies")
     for item in items:
         if {"browser", "address", "cockpit", "drive"} & set(item.fixturenames):
             item.add_marker("browser")

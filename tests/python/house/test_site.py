@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from html import unescape
 from pathlib import Path
 from urllib.parse import unquote
@@ -81,6 +82,13 @@ def site(tmp_path_factory):
     return out / "html"
 
 
+@cache
+def lies(folder: Path, address: str) -> Path | None:
+    """The file or folder that an address names, if there is one."""
+    there = (folder / address).resolve()
+    return there if there.exists() else None
+
+
 @pytest.mark.evidence
 def test_links_and_anchors_of_the_site_lead_somewhere(site):
     code = re.compile(r"<pre>.*?</pre>", re.DOTALL)
@@ -93,8 +101,8 @@ def test_links_and_anchors_of_the_site_lead_somewhere(site):
             address, _, anchor = unquote(unescape(target)).partition("#")
             if re.match(r"[a-z]+:", address):
                 continue
-            there = (page.parent / address.partition("?")[0]).resolve() if address else page
-            if not there.exists() or (anchor and there in anchors and anchor not in anchors[there]):
+            there = lies(page.parent, address.partition("?")[0]) if address else page
+            if there is None or (anchor and there in anchors and anchor not in anchors[there]):
                 broken.append(f"{page.relative_to(site)}: {target}")
     assert not broken, broken[:20]
 
