@@ -64,9 +64,9 @@ class ReachedLine:
         return float(self.speeds.min()) if self.length > 0 else 0.0
 
 
-def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> ReachedLine:
-    """Line from pose `q` (n,) along the unit vector `direction` (2,), up to `length` (m) or the limit of the
-    machine."""
+def walk(machine: Machine, q: Array, direction: Array, length: float = LINE, slowest: float = SLOWEST) -> ReachedLine:
+    """Line from pose `q` (n,) along the unit vector `direction` (2,), up to `length` (m), the limit of the machine, or
+    where it is slower than `slowest` (m/s)."""
     gains = machine.tip_gains
     q = np.array(q, dtype=np.float64)
     start = machine.tip(q)
@@ -77,7 +77,7 @@ def walk(machine: Machine, q: Array, direction: Array, length: float = LINE) -> 
         if np.hypot(*lost) > 0.5 * STEP:
             break
         rates, share = fastest_rates(machine, q, BEYOND * direction, gains["path-rate"] * lost, gains["limit-rate"])
-        if share * BEYOND < SLOWEST or machine.clearance(machine.tip(q)) < gains["keep-out-margin"] + ROOM:
+        if share * BEYOND < slowest or machine.clearance(machine.tip(q)) < gains["keep-out-margin"] + ROOM:
             break
         poses.append(q.copy())
         speeds.append(share * BEYOND)
@@ -146,13 +146,18 @@ def start_pose(machine: Machine) -> Array:
     lower, upper = machine.joint_limits.T
     grid = itertools.product(*[np.linspace(*INNER, count)] * len(lower))
     best, most = lower, (-np.inf, -np.inf)
+    senses = [np.array(sense) for sense in SENSES.values()]
     for shares in grid:
         q = lower + (upper - lower) * np.array(shares)
         found: list[ReachedLine] = []
-        for sense in SENSES.values():
-            found.append(walk(machine, q, np.array(sense)))
-            # Further walks can only lower what all of them have in common.
+        # After lines of full length, slower ones are of no use.
+        slowest = max(SLOWEST, most[1]) if most[0] >= STEP * round(LINE / STEP) else SLOWEST
+        for i, sense in enumerate(senses):
+            found.append(walk(machine, q, sense, slowest=slowest))
+            # Further walks can only lower what all of them have in common. What rules out this pose may well rule out
+            # the next one.
             if _score(found) <= most:
+                senses.insert(0, senses.pop(i))
                 break
         else:
             best, most = q, _score(found)
