@@ -4,8 +4,10 @@ from importlib import import_module
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 from command_line import run
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import hydrocrane as hc
 from hydrocrane import plots
@@ -82,10 +84,21 @@ def close_figures():
     plt.close("all")
 
 
-@pytest.fixture(params=MACHINES)
+@pytest.fixture(scope="module", params=MACHINES)
 def machine(request):
     name, overrides = MACHINES[request.param]
     return hc.load_machine(name, overrides)
+
+
+@pytest.fixture(scope="module")
+def drawn(machine):
+    """The figure; closed after the first test, it has no canvas, but all that is on it."""
+    return plots.circuit(machine)
+
+
+@pytest.fixture(scope="module")
+def sheet(machine):
+    return diagram(machine)
 
 
 def texts(crane):
@@ -107,32 +120,36 @@ def crosses(box, start, end):
     return first < last
 
 
-def test_no_text_lies_over_another_or_outside(machine):
-    figure = plots.circuit(machine)
-    renderer = figure.canvas.get_renderer()
-    boxes = {text: text.get_window_extent(renderer) for text in figure.axes[0].texts}
+def test_no_text_lies_over_another_or_outside(drawn):
+    renderer = FigureCanvasAgg(drawn).get_renderer()
+    boxes = {text: text.get_window_extent(renderer) for text in drawn.axes[0].texts}
     assert len(boxes) > 8
     for text, box in boxes.items():
-        assert box.x0 > 0 and box.y0 > 0 and box.x1 < figure.bbox.x1 and box.y1 < figure.bbox.y1, text.get_text()
+        assert box.x0 > 0 and box.y0 > 0 and box.x1 < drawn.bbox.x1 and box.y1 < drawn.bbox.y1, text.get_text()
         over = [other.get_text() for other in boxes if other is not text and box.overlaps(boxes[other])]
         assert not over, (text.get_text(), over)
 
 
-def test_no_line_runs_through_a_text(machine):
-    sheet = diagram(machine)
+def test_no_line_runs_through_a_text(sheet):
+    lines = []
+    for stroke in sheet.strokes:
+        ends = (*stroke.points[1:], stroke.points[0]) if stroke.fill else stroke.points[1:]
+        lines += zip(stroke.points, ends)
+    low, high = np.min(lines, axis=1), np.max(lines, axis=1)
     for label in sheet.labels:
         if label.text == "M":
             continue
-        for stroke in sheet.strokes:
-            ends = (*stroke.points[1:], stroke.points[0]) if stroke.fill else stroke.points[1:]
-            assert not any(crosses(label.box, *line) for line in zip(stroke.points, ends)), (label.text, stroke)
+        box = np.array(label.box)
+        # What lies on one side of the box crosses it nowhere.
+        near = (low <= box[2:]).all(axis=1) & (high >= box[:2]).all(axis=1)
+        through = [lines[i] for i in np.flatnonzero(near) if crosses(label.box, *lines[i])]
+        assert not through, (label.text, through)
 
 
-def test_the_boxes_of_texts_are_those_that_are_drawn(machine):
+def test_the_boxes_of_texts_are_those_that_are_drawn(drawn, sheet):
     """What is reckoned with the font's metrics, so that the layout is the same everywhere, is what appears."""
-    figure, sheet = plots.circuit(machine), diagram(machine)
-    renderer, millimetre = figure.canvas.get_renderer(), figure.dpi / 25.4
-    for label, text in zip(sheet.labels, figure.axes[0].texts, strict=True):
+    renderer, millimetre = FigureCanvasAgg(drawn).get_renderer(), drawn.dpi / 25.4
+    for label, text in zip(sheet.labels, drawn.axes[0].texts, strict=True):
         assert text.get_text() == label.text
         width = text.get_window_extent(renderer).width / millimetre
         # Pixels and hinting round the letters.
