@@ -31,8 +31,9 @@ KINDS = (
 # Processor time of an input (s), wall time after which its worker is ended whatever it does (s), and what a worker may
 # need beyond what it needs to begin (bytes).
 PATIENCE, LONGEST_WAIT, MEMORY = 5.0, 60.0, 2**30
-# Inputs that a worker gets at most.
-BATCH = 500
+# Inputs of a kind that a worker gets at most, and how many are so few that one worker gets those of several kinds: it
+# takes longer to begin than they do.
+BATCH, FEW = 500, 100
 # Seconds spent on making one input smaller.
 SHRINKING = 15.0
 
@@ -62,7 +63,7 @@ class Report:
 
 @cache
 def program(kind: str) -> list[str]:
-    """What tries the inputs of a kind; empty where nothing can be compiled."""
+    """What tries the inputs of a kind, or of kinds with commas between; empty where nothing can be compiled."""
     if kind != "controller":
         return [sys.executable, str(HERE / "worker.py"), kind]
     import hydrocrane as hc
@@ -120,31 +121,49 @@ def worker(kind: str, *arguments: str, hear: Callable[[str], None]) -> None:
             hear(f"ended {process.returncode} {' '.join(errors.read()[-300:].split())}")
 
 
-def batch(kind: str, seed: int, start: int, end: int) -> tuple[list[tuple[str, int, float]], list[Failure]]:
-    """The inputs `start` to `end`, with a new worker behind each input that ends one."""
-    done: list[tuple[str, int, float]] = []
-    failures: list[Failure] = []
-    at = start
-    while at < end:
-        begun = at - 1
+@dataclass
+class Tried:
+    """What came of some inputs of a kind: what each one did, its number and its time, s, and what failed."""
+
+    done: list[tuple[str, int, float]] = field(default_factory=list)
+    failures: list[Failure] = field(default_factory=list)
+
+
+def batch(kinds: list[str], seed: int, start: int, end: int) -> dict[str, Tried]:
+    """The inputs `start` to `end` of each kind, with a new worker behind each input that ends one."""
+    found = {kind: Tried() for kind in kinds}
+    left, at = list(kinds), start
+    while left:
+        kind, begun = left[0], at - 1
+        ended = False
 
         def hear(line: str) -> None:
-            nonlocal begun
+            nonlocal kind, begun, ended
             what, _, rest = line.partition(" ")
-            if what == "begin":
+            failures = found[kind].failures
+            if what == "kind":
+                begun = begun if rest == kind else start - 1
+                kind = rest
+            elif what == "begin":
                 begun = int(rest)
             elif what in ("refused", "ran"):
                 number, spent = rest.split()
-                done.append((what, int(number), float(spent)))
+                found[kind].done.append((what, int(number), float(spent)))
             elif what == "fault":
                 number, sort, text = rest.split(" ", 2)
                 failures.append(Failure(int(number), sort, text))
+            elif what == "done":
+                ended = True
             elif not failures or failures[-1].number != begun:
-                failures.append(Failure(max(begun, at), "hang" if what == "silent" else "crash", rest))
+                failures.append(Failure(max(begun, start), "hang" if what == "silent" else "crash", rest))
 
-        worker(kind, str(seed), str(at), str(end), hear=hear)
-        at = max(begun, at) + 1
-    return done, failures
+        others = [str(start)] if len(left) > 1 else []
+        worker(",".join(left), str(seed), str(at), str(end), *others, hear=hear)
+        # A worker in C has one kind, and does not name it.
+        after = max(begun, start if kind != left[0] else at) + 1
+        left = [] if ended else left[left.index(kind) + (after >= end) :]
+        at = start if after >= end else after
+    return found
 
 
 def signature(failure: Failure) -> str:
@@ -152,18 +171,22 @@ def signature(failure: Failure) -> str:
     return f"{failure.kind} {re.sub(r'`[^`]*`|[-0-9.e+]+', '', failure.text)[:100]}"
 
 
-def fuzz(kind: str, seed: int, inputs: int, threads: int, folder: Path | None) -> Report:
-    """Try all inputs of a kind."""
-    report = Report(kind, seed, inputs)
-    found: list[Failure] = []
+def fuzz(kinds: list[str], seed: int, inputs: int, threads: int, folder: Path | None) -> list[Report]:
+    """Try all inputs of some kinds, by one worker after the other or by several at once."""
     ranges = [(start, min(start + BATCH, inputs)) for start in range(0, inputs, BATCH)]
     with ThreadPoolExecutor(threads) as pool:
-        for done, failures in pool.map(lambda r: batch(kind, seed, *r), ranges):
-            found += failures
-            for what, number, spent in done:
-                setattr(report, what, getattr(report, what) + 1)
-                if spent > report.slowest:
-                    report.slowest, report.slowest_number = spent, number
+        parts = list(pool.map(lambda r: batch(kinds, seed, *r), ranges))
+    return [told(kind, seed, inputs, [part[kind] for part in parts], folder) for kind in kinds]
+
+
+def told(kind: str, seed: int, inputs: int, parts: list[Tried], folder: Path | None) -> Report:
+    """What came of all inputs of a kind; failures that read alike are told once."""
+    report = Report(kind, seed, inputs)
+    found = [failure for part in parts for failure in part.failures]
+    for what, number, spent in (entry for part in parts for entry in part.done):
+        setattr(report, what, getattr(report, what) + 1)
+        if spent > report.slowest:
+            report.slowest, report.slowest_number = spent, number
     groups: dict[str, list[Failure]] = collections.defaultdict(list)
     for failure in sorted(found, key=lambda f: f.number):
         groups[signature(failure)].append(failure)
@@ -229,7 +252,11 @@ def main() -> None:
     parser.add_argument("--output", type=Path)
     given = parser.parse_args()
     kinds = [kind for kind in given.kinds.split(",") if program(kind)]
-    reports = [fuzz(kind, given.seed, given.inputs // len(kinds), given.threads, given.failures) for kind in kinds]
+    inputs = given.inputs // len(kinds)
+    apart = [[kind] for kind in kinds if inputs > FEW or kind == "controller"]
+    together = [kind for kind in kinds if [kind] not in apart]
+    sets = [*([together] if together else []), *apart]
+    reports = [r for some in sets for r in fuzz(some, given.seed, inputs, given.threads, given.failures)]
     for report in reports:
         print(
             f"{report.kind}: {report.inputs} inputs, {report.refused} refused, {report.ran} ran,"

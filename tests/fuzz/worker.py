@@ -1,7 +1,9 @@
 """Tries damaged files one after the other; says which one it is at, so that whoever reads knows what ended it.
 
-``worker.py KIND SEED START END``, or ``worker.py KIND --file PATH``. A line per event: ``begin N``, then
-``refused N S``, ``ran N S`` or ``fault N CLASS TEXT``. N is the number of the input, S its processor time in seconds.
+``worker.py KINDS SEED START END [NEXT]``, or ``worker.py KIND --file PATH``. Kinds are tried in turn, the first one
+from the number START, the others from NEXT. A line per event: ``kind KIND``, for each of its inputs ``begin N``, then
+``refused N S``, ``ran N S`` or ``fault N CLASS TEXT``, and ``done`` at the end. N is the number of the input, S its
+processor time in seconds.
 """
 
 from __future__ import annotations
@@ -66,17 +68,21 @@ def last_place() -> str:
     return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else "outside"
 
 
-def main(kind: str, *rest: str) -> None:
+def main(kinds: str, *rest: str) -> None:
     # What is imported late, and the threads of a study, are in memory before the limit counts.
     exercise("study", STUDY)
     bounded_memory()
     threading.Thread(target=watch, daemon=True).start()
     if rest[0] == "--file":
-        one(kind, 0, Path(rest[1]).read_bytes().decode(errors="surrogateescape"))
+        one(kinds, 0, Path(rest[1]).read_bytes().decode(errors="surrogateescape"))
         return
-    seed, start, end = map(int, rest)
-    for number in range(start, end):
-        one(kind, number, content(kind, seed, number))
+    seed, start, end, *following = map(int, rest)
+    for kind in kinds.split(","):
+        print(f"kind {kind}", flush=True)
+        for number in range(start, end):
+            one(kind, number, content(kind, seed, number))
+        start = following[0] if following else start
+    print("done", flush=True)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "fuzz"
 sys.path.insert(0, str(FOLDER))
 
 import exercise  # noqa: E402
+import fuzz_files  # noqa: E402
 import worker  # noqa: E402
 
 pytestmark = pytest.mark.evidence
@@ -60,6 +61,33 @@ def test_a_hang_is_ended(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert "fault 3 hang" in done.stdout
+
+
+def test_an_input_that_ends_its_worker_costs_no_other_one(monkeypatch):
+    """The first kind ends its worker at its last number, the second at its first one."""
+    begun = []
+
+    def ends(kinds, seed, at, end, *following, hear):
+        for kind in kinds.split(","):
+            hear(f"kind {kind}")
+            for number in range(int(at), int(end)):
+                hear(f"begin {number}")
+                begun.append((kind, number))
+                if (kind, number) in (("log", 4), ("study", 2)):
+                    return hear("ended -9 no more")
+                hear(f"ran {number} 0.5")
+            at = following[0] if following else at
+        return hear("done")
+
+    monkeypatch.setattr(fuzz_files, "worker", ends)
+    found = fuzz_files.batch(["log", "study", "line"], 0, 2, 5)
+    assert begun == [(kind, number) for kind in ("log", "study", "line") for number in (2, 3, 4)]
+    assert {kind: [(f.number, f.kind) for f in tried.failures] for kind, tried in found.items()} == {
+        "log": [(4, "crash")], "study": [(2, "crash")], "line": []
+    }  # fmt: skip
+    assert {kind: [number for _, number, _ in tried.done] for kind, tried in found.items()} == {
+        "log": [2, 3], "study": [3, 4], "line": [2, 3, 4]
+    }  # fmt: skip
 
 
 def test_a_number_makes_the_same_file_again():
