@@ -41,6 +41,7 @@ export type MachineKey =
   | `cylinder.${string}.linkage.rocker-length`
   | `cylinder.${string}.linkage.coupler-length`
   | `cylinder.${string}.linkage.side`
+  | `cylinder.${string}.count`
   | `cylinder.${string}.bore`
   | `cylinder.${string}.rod-diameter`
   | `cylinder.${string}.barrel-length`

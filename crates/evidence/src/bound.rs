@@ -6,7 +6,6 @@
 //! elastic energy of the oil in one chamber of volume V: that raises the pressure by sqrt(2 E K / V).
 
 use hydrocrane_sim::Model;
-use std::f64::consts::FRAC_PI_4;
 
 /// A drive may reach this many times what supply and load can make.
 pub const MARGIN: f64 = 1.5;
@@ -65,8 +64,7 @@ impl<'a> Bounds<'a> {
         let supply = machine.supply.pressure;
         let mut bounds = Vec::with_capacity(2 * n);
         for (c, cylinder) in machine.cylinders.iter().enumerate() {
-            let piston = FRAC_PI_4 * cylinder.bore * cylinder.bore;
-            let ring = piston - FRAC_PI_4 * cylinder.rod_diameter * cylinder.rod_diameter;
+            let [piston, ring] = cylinder.areas();
             let friction = self.model.steady_friction(c, 1.0).abs().min(supply * piston);
             for (area, other, force, side, dead) in [
                 (piston, ring, load[c], 1.0, cylinder.dead_volume[0]),
@@ -75,7 +73,7 @@ impl<'a> Bounds<'a> {
                 let rest = supply.max((supply * other + force + friction) / area);
                 // Within its zone the end stop brakes the piston.
                 let free = (0.5 * cylinder.stroke + side * x[c]).max(cylinder.end_stop.zone);
-                let volume = dead + area * free;
+                let volume = cylinder.count * dead + area * free;
                 let motion = (2.0 * energy * self.model.bulk_modulus(rest) / volume).sqrt();
                 bounds.push(Bound { rest, motion });
             }

@@ -10,6 +10,7 @@ use crate::keys;
 use crate::number::Number;
 pub use crate::pressure_source::*;
 use std::borrow::Cow;
+use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
 /// A complete machine: a planar chain of links, each moved by one cylinder.
@@ -149,6 +150,8 @@ pub struct Cylinder<T = f64> {
     /// Pin of the barrel.
     pub barrel_pin: Point<T>,
     pub rod_pin: RodPin<T>,
+    /// Equal cylinders in parallel, a whole number; diameters, dead volumes, leakage, end stop and friction are those of one.
+    pub count: T,
     pub bore: T,
     pub rod_diameter: T,
     /// Travel between the end positions, m; the piston position x runs over +-stroke/2.
@@ -178,6 +181,15 @@ pub struct Cylinder<T = f64> {
     /// Of the hoses to the two sides.
     pub leaks: [Option<HoseLeak<T>>; 2],
     pub friction: Friction<T>,
+}
+
+impl<T: Number> Cylinder<T> {
+    /// Areas of the piston side and the rod side, m^2, of all cylinders in parallel together.
+    pub fn areas(&self) -> [T; 2] {
+        let circle = |diameter: T| diameter * FRAC_PI_4 * diameter;
+        let piston = circle(self.bore);
+        [piston, piston - circle(self.rod_diameter)].map(|area| area * self.count)
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]

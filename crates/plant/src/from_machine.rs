@@ -221,14 +221,17 @@ fn circle<T: Real>(diameter: T) -> T {
 }
 
 fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> HydraulicAxis<T> {
-    let area_1 = circle(c.bore);
-    let area_2 = area_1 - circle(c.rod_diameter);
+    // The cylinders in parallel are one with the sum of their areas, volumes, leaks, forces and stiffnesses.
+    let [area_1, area_2] = c.areas();
     let dead = match c.printed_dead_volume {
         Some(printed) if !m.errata.extension_dead_volume => printed,
         _ => c.dead_volume,
+    }
+    .map(|of_one| of_one * c.count);
+    let dynamic = |area: T| {
+        let ports = |d: T| circle(d) * c.count;
+        c.port_diameter.map_or(T::c(0.0), |d| dynamic_pressure_coefficient(m.fluid.density, area, ports(d)))
     };
-    let dynamic =
-        |area: T| c.port_diameter.map_or(T::c(0.0), |d| dynamic_pressure_coefficient(m.fluid.density, area, circle(d)));
     let with_line = |side: usize, volume: T| c.lines[side].as_ref().map_or(volume, |line| volume + line.volume);
     let compliance = |side: usize| c.lines[side].as_ref().map_or(T::c(0.0), |line| line.compliance);
     let boundless = T::c(f64::INFINITY);
@@ -262,7 +265,7 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         leakage: leakage(m, c),
         connector: Connector { piston_side: dynamic(area_1), rod_side: dynamic(area_2) },
         end_stop: end_stop(m, c),
-        friction: friction(m, &c.friction),
+        friction: friction(m, &c.friction, c.count),
     }
 }
 
@@ -385,20 +388,23 @@ fn metering<T: Number>(v: &file::Valve<T>) -> Option<Metering<T>> {
 }
 
 fn leakage<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Leakage<T> {
+    let of = |internal: T, external: T, external_from_piston_side: bool| Leakage {
+        internal: internal * c.count,
+        external: external * c.count,
+        external_from_piston_side,
+    };
     match c.leakage {
-        file::Leakage::Conductance { internal, external } => {
-            Leakage { internal, external, external_from_piston_side: false }
-        }
+        file::Leakage::Conductance { internal, external } => of(internal, external, false),
         file::Leakage::Gap { gap, piston_length, gland_length, printed_external_from_piston_side } => {
             let viscosity = match m.fluid.printed_leakage_viscosity {
                 Some(printed) if !m.errata.leakage_viscosity => printed,
                 _ => m.fluid.viscosity,
             };
-            Leakage {
-                internal: annular_gap_conductance(c.bore, gap, piston_length, viscosity),
-                external: annular_gap_conductance(c.rod_diameter, gap, gland_length, viscosity),
-                external_from_piston_side: printed_external_from_piston_side && !m.errata.extension_leakage,
-            }
+            of(
+                annular_gap_conductance(c.bore, gap, piston_length, viscosity),
+                annular_gap_conductance(c.rod_diameter, gap, gland_length, viscosity),
+                printed_external_from_piston_side && !m.errata.extension_leakage,
+            )
         }
     }
 }
@@ -412,21 +418,23 @@ fn end_stop<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> EndStop<T
         _ => -upper,
     };
     let s = &c.end_stop;
-    EndStop { lower, upper, zone: s.zone, stiffness: s.stiffness, damping: s.damping, printed }
+    EndStop { lower, upper, zone: s.zone, stiffness: s.stiffness * c.count, damping: s.damping * c.count, printed }
 }
 
-fn friction<T: Number>(m: &file::Machine<T>, f: &file::Friction<T>) -> FrictionLaw<T> {
+/// Of so many equal seals together.
+fn friction<T: Number>(m: &file::Machine<T>, f: &file::Friction<T>, count: T) -> FrictionLaw<T> {
+    let [coulomb, breakaway, viscous] = [f.coulomb, f.breakaway, f.viscous].map(|of_one| of_one.map(|f| f * count));
     let map = StaticParameters {
-        coulomb_extending: f.coulomb[0],
-        coulomb_retracting: f.coulomb[1],
-        breakaway_extending: f.breakaway[0],
-        breakaway_retracting: f.breakaway[1],
+        coulomb_extending: coulomb[0],
+        coulomb_retracting: coulomb[1],
+        breakaway_extending: breakaway[0],
+        breakaway_retracting: breakaway[1],
         stribeck_velocity_extending: f.stribeck_velocity[0],
         stribeck_velocity_retracting: f.stribeck_velocity[1],
         stribeck_exponent_extending: f.stribeck_exponent[0],
         stribeck_exponent_retracting: f.stribeck_exponent[1],
-        viscous_extending: f.viscous[0],
-        viscous_retracting: f.viscous[1],
+        viscous_extending: viscous[0],
+        viscous_retracting: viscous[1],
         viscous_exponent_extending: f.viscous_exponent[0],
         viscous_exponent_retracting: f.viscous_exponent[1],
         // The short cuts ignore the exponents, so they are not used for derivatives by these.
@@ -436,7 +444,8 @@ fn friction<T: Number>(m: &file::Machine<T>, f: &file::Friction<T>) -> FrictionL
     match f.model {
         file::FrictionModel::LuGre => {
             let fading = f.bristle_damping_velocity.map_or(T::c(0.0), |v| T::c(1.0) / (v * v));
-            let bristle = LuGre { stiffness: f.bristle_stiffness, damping: f.bristle_damping, fading };
+            let [stiffness, damping] = [f.bristle_stiffness, f.bristle_damping].map(|of_one| of_one * count);
+            let bristle = LuGre { stiffness, damping, fading };
             FrictionLaw::LuGre { map, bristle }
         }
         file::FrictionModel::Static if m.errata.friction_map => {

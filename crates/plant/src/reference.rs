@@ -167,10 +167,12 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let opening_at = s + 4 + bristles(c);
         let opening = c.valve.compensator_time_constant.map(|_| x[opening_at]);
 
-        let a1 = FRAC_PI_4 * c.bore.powi(2);
-        let a2 = FRAC_PI_4 * (c.bore.powi(2) - c.rod_diameter.powi(2));
+        // Of so many cylinders in parallel together.
+        let count = c.count;
+        let a1 = count * FRAC_PI_4 * c.bore.powi(2);
+        let a2 = count * FRAC_PI_4 * (c.bore.powi(2) - c.rod_diameter.powi(2));
         let dynamic = |area: f64| match c.port_diameter {
-            Some(d) => m.fluid.density / 2.0 * ((area / (FRAC_PI_4 * d * d)).powi(2) - 1.0) * v * v,
+            Some(d) => m.fluid.density / 2.0 * ((area / (count * FRAC_PI_4 * d * d)).powi(2) - 1.0) * v * v,
             None => 0.0,
         };
         let (pa, pb) = (p1 - dynamic(a1), p2 - dynamic(a2));
@@ -391,7 +393,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                 (k(c.bore, piston_length), k(c.rod_diameter, gland_length))
             }
         };
-        let (q_int, q_ext) = (k_int * (p1 - p2), k_ext * (p2 - pt));
+        let (q_int, q_ext) = (count * k_int * (p1 - p2), count * k_ext * (p2 - pt));
         given_back += to_tank[0] + to_tank[1] + through(0) + through(1) + q_ext;
 
         let bulk = |p: f64| bulk_modulus(&m.fluid, p);
@@ -401,7 +403,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             Some(line) => (volume + line.volume + line.compliance * p) / bulk(p) + line.compliance,
             None => volume / bulk(p),
         };
-        let volumes = [c.dead_volume[0] + a1 * (half + position), c.dead_volume[1] + a2 * (half - position)];
+        let volumes =
+            [count * c.dead_volume[0] + a1 * (half + position), count * c.dead_volume[1] + a2 * (half - position)];
         dx[s] = (q_a - q_int - a1 * v) / capacity(0, p1, volumes[0]);
         dx[s + 1] = (a2 * v - q_b + q_int - q_ext) / capacity(1, p2, volumes[1]);
         let limited = |value: f64, limit: Option<f64>| limit.map_or(value, |l| value.clamp(-l, l));
@@ -441,7 +444,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             stop.stiffness * stop.zone * (inside / (1.0 - inside) + (depth - inside) / 0.02f64.powi(2))
         };
         let damping = stop.damping * (inner + outer).min(1.0) * v;
-        let force = p1 * a1 - p2 * a2 + push(inner) - push(outer) - damping - friction;
+        let others = push(inner) - push(outer) - damping - friction;
+        let force = p1 * a1 - p2 * a2 + count * others;
         torque[i] = lever_arm * force;
         s += states_of(c);
     }

@@ -4,6 +4,7 @@ use crate::answers::{warnings_of, WarningEntry};
 use crate::arrays::{matrix, row, rows, tensor, vector, Row, Rows};
 use crate::errors::{assembly_error, file_error};
 use crate::overrides::{overrides, pairs_of};
+use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::{OverrideValue, Template};
 use hydrocrane_sim::assembly::AssemblyError;
 use hydrocrane_sim::build;
@@ -242,12 +243,10 @@ impl Machine {
         };
         matrix(py, self.over_q(py, &q, 2, of)?, 2)
     }
-    /// Piston-side and rod-side areas, m^2.
+    /// Piston-side and rod-side areas, m^2, of all cylinders in parallel together.
     #[getter]
     fn areas<'py>(&self, py: Python<'py>) -> Matrix<'py> {
-        let area = |d: f64| std::f64::consts::FRAC_PI_4 * d * d;
-        let pairs = self.model.machine().cylinders.iter();
-        matrix(py, pairs.flat_map(|c| [area(c.bore), area(c.bore) - area(c.rod_diameter)]).collect(), 2)
+        matrix(py, self.model.machine().cylinders.iter().flat_map(Cylinder::areas).collect(), 2)
     }
     /// Every value of the machine file that was read: key, SI numbers, unit, class, source.
     #[getter]

@@ -137,7 +137,7 @@ impl Watch {
         if !stepper.integrals().is_empty() {
             let mut outputs = vec![0.0; driven.model.output_info().len()];
             let start = stored(driven.model, driven.payload, stepper, &mut outputs);
-            let per_stroke = |c: &Cylinder| std::f64::consts::FRAC_PI_4 * c.bore.powi(2) * c.stroke;
+            let per_stroke = |c: &Cylinder| c.areas()[0] * c.stroke;
             let volume: f64 = machine.cylinders.iter().map(per_stroke).sum();
             let floor = LEDGER_FLOOR * volume * machine.supply.pressure;
             watch.audit = Some(Audit { start, next: AUDIT_INTERVAL, floor, outputs });

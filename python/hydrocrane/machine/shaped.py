@@ -94,7 +94,7 @@ class Shaped(Stated):
 
     @cached_property
     def piston_areas(self) -> Array:
-        """(n_cyl, 2) piston-side and rod-side area, m^2."""
+        """(n_cyl, 2) piston-side and rod-side area, m^2; of all cylinders in parallel together."""
         return np.array(self.core.areas, dtype=np.float64)
 
     @cached_property

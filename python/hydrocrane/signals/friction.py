@@ -61,6 +61,12 @@ class RigParameters:
                 f"a friction rig has one cylinder; {machine.name} has {', '.join(machine.cylinder_names)}. "
                 f"Take a machine like rig-rottne that has the cylinder alone, or give RigParameters"
             )
+        key = f"cylinder.{machine.cylinder_names[0]}.count"
+        if key in machine.keys and machine.value(key).si != 1.0:
+            raise InputError(
+                f"a friction rig has one cylinder; {machine.name} has {float(machine.value(key).si):g} in parallel, of "
+                f"which a log shows the sum. Set `{key} = 1` and load it as one cylinder, or give RigParameters"
+            )
         low, high = machine.joint_limits[0]
         q = np.linspace(low, high, 5)[:, np.newaxis]
         slope = machine.stroke_jacobian(q)[:, 0, 0]

@@ -20,6 +20,9 @@ pub static CYLINDER: &[Key] = &[
     Key::table("linkage", LINKAGE)
         .otherwise("this, or `rod`")
         .means("The four-bar through which the rod moves the joint."),
+    Key::quantity("count", &[NUMBER], Positive)
+        .defaults(&["1"])
+        .means("Equal cylinders in parallel that move the joint by the same pins, fed by the same valve; a whole number up to 8. All values of `[cylinder]` and `[friction]` are those of one; valves, lines, leaks and outputs (forces, flows, areas) are those of all together."),
     Key::quantity("bore", &[LENGTH], Positive)
         .required()
         .usual(&[("10 mm", "600 mm", 1e3)])

@@ -11,6 +11,9 @@ use crate::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::{closure, friction, hose_leak, line, load_holding, port_valves, reference, valve, Result};
 
+/// Cylinders that move one joint.
+const MOST_IN_PARALLEL: f64 = 8.0;
+
 pub fn read<T: Number>(
     root: &Reader,
     chain: &Chain,
@@ -62,6 +65,7 @@ fn read_cylinder<T: Number>(
     Ok(Cylinder {
         name: name.into(),
         joint: index,
+        count: count(table)?,
         barrel_pin: reference::point(&table.required("barrel", "a point as \"link.point\"")?, links)?,
         rod_pin: rod_pin(table, links)?,
         bore,
@@ -83,6 +87,16 @@ fn read_cylinder<T: Number>(
         leaks: [None, None],
         friction,
     })
+}
+
+fn count<T: Number>(table: &Reader) -> Result<T> {
+    let count: T = table.quantity_or_default("count")?;
+    let plain = count.plain();
+    if plain.fract() == 0.0 && plain <= MOST_IN_PARALLEL {
+        return Ok(count);
+    }
+    let message = format!("must be a whole number of cylinders up to {MOST_IN_PARALLEL}, found {plain}");
+    Err(table.error(ErrorKind::OutOfRange, "count", message).help("give for example 2"))
 }
 
 struct Travel<T> {

@@ -132,3 +132,23 @@ fn friction_of_nothing_is_named() {
     let machine = parse(MINI, "mini.toml", &change).unwrap();
     assert!(machine.warnings.iter().any(|w| w.key == "friction.arm.breakaway" && w.text.starts_with("zero")));
 }
+
+#[test]
+fn cylinders_in_parallel_are_counted_in_whole_numbers() {
+    for (value, said) in [
+        ("0", "greater than zero"),
+        ("1.5", "whole number of cylinders up to 8, found 1.5"),
+        ("-1", "greater than zero"),
+        ("9", "whole number of cylinders up to 8, found 9"),
+        ("\"two\"", "plain number"),
+    ] {
+        let text = MINI.replace("[cylinder.boom]", &format!("[cylinder.boom]\ncount = {value}"));
+        let error = parse(&text, "mini.toml", &[]).expect_err(value).to_string();
+        let line = 1 + text.lines().position(|line| line.starts_with("count")).expect("the key");
+        for part in [&format!("mini.toml:{line}:"), "cylinder.boom.count", said, "; "] {
+            assert!(error.contains(part), "{value}, wanted `{part}`: {error}");
+        }
+    }
+    // Two share the flow of the valve, and each has its own seals, stop and dead volume.
+    assert_eq!(changed("mini", "cylinder.boom.count", "2").unwrap().warnings, []);
+}

@@ -27,6 +27,7 @@ mod metering;
 mod method_choice;
 mod oil;
 mod outcomes;
+mod parallel_cylinders;
 mod parity;
 mod payload;
 mod phases;

@@ -86,13 +86,13 @@ fn dead_volume<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>
         }
     }
     let [long, fast] = PASSAGE;
-    let (least, passage) = (dead[0].min(dead[1]), of.valve.nominal_flow.plain() / fast * long);
+    let (least, passage) = (dead[0].min(dead[1]), sizes.nominal_flow / fast * long);
     if least < passage {
         table.required(key, "a volume")?.warn(
             format!(
                 "small: {} ml; 2 cm of passage for the {} l/min of the valve hold {} ml at 20 m/s",
                 digits(1e6 * least),
-                digits(60e3 * of.valve.nominal_flow.plain()),
+                digits(60e3 * sizes.nominal_flow),
                 digits(1e6 * passage)
             ),
             "check the unit: ml or l? Oil between valve and cylinder counts too".into(),
@@ -145,7 +145,7 @@ fn leakage<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, si
         }
         Leakage::Conductance { external, .. } => ("external-leakage", external.plain()),
     };
-    let (lost, nominal) = (conductance * sizes.pressure, of.valve.nominal_flow.plain());
+    let (lost, nominal) = (conductance * sizes.pressure, sizes.nominal_flow);
     if lost > LEAKS * nominal {
         table.required(key, "a quantity")?.warn(
             format!(

@@ -43,7 +43,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     Ok(())
 }
 
-/// What the checks of a cylinder have in common, plain and in SI.
+/// What the checks of a cylinder have in common, plain and in SI: of one of those in parallel.
 struct Sizes {
     bore: f64,
     rod: f64,
@@ -52,20 +52,24 @@ struct Sizes {
     areas: [f64; 2],
     /// Supply pressure above that of the tank, Pa.
     pressure: f64,
-    /// Of the valve at full stroke without a load, m^3/s; no more than the pumps give.
+    /// Its share of the flow of the valve at full stroke without a load, m^3/s; no more than the pumps give.
     flow: f64,
+    /// Its share of the nominal flow of the valve, m^3/s.
+    nominal_flow: f64,
 }
 
 impl Sizes {
     fn new<T: Number>(machine: &Machine<T>, of: &Cylinder<T>) -> Self {
         let [bore, rod, stroke] = [of.bore, of.rod_diameter, of.stroke].map(T::plain);
         let pressure = machine.supply.pressure.plain() - machine.supply.tank_pressure.plain();
-        let flow = match &machine.supply.mains {
+        let count = of.count.plain();
+        let whole_flow = match &machine.supply.mains {
             Some(mains) => super::supply::asked(machine, mains, &of.valve).min(super::supply::given(machine, mains)),
             None => of.valve.feed_at(0.5 * pressure),
         };
         let areas = [bore * bore, bore * bore - rod * rod].map(|square| 0.25 * PI * square);
-        Self { bore, rod, stroke, areas, pressure, flow }
+        let [flow, nominal_flow] = [whole_flow, of.valve.nominal_flow.plain()].map(|of_all| of_all / count);
+        Self { bore, rod, stroke, areas, pressure, flow, nominal_flow }
     }
 
     /// Of the piston at full stroke of the valve, m/s.
