@@ -2,9 +2,27 @@
 
 use crate::names::split_name;
 
-/// Names of a column of times, in any case, the likeliest first.
-pub const TIME_NAMES: [&str; 10] =
-    ["time", "t", "time_s", "t_s", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time"];
+/// Names of a column of times, in any case, the likeliest first; loggers also write it in their maker's language.
+pub const TIME_NAMES: [&str; 18] = [
+    "time",
+    "t",
+    "time_s",
+    "t_s",
+    "timestamp",
+    "time stamp",
+    "time_stamp",
+    "datetime",
+    "date time",
+    "date_time",
+    "zeit",
+    "zeitstempel",
+    "temps",
+    "tiempo",
+    "tempo",
+    "tid",
+    "tijd",
+    "aika",
+];
 
 /// What was decided, or is missing: a stable short name of its kind, and the message.
 pub type Note = (&'static str, String);

@@ -1,7 +1,7 @@
 //! Heads, encodings, quotes, and what is lost.
 
 use crate::values;
-use hydrocrane_logs::{decoded, read, split_name, Content, Form, Loss, Table};
+use hydrocrane_logs::{decoded, read, split_name, time_column, Content, Form, Loss, Table};
 
 fn of(text: &str) -> Table {
     read(text, &Form::default()).unwrap_or_else(|fault| panic!("{text}: {fault}"))
@@ -40,6 +40,15 @@ fn usual_ways_to_write_a_log_say_the_same() {
     assert!(numbers(&of("a\tb\n\t2\n"), "a")[0].is_nan());
     // An empty cell at the start of a line is a cell.
     assert!(numbers(&of("a\tb\tc\n1\t2\t3\n\t2\t3\n"), "a")[1].is_nan());
+}
+
+#[test]
+fn the_times_are_found_in_the_languages_of_makers() {
+    for name in ["Zeit", "Zeit [s]", "TEMPS (s)", "tid"] {
+        let table = of(&format!("lift;{name}\n1;0\n-2;1\n"));
+        assert_eq!(time_column(&table.columns), Some(1), "{name}");
+    }
+    assert_eq!(time_column(&of("lift;way\n1;0\n-2;1\n").columns), None);
 }
 
 #[test]
