@@ -13,6 +13,7 @@ export type MachineKey =
   | "machine.description"
   | "machine.tip"
   | "environment.gravity"
+  | "environment.slope"
   | `link.${string}.axis`
   | `link.${string}.mass`
   | `link.${string}.centre-of-gravity`

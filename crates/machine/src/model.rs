@@ -19,9 +19,11 @@ pub struct Machine<T = f64> {
     pub name: String,
     pub title: String,
     pub description: String,
-    /// Gravitational acceleration, m/s^2 (positive; acts along -z).
+    /// Gravitational acceleration, m/s^2 (positive).
     pub gravity: T,
-    /// Chain order; `links[0]` is the fixed base, whose frame is the inertial frame (x forward, z up).
+    /// Angle by which the front of the base is raised, rad from x towards z; gravity acts along -z where it is zero.
+    pub slope: T,
+    /// Chain order; `links[0]` is the fixed base, whose frame is the inertial frame (x forward, z normal to what it stands on).
     pub links: Vec<Link<T>>,
     /// Chain order; `joints[i]` connects `links[i]` to `links[i + 1]`.
     pub joints: Vec<Joint<T>>,

@@ -191,13 +191,14 @@ impl<const N: usize> Crane<N> {
         let pose = mechanics.pose(q);
         let force = mechanics.contact(ground, &pose, &[0.0; N], payload).force;
         let mass = mechanics.bodies.iter().map(|body| body.mass).sum::<f64>() + payload;
-        let (pushed, weight) = (portable::hypot(force.z, force.x), mass * mechanics.gravity.abs());
+        let (pushed, weight) = (portable::hypot(force.z, force.x), mass * self.machine.gravity);
         if pushed <= weight {
             return Ok(());
         }
         let tip = mechanics.tip_position(&pose);
-        let (surface, _) = ground.surface(tip.x);
-        Err(PoseError::InTheGround { tip: tip.z, hang: ground.hang(payload), surface, pushed, weight })
+        let (x, hang) = ground.underside(tip, payload);
+        let (surface, _) = ground.surface(x);
+        Err(PoseError::InTheGround { tip: tip.z, hang, surface, pushed, weight })
     }
 
     pub(crate) fn write_outputs(&self, oil: Option<&OilTables>, x: &[f64], payload: f64, out: &mut [f64]) {

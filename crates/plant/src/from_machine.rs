@@ -61,7 +61,7 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
             joints: hydrocrane_num::array::from_fn(|i| joint(m, i)),
             bodies: hydrocrane_num::array::from_fn(|i| body(m, &m.links[i + 1])),
             tip: vector(m.tip.position),
-            gravity: if m.errata.gravity_sign { m.gravity } else { -m.gravity },
+            gravity: gravity(m),
         },
         actuations: hydrocrane_num::array::from_fn(|i| actuations[i]),
         cylinders: hydrocrane_num::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
@@ -72,7 +72,7 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
             tank: m.supply.tank_pressure,
         },
         supply: in_chains(m.supply.mains.as_ref()).map(|mains| supply(&m.supply, mains)),
-        ground: m.ground.as_ref().map(|g| ground(g, &m.payload)),
+        ground: m.ground.as_ref().map(|g| ground(g, &m.payload, up(m))),
     })
 }
 
@@ -142,7 +142,22 @@ fn vector<T: Real>([x, z]: [T; 2]) -> Vec2<T> {
     Vec2::new(x, z)
 }
 
-fn ground<T: Number>(g: &file::Ground<T>, load: &file::Payload<T>) -> Ground<T> {
+/// Unit vector against gravity in the frame of the base, which a slope turns.
+fn up<T: Number>(m: &file::Machine<T>) -> Vec2<T> {
+    let (sin, cos) = m.slope.stated_sin_cos();
+    Vec2::new(sin, cos)
+}
+
+fn gravity<T: Number>(m: &file::Machine<T>) -> Vec2<T> {
+    let upwards = up(m) * m.gravity;
+    if m.errata.gravity_sign {
+        upwards
+    } else {
+        Vec2::default() - upwards
+    }
+}
+
+fn ground<T: Number>(g: &file::Ground<T>, load: &file::Payload<T>, up: Vec2<T>) -> Ground<T> {
     let mut supports: Vec<&file::Support<T>> = g.supports.iter().collect();
     supports.sort_by(|a, b| a.height.plain().total_cmp(&b.height.plain()));
     let support = |s: &file::Support<T>| Support { height: s.height, from: s.from, to: s.to, edge: s.edge };
@@ -157,6 +172,7 @@ fn ground<T: Number>(g: &file::Ground<T>, load: &file::Payload<T>) -> Ground<T> 
             hang: load.hang,
             hang_growth: load.hang_growth,
         },
+        up,
         supports: hydrocrane_num::array::from_fn(|i| supports.get(i).map_or(none, |s| support(s))),
         count: supports.len().min(MOST_SUPPORTS),
     }

@@ -33,8 +33,15 @@ fn quarter(a: V) -> V {
     [-a[1], a[0]]
 }
 
-/// Force of the ground on the tip at `at` with velocity `v`.
-fn push_of_ground(ground: &Ground, load: &Payload, at: V, v: V, payload: f64) -> V {
+/// Force of the ground on the tip with velocity `v`; the load hangs against `up`.
+fn push_of_ground(ground: &Ground, load: &Payload, up: V, tip: V, v: V, payload: f64) -> V {
+    let hang = match payload {
+        m if m <= 0.0 => 0.0,
+        // Below 1 kg a parabola replaces the root.
+        m if m < 1.0 => load.hang + load.hang_growth * m * (3.0 - m) / 2.0,
+        m => load.hang + load.hang_growth * m.sqrt(),
+    };
+    let at = sub(tip, scale(up, hang));
     // The highest of the supports, each with smooth flanks.
     let (mut height, mut slope) = (ground.height, 0.0);
     let mut supports: Vec<&Support> = ground.supports.iter().collect();
@@ -46,13 +53,7 @@ fn push_of_ground(ground: &Ground, load: &Payload, at: V, v: V, payload: f64) ->
         let (both, both_slope) = (share * falling, (share_slope - falling_slope) / s.edge);
         (height, slope) = (height + rise * both, slope * (1.0 - both) + rise * both_slope);
     }
-    let hang = match payload {
-        m if m <= 0.0 => 0.0,
-        // Below 1 kg a parabola replaces the root.
-        m if m < 1.0 => load.hang + load.hang_growth * m * (3.0 - m) / 2.0,
-        m => load.hang + load.hang_growth * m.sqrt(),
-    };
-    let depth = height - (at[1] - hang);
+    let depth = height - at[1];
     if depth <= 0.0 {
         return [0.0; 2];
     }
@@ -450,10 +451,12 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         s += states_of(c);
     }
 
+    // Against gravity, in the frame of the base.
+    let up = turn([0.0, 1.0], -m.slope);
     if let Some(ground) = &m.ground {
         let at = world(&m.tip);
         let v = (0..n).fold([0.0; 2], |sum, j| add(sum, scale(velocity(j, at), qd[j])));
-        let force = push_of_ground(ground, &m.payload, at, v, payload);
+        let force = push_of_ground(ground, &m.payload, up, at, v, payload);
         for (j, torque) in torque.iter_mut().enumerate() {
             *torque += dot(velocity(j, at), force);
         }
@@ -461,8 +464,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
 
     // Newton-Euler: joint forces needed for given accelerations; its value at zero acceleration is the bias force, its
     // response to unit accelerations the mass matrix.
-    let needed = |qdd: &[f64], qd: &[f64], gravity: f64| {
-        let (mut rate, mut spin_up, mut a) = (0.0, 0.0, [0.0, gravity]);
+    let needed = |qdd: &[f64], qd: &[f64], gravity: V| {
+        let (mut rate, mut spin_up, mut a) = (0.0, 0.0, gravity);
         let mut parts: Vec<(usize, f64, f64, V, V)> = Vec::new();
         for i in 0..n {
             let r = sub(origin[i + 1], origin[i]);
@@ -493,13 +496,13 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         (0..n).map(joint_force).collect::<Vec<f64>>()
     };
-    let bias = needed(&vec![0.0; n], qd, m.gravity);
+    let bias = needed(&vec![0.0; n], qd, scale(up, m.gravity));
     let still = vec![0.0; n];
     let columns: Vec<Vec<f64>> = (0..n)
         .map(|k| {
             let mut unit = still.clone();
             unit[k] = 1.0;
-            needed(&unit, &still, 0.0)
+            needed(&unit, &still, [0.0; 2])
         })
         .collect();
     let system: Vec<f64> = (0..n * n).map(|i| columns[i % n][i / n]).collect();

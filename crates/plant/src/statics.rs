@@ -7,7 +7,7 @@ use crate::equilibrium::hold_pressures;
 use crate::hydraulic_axis::HydraulicAxis;
 use crate::plant::Plant;
 use crate::shortfall::Shortfall;
-use hydrocrane_num::Real;
+use hydrocrane_num::{Real, Vec2};
 use hydrocrane_physics::hydraulics::relief_valve::ReliefValve;
 
 /// Pressure that is rounding, Pa.
@@ -94,7 +94,10 @@ impl<const N: usize> Statics for Crane<N> {
 
     fn height_above_ground(&self, [x, z]: [f64; 2], load: f64) -> f64 {
         let ground = self.plant().ground.as_ref();
-        ground.map_or(f64::INFINITY, |ground| z - ground.hang(load) - ground.surface(x).0)
+        ground.map_or(f64::INFINITY, |ground| {
+            let (x, drop) = ground.underside(Vec2::new(x, z), load);
+            z - drop - ground.surface(x).0
+        })
     }
 
     fn unheld(&self, x: &[f64], payload: f64) -> Vec<Unheld> {

@@ -96,10 +96,10 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Chain:
-    """A machine without its hydraulics. `links[0]` is fixed."""
+    """A machine without its hydraulics. `links[0]` is fixed; `gravity` is that of free fall (x, z), m/s^2."""
 
     name: str
-    gravity: float
+    gravity: Place
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     cylinders: tuple[Cylinder, ...]
@@ -130,13 +130,17 @@ def open_chain(machine: Machine, payload: float | None) -> Chain:
     links = tuple(_link(record, machine.errata["inertia-about"]) for record in about.records("links"))
     return Chain(
         name=machine.name,
-        gravity=about.number("gravity"),
+        gravity=_gravity(about.number("gravity"), about.number("slope")),
         links=links,
         joints=tuple(_joint(machine, about, i) for i in range(len(machine.joint_names))),
         cylinders=tuple(_cylinder(record) for record in about.records("cylinders")),
         tip=_pin(about.record("tip")),
         payload=machine.payload(payload),
     )
+
+
+def _gravity(acceleration: float, slope: float) -> Place:
+    return -acceleration * math.sin(slope), -acceleration * math.cos(slope)
 
 
 def _link(record: DescriptionRecord, about_frame_counts: bool) -> Link:

@@ -70,7 +70,7 @@ def mjcf_text(chain: Chain, home: list[float], rockers: dict[str, float]) -> str
     root = Element("mujoco", model=chain.name)
     # Angles in radians; inertias as given, not from the geometry.
     SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
-    SubElement(root, "option", gravity=numbers((0.0, 0.0, -chain.gravity)), timestep="0.001", integrator="implicitfast")
+    SubElement(root, "option", gravity=in_space(chain.gravity), timestep="0.001", integrator="implicitfast")
     parent = SubElement(root, "worldbody")
     bodies = [parent]
     radius = thickness(chain)

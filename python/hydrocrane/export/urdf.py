@@ -58,9 +58,11 @@ def urdf_text(chain: Chain) -> str:
     for index, joint in enumerate(chain.joints):
         _add_joint(root, joint, chain.links[index].name, chain.links[index + 1].name)
     _add_tip(root, chain)
+    x, z = chain.gravity
+    gravity = f"{-z!r} m/s^2 along -z" if x == 0.0 else f"({x!r}, 0.0, {z!r}) m/s^2, because its base stands on a slope"
     head = (
         f"{chain.name}, written by hydrocrane. SI; x forward, z up; joint coordinates are those of the machine file. "
-        f"Gravity of the machine: {chain.gravity!r} m/s^2 along -z."
+        f"Gravity of the machine: {gravity}."
     )
     return written(root, head)
 

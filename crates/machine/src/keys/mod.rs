@@ -14,7 +14,7 @@ mod structure;
 pub use control::{CONTROLLERS, PLAUSIBILITY};
 pub use scenario::{LEVER, METHODS, SCENARIO, TIP_AXES};
 
-use crate::quantities::{Kind, ACCELERATION};
+use crate::quantities::{Kind, ACCELERATION, ANGLE};
 use crate::units::{self, Dimension, Quantity};
 
 /// Everything that may stand at the top of a machine file.
@@ -29,7 +29,7 @@ pub static MACHINE: &[Key] = &[
         "Files, by paths from here, whose tables override those of this file; later files override earlier ones.",
     ),
     Key::table("machine", HEAD).required().means("Name of the machine, and its tip."),
-    Key::table("environment", ENVIRONMENT).required().means("Gravity."),
+    Key::table("environment", ENVIRONMENT).required().means("Gravity, and the slope of the ground."),
     Key::tables("link", structure::LINK).required().means("A link: its points, its mass and the bodies fixed on it."),
     Key::tables("joint", structure::JOINT).required().means("A joint between two links; the joints form one chain."),
     Key::tables("cylinder", hydraulics::CYLINDER).required().means("A double-acting cylinder; exactly one per joint."),
@@ -106,10 +106,17 @@ static HEAD: &[Key] = &[
     Key::text("tip").required().means("The crane tip: a point of the last link, as `link.point`."),
 ];
 
-static ENVIRONMENT: &[Key] = &[Key::quantity("gravity", &[ACCELERATION], Sign::NonNegative)
-    .required()
-    .usual(&[("1 m/s^2", "30 m/s^2", 100.0)])
-    .means("Gravitational acceleration along -z.")];
+static ENVIRONMENT: &[Key] = &[
+    Key::quantity("gravity", &[ACCELERATION], Sign::NonNegative)
+        .required()
+        .usual(&[("1 m/s^2", "30 m/s^2", 100.0)])
+        .means("Gravitational acceleration; along -z on level ground."),
+    Key::quantity("slope", &[ANGLE], Sign::Any)
+        .defaults(&["0 deg"])
+        .usual(&[("0 deg", "30 deg", 100.0)])
+        .means("Slope of the ground that the machine stands on, below 60 deg: positive with the front (+x) raised, so that gravity pulls towards -x. All places stay in the frame of the base, whose z is normal to that ground.")
+        .source("theory/dynamics/equations_of_motion.md"),
+];
 
 /// The sign a value must have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -105,7 +105,7 @@ pub static GROUND: &[Key] = &[
     Key::quantity("height", &[LENGTH], Any)
         .required()
         .usual(&[("0 m", "30 m", 30.0)])
-        .means("Height of the surface in the inertial frame."),
+        .means("Height of the surface in the inertial frame, whose slope it has."),
     // The weight of 1 t sinks 5 cm.
     Key::quantity("stiffness", &[STIFFNESS], Positive)
         .defaults(&["200 kN/m"])

@@ -32,7 +32,7 @@ mod valve;
 pub use joint::coordinate;
 
 use crate::document::Node;
-use crate::errors::MachineError;
+use crate::errors::{ErrorKind, MachineError};
 use crate::keys;
 use crate::model::{Equilibrium, Machine};
 use crate::number::{Number, Variable};
@@ -62,7 +62,8 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
         name: head.name("name")?.into(),
         title: head.line("title")?.into(),
         description: head.text_or("description", "")?.into(),
-        gravity: gravity(&root)?,
+        gravity: required_table(&root, "environment")?.quantity("gravity")?,
+        slope: slope(&root)?,
         tip: reference::point(&head.required("tip", "a point as \"link.point\"")?, &links)?,
         fluid,
         supply,
@@ -96,8 +97,19 @@ fn required_table<'a>(root: &Reader<'a>, key: &str) -> Result<Reader<'a>> {
     root.table(key)?.ok_or_else(|| root.missing(key, format!("add the table [{key}]")))
 }
 
-fn gravity<T: Number>(root: &Reader) -> Result<T> {
-    required_table(root, "environment")?.quantity("gravity")
+/// Steeper ground carries no machine, rad: 60 deg less what rounding in other units may take.
+const STEEPEST: f64 = std::f64::consts::FRAC_PI_3 * (1.0 - 1e-9);
+
+fn slope<T: Number>(root: &Reader) -> Result<T> {
+    let table = required_table(root, "environment")?;
+    let slope: T = table.quantity_or_default("slope")?;
+    if slope.plain().abs() < STEEPEST {
+        return Ok(slope);
+    }
+    let message = "60 deg or more: no machine stands on such ground";
+    Err(table
+        .error(ErrorKind::OutOfRange, "slope", message)
+        .help("give the angle of the ground, for example \"10 deg\""))
 }
 
 fn equilibrium<T: Number>(root: &Reader) -> Result<Equilibrium<T>> {

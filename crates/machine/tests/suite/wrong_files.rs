@@ -83,6 +83,10 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("mini", "supply.tank-pressure", "300 bar", "below the tank pressure"),
     ("mini", "payload.hang", "1.2 m", "without effect"),
     ("mini", "environment.gravity", "9.81 mm/s^2", "usual is"),
+    ("mini", "environment.slope", "40 deg", "usual is"),
+    ("mini", "environment.slope", "60 deg", "60 deg or more: no machine stands on such ground"),
+    ("mini", "environment.slope", "-75 deg", "for example \"10 deg\""),
+    ("mini", "environment.slope", "3 m", "angle"),
 ];
 
 #[test]
@@ -151,4 +155,11 @@ fn cylinders_in_parallel_are_counted_in_whole_numbers() {
     }
     // Two share the flow of the valve, and each has its own seals, stop and dead volume.
     assert_eq!(changed("mini", "cylinder.boom.count", "2").unwrap().warnings, []);
+}
+
+#[test]
+fn a_slope_needs_its_unit() {
+    let text = MINI.replace("[environment]", "[environment]\nslope = 10");
+    let error = parse(&text, "mini.toml", &[]).expect_err("a bare number").to_string();
+    assert!(error.contains("environment.slope") && error.contains("deg"), "{error}");
 }

@@ -70,7 +70,7 @@ mod tests {
             ],
             bodies: [body(120.0, 1.1, 38.0), body(60.0, 0.5, 9.0), body(25.0, 0.6, 4.0)],
             tip: Vec2::c([1.2, -0.1]),
-            gravity: 9.81,
+            gravity: Vec2::c([0.0, 9.81]),
         }
     }
 

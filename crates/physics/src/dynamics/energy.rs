@@ -1,7 +1,7 @@
 //! Mechanical energy.                                              theory: docs/theory/dynamics/energy.md
 //!
 //! T = 1/2 q'^T M q'                              thesis (45), (50)
-//! V = sum_i m_i g z_i                            thesis (51), (52), with the sign corrected (E1)
+//! V = sum_i m_i g . r_i                          thesis (51), (52), with the sign corrected (E1); g points upwards
 
 use super::Mechanics;
 use crate::geometry::chain::ChainPose;
@@ -20,10 +20,10 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         twice * 0.5
     }
 
-    /// J, zero with every mass at the height of the inertial frame's origin.
+    /// J, zero with every mass at the height of the base frame's origin.
     pub fn potential_energy(&self, pose: &ChainPose<T, N>, payload: T) -> T {
         let mut energy = T::c(0.0);
-        self.masses(pose, payload, |mass, r| energy += mass * self.gravity * r.z);
+        self.masses(pose, payload, |mass, r| energy += (self.gravity * mass).dot(r));
         energy
     }
 }

@@ -2,13 +2,14 @@
 //!
 //! M(q) q'' + b(q, q') = Q,                                                      thesis (58)-(62), h = Q - b
 //! M_jk = sum_i m_i J_ij . J_ik + I_i turn_j turn_k                              thesis (50), (59)
-//! b_j  = sum_i m_i J_ij . (a_i + g e_z)
+//! b_j  = sum_i m_i J_ij . (a_i + g)
 //!
-//! with J_ij the column of the centre of gravity i for joint j and a_i its acceleration at q'' = 0.
+//! with J_ij the column of the centre of gravity i for joint j, a_i its acceleration at q'' = 0 and g the vector of gravity with the
+//! opposite sign, which points upwards: along z on level ground.
 //! Both sums are gathered from the tip inwards: mass, first and second moment of all that a joint carries give the momentum
 //! at unit rate of that joint, and with it M_jk; the force and torque that move it give M q'' + b.
 //! In the plane angular velocities add up, so rotation contributes nothing to b. Departs from the source:
-//! gravity acts along -z (E1) and inertias are about the centre of gravity after conversion (E2).
+//! gravity acts downwards (E1) and inertias are about the centre of gravity after conversion (E2).
 
 use super::Mechanics;
 use crate::geometry::chain::ChainPose;
@@ -77,17 +78,17 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         out
     }
 
-    /// Torques that carry the chain at rest, and the slope of each over its own coordinate: g turn_j m_x and -g turn_j^2 m_z with the
-    /// first moment m of all that the joint carries; the force at a joint that slides, and no slope.
+    /// Torques that carry the chain at rest, and the slope of each over its own coordinate: turn_j perp(m) . g and -turn_j^2 m . g with
+    /// the first moment m of all that the joint carries; the force at a joint that slides, and no slope.
     #[inline(always)]
     pub fn at_rest(&self, pose: &ChainPose<T, N>, payload: T) -> [[T; N]; 2] {
         let mut out = [[T::c(0.0); N]; 2];
         let mut carried = Inertia::default();
         for j in (0..N).rev() {
             carried.add(&self.inertia(pose, j, payload));
-            let (turn, weight) = (pose.joints[j].turn, carried.mass * self.gravity);
-            out[0][j] = turn * (self.gravity * carried.moment.x) + pose.slides[j].z * weight;
-            out[1][j] = -(turn.square() * (self.gravity * carried.moment.z));
+            let (turn, weight) = (pose.joints[j].turn, self.gravity * carried.mass);
+            out[0][j] = turn * carried.moment.perp().dot(self.gravity) + pose.slides[j].dot(weight);
+            out[1][j] = -(turn.square() * carried.moment.dot(self.gravity));
             if j > 0 {
                 carried.shift(pose.links[j].origin - pose.links[j - 1].origin);
             }
@@ -111,7 +112,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     pub(super) fn motion(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: Option<&[T; N]>) -> [LinkMotion<T>; N] {
         let mut out = [LinkMotion::<T>::default(); N];
         let mut parent_origin = Vec2::default();
-        let mut m = LinkMotion { acceleration: Vec2::new(T::c(0.0), self.gravity), ..LinkMotion::default() };
+        let mut m = LinkMotion { acceleration: self.gravity, ..LinkMotion::default() };
         for i in 0..N {
             let (joint, slide, r) = (&pose.joints[i], pose.slides[i], pose.links[i].origin - parent_origin);
             // Centripetal part of the parent's turning, Coriolis part of a sliding joint on a turning parent.

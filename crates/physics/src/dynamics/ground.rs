@@ -1,12 +1,13 @@
 //! Contact of the tip, or of the load below it, with the ground.        theory: docs/theory/dynamics/ground.md
 //!
-//! d  = h(x) - (z - hang(m)),    d' = h' v_x - v_z,    s' = v_x + h' v_z
+//! d  = h(x - n_x hang(m)) - (z - n_z hang(m)),    d' = h' v_x - v_z,    s' = v_x + h' v_z
 //! N  = k D(d) R(1 + c d')                       Hunt and Crossley (1975), exponent 1, never negative
 //! F  = N (-h', 1) - mu N tanh(s' / v_s) (1, h'),     J^T F joins the forces Q of thesis (62)
 //!
 //! | symbol | meaning | unit |
 //! | h, h'  | height of what lies below: the ground and flat supports with smooth edges; its slope | m, 1 |
 //! | hang   | from the tip down to the underside of the load, a + b sqrt(m); 0 without load | m |
+//! | n      | unit vector against gravity, (0, 1) on level ground | 1 |
 //! | D      | positive part of the depth, rounded over its first 2 mm | m |
 //! | R      | positive part, rounded between 1/2 and -1/2 | 1 |
 //! | k, c   | stiffness, damping | N/m, s/m |
@@ -63,6 +64,8 @@ parameters! {
 #[derive(Debug, Clone, Copy)]
 pub struct Ground<T> {
     pub soil: Soil<T>,
+    /// Unit vector against gravity.
+    pub up: Vec2<T>,
     /// The first `count` stand, the lowest first, none below the ground.
     pub supports: [Support<T>; MOST_SUPPORTS],
     pub count: usize,
@@ -80,7 +83,12 @@ pub struct Contact<T> {
 impl<T: Copy> Ground<T> {
     /// The same ground with `f` of every number.
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Ground<U> {
-        Ground { soil: self.soil.map(f), supports: self.supports.each_ref().map(|s| s.map(f)), count: self.count }
+        Ground {
+            soil: self.soil.map(f),
+            up: self.up.map(f),
+            supports: self.supports.each_ref().map(|s| s.map(f)),
+            count: self.count,
+        }
     }
 }
 
@@ -90,6 +98,13 @@ impl<T: Real> Ground<T> {
     pub fn hang(&self, payload: T) -> T {
         let root = smooth::signed_root(payload, T::c(SMALL_LOAD), T::c(smooth::root_curvature(SMALL_LOAD)));
         T::select(T::c(0.0).lt(payload), self.soil.hang + self.soil.hang_growth * root, T::c(0.0))
+    }
+
+    /// Coordinate x of the underside of a load (kg) that hangs at the tip, and how far it lies below the tip along z, m.
+    #[inline(always)]
+    pub fn underside(&self, tip: Vec2<T>, payload: T) -> (T, T) {
+        let hang = self.hang(payload);
+        (tip.x - self.up.x * hang, self.up.z * hang)
     }
 
     /// Height (m) and slope of what lies below `x`.
@@ -111,8 +126,9 @@ impl<T: Real> Ground<T> {
     /// The contact with the tip at `tip` (m) with the velocity `v` (m/s), which carries `payload` (kg).
     #[inline(always)]
     pub fn contact(&self, tip: Vec2<T>, v: Vec2<T>, payload: T) -> Contact<T> {
-        let (height, slope) = self.surface(tip.x);
-        let depth = height + self.hang(payload) - tip.z;
+        let (x, drop) = self.underside(tip, payload);
+        let (height, slope) = self.surface(x);
+        let depth = height + drop - tip.z;
         let (sinking, sliding) = (slope * v.x - v.z, v.x + slope * v.z);
         let spring = self.soil.stiffness * smooth::rounded_positive_part(depth - SOFT, SOFT);
         let normal = spring * smooth::rounded_positive_part(self.soil.damping * sinking + 1.0, LEAVING);
@@ -125,7 +141,8 @@ impl<T: Real> Ground<T> {
 
     /// Energy in the spring, J.
     pub fn energy(&self, tip: Vec2<T>, payload: T) -> T {
-        let depth = self.surface(tip.x).0 + self.hang(payload) - tip.z;
+        let (x, drop) = self.underside(tip, payload);
+        let depth = self.surface(x).0 + drop - tip.z;
         self.soil.stiffness * smooth::rounded_positive_integral(depth - SOFT, SOFT)
     }
 }
@@ -204,7 +221,8 @@ mod tests {
         let support = |height, from, to| Support { height, from, to, edge: 0.1 };
         let none = support(0.0, 0.0, 0.0);
         let soil = Soil { height: -1.2, stiffness: 2e5, damping: 5.0, friction: 0.5, hang: 0.32, hang_growth: 0.044 };
-        Ground { soil, supports: [support(-0.85, 2.0, 2.6), support(-0.5, 2.5, 3.0), none, none], count: 2 }
+        let up = Vec2::c([0.0, 1.0]);
+        Ground { soil, up, supports: [support(-0.85, 2.0, 2.6), support(-0.5, 2.5, 3.0), none, none], count: 2 }
     }
 
     fn at(x: f64, z: f64, v: [f64; 2], payload: f64) -> Contact<f64> {
@@ -231,6 +249,12 @@ mod tests {
         // The load touches where the tip does not.
         assert_eq!(at(0.0, -0.7, STILL, 0.0).force.z, 0.0);
         assert!((at(0.0, -0.7, STILL, 100.0).force.z - 2e5 * 0.259).abs() < 1e-6);
+        // On a slope it hangs behind the tip, here over the bunk, and less far below it.
+        let raised = Ground { up: Vec2::c([0.6, 0.8]), ..ground() };
+        let hang = raised.hang(100.0);
+        assert_eq!(raised.underside(Vec2::c([2.7, 0.0]), 100.0), (2.7 - 0.6 * hang, 0.8 * hang));
+        let force = |z: f64| raised.contact(Vec2::c([2.7, z]), Vec2::c(STILL), 100.0).force.z;
+        assert!((force(-0.85 + 0.8 * 0.76 - 0.01) - 2e5 * 0.009).abs() < 1e-6 && force(-0.85 + 0.76 - 0.01) == 0.0);
     }
 
     #[test]
@@ -331,7 +355,7 @@ mod tests {
             ],
             bodies: [body; 3],
             tip: Vec2::c([1.2, -0.1]),
-            gravity: 9.81,
+            gravity: Vec2::c([0.0, 9.81]),
         }
     }
 

@@ -37,15 +37,16 @@ pub struct Mechanics<T, const N: usize> {
     pub bodies: [Body<T>; N],
     /// The tip in the frame of the last link, m.
     pub tip: Vec2<T>,
-    /// Gravitational acceleration along -z, m/s^2. Negative for the printed program (E1).
-    pub gravity: T,
+    /// Acceleration at which free fall is at rest, m/s^2: gravity with the opposite sign, (0, g) on level ground. That of the printed
+    /// program points downwards (E1).
+    pub gravity: Vec2<T>,
 }
 
 hydrocrane_num::stored!([const N: usize] Mechanics<f64, N> {
     joints: [Joint<f64>; N],
     bodies: [Body<f64>; N],
     tip: Vec2<f64>,
-    gravity: f64,
+    gravity: Vec2<f64>,
 });
 
 impl<T: Copy, const N: usize> Mechanics<T, N> {
@@ -55,7 +56,7 @@ impl<T: Copy, const N: usize> Mechanics<T, N> {
             joints: self.joints.each_ref().map(|j| j.map(f)),
             bodies: self.bodies.each_ref().map(|b| b.map(f)),
             tip: self.tip.map(f),
-            gravity: f(&self.gravity),
+            gravity: self.gravity.map(f),
         }
     }
 }

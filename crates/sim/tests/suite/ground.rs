@@ -43,13 +43,14 @@ impl Noise {
 }
 
 /// Chains with sliding joints and without, each with a ground at the height of its tip in `q` less `above` and a support
-/// under it whose edge the tip stands on.
-fn touching(name: &str, q: &[f64], above: f64) -> Arc<dyn Model> {
+/// under it whose edge the tip stands on. The base stands on a `slope`, rad.
+fn touching(name: &str, q: &[f64], above: f64, slope: f64) -> Arc<dyn Model> {
     let [x, z] = model(name, &[]).tip(q);
     let number = |key: &str, value: f64| (key.to_string(), OverrideValue::Number(value));
     model(
         name,
         &[
+            number("environment.slope", slope),
             number("ground.height", z - above - 0.03),
             number("payload.hang", 0.02),
             number("payload.hang-growth", 0.001),
@@ -87,7 +88,8 @@ fn everywhere(mut check: impl FnMut(&dyn Model, &[f64], f64)) {
         for i in 0..60 {
             let x = some_state(free.as_ref(), &mut noise);
             let n = free.layout().joints();
-            let m = touching(name, &x[..n], 0.05 * noise.next());
+            let slope = if i % 2 == 0 { 0.0 } else { 0.3 * noise.next() };
+            let m = touching(name, &x[..n], 0.05 * noise.next(), slope);
             let payload = if i % 3 == 0 { 0.0 } else { 60.0 * noise.next().abs() };
             let mut outputs = vec![0.0; m.output_info().len()];
             m.outputs_without_oil(&x, payload, &mut outputs);
