@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -43,9 +44,11 @@ def machines_table(machines: list[Machine]) -> Table:
 def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
     """What `check` says about a machine: size, limits and their reasons, loads, speeds, friction, provenance."""
     head = Text.assemble((machine.name, "bold"), f": {machine.title}")
+    slope = math.degrees(_stated(machine, "environment.slope", 0.0))
     size = Text(
         f"{len(machine.joint_names)} degrees of freedom, {len(machine.cylinder_names)} cylinders,"
         f" {len(machine.state_names)} states, supply {machine.supply_pressure * 1e-5:.0f} bar"
+        + (f", on a slope of {slope:.3g} deg" if slope else "")
     )
     return [
         head,
@@ -57,6 +60,10 @@ def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
         _errata(machine),
         _tally(machine),
     ]
+
+
+def _stated(machine: Machine, key: str, otherwise: float) -> float:
+    return float(machine.value(key).si) if key in machine.keys else otherwise
 
 
 def _in_the_middle(machine: Machine, figures: Figures) -> list[Text | Table]:
@@ -99,10 +106,12 @@ def _limits(machine: Machine) -> Table:
         unit, size = SHOWN[machine.joint_units[i]]
         low, high = machine.joint_limits[i] / size
         why_low, why_high = machine.joint_limit_reasons[i]
+        cylinder = machine.cylinder_names[i]
+        count = _stated(machine, f"cylinder.{cylinder}.count", 1.0)
         low_x, high_x = machine.stroke_limits[i] * 1e3
         table.add_row(
             joint, f"{low:.1f} {unit}", why_low, f"{high:.1f} {unit}", why_high,
-            machine.cylinder_names[i], f"{low_x:.1f} .. {high_x:.1f} mm",
+            f"{count:g} x {cylinder}" if count > 1.0 else cylinder, f"{low_x:.1f} .. {high_x:.1f} mm",
         )  # fmt: skip
     return table
 

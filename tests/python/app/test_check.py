@@ -53,6 +53,12 @@ def test_one_screen_says_loads_speeds_and_the_lowest_mode():
     assert "warning: cylinder.boom needs" in wrong.stdout and "no errors, 5 warnings" in wrong.stdout
 
 
+def test_slope_and_cylinders_in_parallel_are_told():
+    done = run("check", MINI, "--set", "environment.slope=-8 deg", "--set", "cylinder.boom.count=2")
+    assert "on a slope of -8 deg" in done.stdout and "2 x boom" in done.stdout
+    assert "slope" not in run("check", MINI).stdout
+
+
 def test_a_result_of_a_pose_says_its_pose(tmp_path):
     done = run("modes", "single-cylinder", "--at", "slide=100 mm", "--samples", 0, folder=tmp_path)
     assert "pose: slide 100 mm" in done.stdout
