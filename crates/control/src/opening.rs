@@ -111,16 +111,32 @@ impl CylinderModel {
 
     /// Displacement (m) towards one side that has a share of the speed at full stroke.
     fn travel(&self, side: usize, share: f64) -> f64 {
-        let (mut closed, mut open) = (0.0, self.stroke);
+        self.least_travel(|travel| self.share_of_speed(side, travel) >= share)
+    }
+
+    /// Ways of the spool (m), retracting and extending, on which one of its edges is open already and the piston has no speed yet.
+    pub fn half_open(&self) -> [f64; 2] {
+        if !self.is_curved() {
+            return [0.0; 2];
+        }
+        [0, 1].map(|side| {
+            let opens = |travel: f64| self.ratios(side, travel).iter().any(|ratio| *ratio > CLOSED);
+            (self.travel(side, CLOSED) - self.least_travel(opens)).max(0.0)
+        })
+    }
+
+    /// The least displacement (m) for which something holds that holds beyond it too.
+    fn least_travel(&self, holds: impl Fn(f64) -> bool) -> f64 {
+        let (mut short, mut enough) = (0.0, self.stroke);
         for _ in 0..HALVINGS {
-            let middle = 0.5 * (closed + open);
-            if self.share_of_speed(side, middle) < share {
-                closed = middle;
+            let middle = 0.5 * (short + enough);
+            if holds(middle) {
+                enough = middle;
             } else {
-                open = middle;
+                short = middle;
             }
         }
-        open
+        enough
     }
 }
 
@@ -240,6 +256,11 @@ mod tests {
                 }
             }
             assert!((c.closed_zone() - 0.12 * STROKE).abs() < 0.01 * STROKE && c.reach(1.0) == 1.0);
+            for (side, half_open) in c.half_open().into_iter().enumerate() {
+                let open = |travel: f64| c.ratios(side, travel).iter().any(|ratio| *ratio > CLOSED);
+                let shut = c.travel(side, CLOSED) - half_open;
+                assert!(half_open > 0.0 && !open(0.999 * shut) && open(shut + 1e-6), "{side}: {shut}");
+            }
             let moment = Moment { stroke: 0.0, p: [60e5, 40e5] };
             assert_eq!(c.level_rate(&fluid(), &supply, &moment, 0.5e-3), 0.0);
         }

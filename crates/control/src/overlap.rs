@@ -1,7 +1,7 @@
 //! On which side of its overlap a spool stands.                      theory: docs/theory/control/damping.md#law
 //!
 //! A spool with an overlap stays on the side that the motion needs, and damps by the half waves that open it farther. It waits at the edge
-//! during the others: there and back it would pass nothing but what it overshoots.
+//! during the others, where all edges are closed: there and back it would pass nothing but what it overshoots.
 
 use crate::controller_model::CylinderModel;
 
@@ -11,6 +11,8 @@ pub struct Overlap {
     side: f64,
     /// Opening that the spool swings beyond after it has passed half of its overlap: less would be drowned by that.
     least: f64,
+    /// Ways from where the piston would begin to move, retracting and extending, to where all edges are closed, m.
+    half_open: [f64; 2],
     /// Part of the way from the middle to an edge in a period, on a ramp across the overlap that lasts as long as a swing of the spool: it
     /// leaves hardly any.
     ramp: f64,
@@ -21,7 +23,8 @@ impl Overlap {
     pub fn of(cylinder: &CylinderModel, period: f64) -> Self {
         let dynamics = &cylinder.dynamics;
         let ramp = period * dynamics.natural_frequency / core::f64::consts::PI;
-        Overlap { side: 0.0, least: dynamics.overshoot() * cylinder.overlap(), ramp: ramp.min(2.0) }
+        let least = dynamics.overshoot() * cylinder.overlap();
+        Overlap { side: 0.0, least, half_open: cylinder.half_open(), ramp: ramp.min(2.0) }
     }
 
     /// Spool position (m) for an `opening`, of which the motion has `needed` a part; `spool_of` gives the one of an opening.
@@ -40,7 +43,8 @@ impl Overlap {
         if self.side.abs() == 1.0 && opening * self.side > 0.0 {
             return spool_of(opening);
         }
-        let [low, high] = [-f64::MIN_POSITIVE, f64::MIN_POSITIVE].map(spool_of);
+        let low = spool_of(-f64::MIN_POSITIVE) + self.half_open[0];
+        let high = spool_of(f64::MIN_POSITIVE) - self.half_open[1];
         0.5 * (low + high + self.side * (high - low))
     }
 }
@@ -56,7 +60,7 @@ mod tests {
     }
 
     fn overlap(ramp: f64) -> Overlap {
-        Overlap { side: 0.0, least: 0.01, ramp }
+        Overlap { side: 0.0, least: 0.01, half_open: [0.0; 2], ramp }
     }
 
     #[test]
@@ -101,6 +105,14 @@ mod tests {
         };
         let (step, ramp) = (beyond(2.0), beyond(period * omega / core::f64::consts::PI));
         assert!(step > 0.7 * EDGE && ramp < 0.25 * step, "{step} {ramp}");
+    }
+
+    #[test]
+    fn it_waits_where_all_edges_are_closed() {
+        let mut overlap = Overlap { half_open: [0.2 * EDGE, 0.6 * EDGE], ..overlap(2.0) };
+        assert!((overlap.spool(-0.02, 0.02, true, of) - 0.4 * EDGE).abs() < 1e-15);
+        assert!((overlap.spool(0.02, -0.02, true, of) + 0.8 * EDGE).abs() < 1e-15);
+        assert_eq!(overlap.spool(-0.02, -0.02, true, of), of(-0.02));
     }
 
     #[test]
