@@ -56,7 +56,7 @@ NOISE = "a swing within the noise of the pressures is not damped: [(b)](#causes)
 CENTRE = "near the dead centre of the lift: [(c)](#causes)"
 MISSED = {
     **{
-        (machine, sensors, demand): FAST
+        (machine, sensors, demand): FAST if sensors == "ideal" else f"{FAST}, or {NOISE}"
         for machine, sensors in (
             ("rottne-f9-mobile", "ideal"),
             ("rottne-f9-mobile", "data-sheet"),
