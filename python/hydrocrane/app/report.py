@@ -48,7 +48,7 @@ def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
     size = Text(
         f"{len(machine.joint_names)} degrees of freedom, {len(machine.cylinder_names)} cylinders,"
         f" {len(machine.state_names)} states, supply {machine.supply_pressure * 1e-5:.0f} bar"
-        + (f", on a slope of {slope:.3g} deg" if slope else "")
+        + (f", slope {slope:.3g} deg" if slope else "")
     )
     return [
         head,
