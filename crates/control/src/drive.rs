@@ -175,6 +175,7 @@ impl Drive {
         let share = |corner: f64| 1.0 - portable::exp(-corner * period);
         let steady = Steady::new(&cylinder, &supply_pressures);
         let commanded = Commanded::at(&cylinder, period, load);
+        let capacity = cylinder.capacity(&fluid, &supply_pressures, &moment);
         let mut drive = Drive {
             cylinder,
             fluid,
@@ -209,8 +210,8 @@ impl Drive {
             reach: [-1.0, 1.0].map(|sense| cylinder.reach(sense)),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
             moment,
-            capacity: cylinder.capacity(&fluid, &supply_pressures, &moment),
-            leaks: 0.0,
+            leaks: capacity.closed,
+            capacity,
             force,
             given: 0.0,
             excess: force - load,
@@ -223,7 +224,6 @@ impl Drive {
         };
         drive.momentary = [-1.0, 1.0].map(|sense| drive.full_speed(sense, drive.steady_speed(sense)));
         drive.range = drive.range_now();
-        drive.leaks = drive.capacity.closed;
         drive
     }
 

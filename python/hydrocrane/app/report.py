@@ -11,6 +11,7 @@ from rich.text import Text
 from hydrocrane import _core
 from hydrocrane.analysis.capacity import Height, at_height, spread
 from hydrocrane.app.console import plain_table
+from hydrocrane.machine.description import described
 from hydrocrane.machine.poses import SHOWN, in_words
 from hydrocrane.machine.stated import PROVENANCE_CLASSES
 from hydrocrane.scenario.solver import named
@@ -44,7 +45,8 @@ def machines_table(machines: list[Machine]) -> Table:
 def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
     """What `check` says about a machine: size, limits and their reasons, loads, speeds, friction, provenance."""
     head = Text.assemble((machine.name, "bold"), f": {machine.title}")
-    slope = math.degrees(_stated(machine, "environment.slope", 0.0))
+    about = described(machine.core)
+    slope = math.degrees(about.number("slope"))
     size = Text(
         f"{len(machine.joint_names)} degrees of freedom, {len(machine.cylinder_names)} cylinders,"
         f" {len(machine.state_names)} states, supply {machine.supply_pressure * 1e-5:.0f} bar"
@@ -53,17 +55,13 @@ def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
     return [
         head,
         size,
-        _limits(machine),
+        _limits(machine, [record.number("count") for record in about.records("cylinders")]),
         *_in_the_middle(machine, figures),
         *_friction(machine),
         *_cavitation(machine),
         _errata(machine),
         _tally(machine),
     ]
-
-
-def _stated(machine: Machine, key: str, otherwise: float) -> float:
-    return float(machine.value(key).si) if key in machine.keys else otherwise
 
 
 def _in_the_middle(machine: Machine, figures: Figures) -> list[Text | Table]:
@@ -99,15 +97,14 @@ def findings(warnings: Sequence[ResultWarning]) -> list[Text]:
     return [*(Text(f"warning: {warning}", style="yellow") for warning in warnings), Text(f"no errors, {count}")]
 
 
-def _limits(machine: Machine) -> Table:
+def _limits(machine: Machine, counts: list[float]) -> Table:
     headings = ("joint", "from", "because", "to", "because", "cylinder", "stroke")
     table = plain_table(*headings, left=("joint", "because", "cylinder"))
     for i, joint in enumerate(machine.joint_names):
         unit, size = SHOWN[machine.joint_units[i]]
         low, high = machine.joint_limits[i] / size
         why_low, why_high = machine.joint_limit_reasons[i]
-        cylinder = machine.cylinder_names[i]
-        count = _stated(machine, f"cylinder.{cylinder}.count", 1.0)
+        cylinder, count = machine.cylinder_names[i], counts[i]
         low_x, high_x = machine.stroke_limits[i] * 1e3
         table.add_row(
             joint, f"{low:.1f} {unit}", why_low, f"{high:.1f} {unit}", why_high,

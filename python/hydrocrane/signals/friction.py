@@ -12,6 +12,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.log import Log
 from hydrocrane.logs.noise import noise_of
+from hydrocrane.machine.description import described
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.signals.derivative import derivative
 from hydrocrane.signals.resample import at_common_rate, resample, unbroken
@@ -61,11 +62,12 @@ class RigParameters:
                 f"a friction rig has one cylinder; {machine.name} has {', '.join(machine.cylinder_names)}. "
                 f"Take a machine like rig-rottne that has the cylinder alone, or give RigParameters"
             )
-        key = f"cylinder.{machine.cylinder_names[0]}.count"
-        if key in machine.keys and machine.value(key).si != 1.0:
+        (cylinder,) = described(machine.core).records("cylinders")
+        if (count := cylinder.number("count")) != 1.0:
             raise InputError(
-                f"a friction rig has one cylinder; {machine.name} has {float(machine.value(key).si):g} in parallel, of "
-                f"which a log shows the sum. Set `{key} = 1` and load it as one cylinder, or give RigParameters"
+                f"a friction rig has one cylinder; {machine.name} has {count:g} in parallel, of which a log shows the "
+                f"sum. Set `cylinder.{cylinder.text('name')}.count = 1` and load it as one cylinder, or give "
+                "RigParameters"
             )
         low, high = machine.joint_limits[0]
         q = np.linspace(low, high, 5)[:, np.newaxis]

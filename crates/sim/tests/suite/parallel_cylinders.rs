@@ -1,7 +1,7 @@
 //! Equal cylinders in parallel: the same as one of twice the size, and the same laws in both right-hand sides.
 
 use crate::extended;
-use crate::parity::{random_state, Noise};
+use crate::parity::{assert_the_same, random_state, Noise};
 use crate::supply::{options, rows};
 use hydrocrane_machine::model::{Leakage, Machine};
 use hydrocrane_machine::{load, OverrideValue};
@@ -112,13 +112,7 @@ fn both_right_hand_sides_count_them_in_any_number() {
         for _ in 0..200 {
             let x = random_state(m.as_ref(), &mut noise);
             let u: Vec<f64> = (0..3).map(|_| 0.02 * noise.next()).collect();
-            let mut fast = vec![0.0; x.len()];
-            m.derivative(&x, &u, PAYLOAD, &mut fast);
-            let slow = m.reference_derivative(&x, &u, PAYLOAD).expect("a corrected machine");
-            for (i, (a, b)) in fast.iter().zip(&slow).enumerate() {
-                let state = &m.layout().names[i];
-                assert!((a - b).abs() <= 1e-10 * a.abs() + 1e-12, "{base} {state}: {a} {b}");
-            }
+            assert_the_same(base, m.as_ref(), &x, &u, PAYLOAD);
         }
     }
 }

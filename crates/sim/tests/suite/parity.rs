@@ -285,6 +285,17 @@ pub fn random_state(m: &dyn Model, noise: &mut Noise) -> Vec<f64> {
     x
 }
 
+/// That the fast right-hand side and the readable one agree.
+pub fn assert_the_same(name: &str, m: &dyn Model, x: &[f64], u: &[f64], payload: f64) {
+    let mut fast = vec![0.0; x.len()];
+    m.derivative(x, u, payload, &mut fast);
+    let slow = m.reference_derivative(x, u, payload).expect("a corrected machine");
+    for (i, (a, b)) in fast.iter().zip(&slow).enumerate() {
+        let state = &m.layout().names[i];
+        assert!((a - b).abs() <= 1e-10 * a.abs() + 1e-12, "{name} {state}: {a} {b}");
+    }
+}
+
 #[test]
 fn fast_right_hand_side_equals_the_reference() {
     for (name, m) in models().chain(models_with_pumps()) {
@@ -292,14 +303,7 @@ fn fast_right_hand_side_equals_the_reference() {
         for _ in 0..500 {
             let x = random_state(m.as_ref(), &mut noise);
             let u: Vec<f64> = (0..m.layout().joints()).map(|_| 0.02 * noise.next()).collect();
-            let payload = 100.0 * noise.next().abs();
-            let mut fast = vec![0.0; x.len()];
-            m.derivative(&x, &u, payload, &mut fast);
-            let slow = m.reference_derivative(&x, &u, payload).expect("a corrected machine");
-            for (i, (a, b)) in fast.iter().zip(&slow).enumerate() {
-                let state = &m.layout().names[i];
-                assert!((a - b).abs() <= 1e-10 * a.abs() + 1e-12, "{name} {state}: {a} {b}");
-            }
+            assert_the_same(name, m.as_ref(), &x, &u, 100.0 * noise.next().abs());
         }
     }
 }
