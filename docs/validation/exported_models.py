@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 
 # One core for both programs, before they start threads.
-if hasattr(os, "sched_setaffinity"):
+if __name__ == "__main__" and hasattr(os, "sched_setaffinity"):
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 
 import jax  # noqa: E402
@@ -228,7 +228,8 @@ def numbers() -> list[str]:
         "",
         "## Many cranes",
         "",
-        f"{CRANES} cranes for {MOVED:g} s, one core, median of {ROUNDS} rounds by turns. Not measured on a GPU.",
+        f"{CRANES} cranes for {MOVED:g} s, one core, median of {ROUNDS} rounds by turns. On a GPU: "
+        "[there](models-on-a-gpu.md).",
         "",
         "| | worst tip error, mm | median, um | crane-seconds per second of processor time "
         "| time, `hc.BatchSimulator` = 1 | compiling, s |",

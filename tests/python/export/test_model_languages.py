@@ -8,6 +8,7 @@ import subprocess
 import sys
 import warnings
 
+import models_on_a_gpu
 import numpy as np
 import pytest
 from exported_model import COMPILER, STATES, agrees, exportable, module, needs_compiler, off
@@ -186,4 +187,19 @@ def test_cuda_read_as_cpp(name, random_states, tmp_path):
     assert agrees(numbers[: n * FEW].reshape(n, FEW).T, crane.state_derivative(x, u))
     dfdx = np.zeros((FEW, n, n))
     dfdx[:, np.array(places[0], int), np.array(places[1], int)] = numbers[n * FEW :].reshape(-1, FEW).T
+    assert off(crane, dfdx, crane.jacobian(x, u)) < 1e-12
+
+
+@pytest.mark.skipif(models_on_a_gpu.gpu() is None, reason=models_on_a_gpu.MISSING)
+@pytest.mark.parametrize("name", MACHINES)
+def test_cuda_on_a_gpu(name, random_states):
+    crane = exportable(name)
+    x, u = random_states(crane, STATES, 3)
+    cranes = models_on_a_gpu.OnGpu(crane)
+    cranes.begin(x)
+    cranes.evaluate(u)
+    state, dx, values = cranes.read()
+    assert np.array_equal(state, x) and agrees(dx, crane.state_derivative(x, u))
+    dfdx = np.zeros((STATES, x.shape[1], x.shape[1]))
+    dfdx[:, *cranes.places] = values
     assert off(crane, dfdx, crane.jacobian(x, u)) < 1e-12
