@@ -29,7 +29,7 @@ _HOME = {
     "Identification": "identification",
     "InputError": "errors",
     "Joystick": "control.joystick",
-    "LinearModel": "linear.model",
+    "LinearModel": "state_space.model",
     "LiveSimulator": "simulation.live",
     "LoadChart": "analysis.capacity",
     "Log": "logs",

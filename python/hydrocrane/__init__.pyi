@@ -31,7 +31,6 @@ from hydrocrane.fitting import fit as fit
 from hydrocrane.identification import Identification as Identification
 from hydrocrane.identification import identify_friction as identify_friction
 from hydrocrane.linear.linearise import linearise as linearise
-from hydrocrane.linear.model import LinearModel as LinearModel
 from hydrocrane.logs import Log as Log
 from hydrocrane.logs import read_log as read_log
 from hydrocrane.machine.machine import Machine as Machine
@@ -63,6 +62,7 @@ from hydrocrane.simulation.batch import BatchSimulator as BatchSimulator
 from hydrocrane.simulation.live import LiveSimulator as LiveSimulator
 from hydrocrane.simulation.running import simulate as simulate
 from hydrocrane.simulation.simulator import Simulator as Simulator
+from hydrocrane.state_space.model import LinearModel as LinearModel
 from hydrocrane.studies import Study as Study
 from hydrocrane.studies import load_study as load_study
 from hydrocrane.studies import open_study as open_study

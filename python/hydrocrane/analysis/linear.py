@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +15,8 @@ from hydrocrane.machine.poses import poses
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.state_space.options import Friction
+from hydrocrane.state_space.oscillations import SHOWS_WELL, oscillations, shows_well
 
 # Share of a joint's range in which an end stop may act: its zone is a twentieth of the barrel or less.
 _END_STOPS = 0.07
@@ -29,9 +29,8 @@ FRICTION_WORDS = {
     "released": "in larger motions: friction has no derivative, bristles do not hold",
     "smoothed": "at rest, as simulated: smoothed static friction is a damper",
 }
-Friction = Literal["held", "released", "smoothed"]
-# Records per period that show an oscillation well, and the least number that shows it.
-_SHOWS_WELL, _SHOWS = 10, 2
+# Least number of records per period that shows an oscillation.
+_SHOWS = 2
 # Piston speed of differences, m/s; the force of an end stop is linear in it.
 _SPEED = 1e-3
 # Between these speeds, m/s, friction grows where its sign is smoothed, and is the same where the sign jumps.
@@ -79,7 +78,7 @@ class Modes:
     @property
     def record_interval(self) -> Array:
         """(k,) interval that records ten points per period of each mode, s."""
-        return _shows_well(self.frequency)
+        return shows_well(self.frequency)
 
     def _repr_html_(self) -> str:
         rows = zip(self.frequency, self.damping, self.state, strict=True)
@@ -134,59 +133,6 @@ def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, f
         eigenvalues=found.eigenvalues,
         friction=friction,
         warnings=(*doubts, *warnings, *_recording_warning(found.frequency)),
-    )
-
-
-@dataclass(frozen=True)
-class Oscillations:
-    """Eigenvalues of a linear system, and its oscillating pairs, slowest first.
-
-    Attributes
-    ----------
-    frequency, damping : (k,) arrays
-        Natural frequency, Hz, and damping ratio of each pair.
-    state : tuple of str
-        The state with the largest participation factor in each pair.
-    eigenvalues : (n,) complex array
-        All of them, 1/s.
-    shapes : (k, n) complex array
-        Right eigenvector of each pair.
-    """
-
-    frequency: Array
-    damping: Array
-    state: tuple[str, ...]
-    eigenvalues: np.ndarray
-    shapes: np.ndarray
-
-    __repr__ = brief
-
-    @property
-    def record_interval(self) -> Array:
-        """(k,) interval that records ten points per period of each mode, s."""
-        return _shows_well(self.frequency)
-
-
-def _shows_well(frequency: Array) -> Array:
-    return 1.0 / (_SHOWS_WELL * frequency)
-
-
-def oscillations(matrix: Array, names: Sequence[str]) -> Oscillations:
-    """Oscillating pairs of x' = A x, with A (n, n) and the `names` of its states."""
-    from scipy.linalg import eig
-
-    values, left, right = eig(matrix, left=True, right=True)
-    # One of each conjugate pair; a real eigenvalue with a rounding error is no oscillation.
-    swinging = np.flatnonzero(values.imag > 1e-9 * np.abs(values).max())
-    swinging = swinging[np.argsort(np.abs(values[swinging]))]
-    leading = np.argmax(np.abs(left.conj() * right), axis=0)
-    size = np.abs(values[swinging])
-    return Oscillations(
-        frequency=size / (2 * np.pi),
-        damping=-values.real[swinging] / size,
-        state=tuple(names[leading[i]] for i in swinging),
-        eigenvalues=values,
-        shapes=right.T[swinging],
     )
 
 
@@ -321,7 +267,7 @@ def _recording_warning(frequency: Array) -> tuple[ResultWarning, ...]:
             "mode-above-recording",
             f"a run recorded every {interval * 1e3:g} ms, the default, shows frequencies up to {0.5 / interval:g} Hz:"
             f" modes at {listed} Hz would appear as slower ones",
-            f"record every {1e3 / (_SHOWS_WELL * fast.max()):.2g} ms (record-interval) to see them",
+            f"record every {1e3 / (SHOWS_WELL * fast.max()):.2g} ms (record-interval) to see them",
         ),
     )
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from hydrocrane.linear import LinearModel, Loop
-    from hydrocrane.linear.linearise import Options
+    from hydrocrane.state_space.options import Options
 
 
 class Side(StrEnum):
@@ -57,7 +57,7 @@ def linearise(
     """Linearise a machine in a pose; write the matrices with names and units, and print the modes."""
     from hydrocrane.app.report import modes_table
     from hydrocrane.files.whole_file import checked_suffix
-    from hydrocrane.linear.exports import SUFFIXES
+    from hydrocrane.state_space.exports import SUFFIXES
 
     checked_suffix(output, SUFFIXES)
     options = _options(inputs, outputs, mode, side, friction, payload)

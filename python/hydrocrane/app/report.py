@@ -23,10 +23,11 @@ if TYPE_CHECKING:
     from hydrocrane._core_types import Passivity
     from hydrocrane.analysis.capacity import LoadChart
     from hydrocrane.analysis.figures import Figures
-    from hydrocrane.analysis.linear import Modes, Oscillations
+    from hydrocrane.analysis.linear import Modes
     from hydrocrane.machine.machine import Machine
     from hydrocrane.result_warning import ResultWarning
     from hydrocrane.scenario.scenario import Scenario
+    from hydrocrane.state_space.oscillations import Oscillations
 
 
 def machines_table(machines: list[Machine]) -> Table:

@@ -6,4 +6,6 @@ from hydrocrane.export.mjcf import export_mjcf
 from hydrocrane.export.model import export_model
 from hydrocrane.export.urdf import export_urdf
 
+ANSWERS = {"model-in": "model.model_in"}
+
 __all__ = ["export_controller", "export_fmu", "export_mjcf", "export_model", "export_urdf"]

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from hydrocrane.arrays import Array, check_level, rms
+from hydrocrane.asked import ask
 from hydrocrane.errors import check_known
 from hydrocrane.fitting.accuracy import Accuracy
 from hydrocrane.fitting.block import block
@@ -197,9 +198,7 @@ class Fit:
     @cached_property
     def figure(self) -> Figure:
         """Model and log in one chart per signal of each log; the held-out part is shaded."""
-        from hydrocrane.plots.fitting import fit_charts
-
-        return fit_charts(self)
+        return cast("Figure", ask("plots", "fit", self))
 
     def summary(self) -> str:
         """Values, quality and warnings as text."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
+from hydrocrane.asked import ask
 from hydrocrane.errors import InputError
 from hydrocrane.identification.covariance import invert
 from hydrocrane.identification.form import Exponents, Wish
@@ -147,9 +148,7 @@ class FrictionComparison:
 
     def plot(self) -> Figure:
         """Maps and points of the groups, and their differences with the margin."""
-        from hydrocrane.plots.identification import friction_comparison
-
-        return friction_comparison(self)
+        return cast("Figure", ask("plots", "friction-comparison", self))
 
 
 def compare_friction(

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from scipy import stats
 
 from hydrocrane.arrays import Array, check_level
+from hydrocrane.asked import ask
 from hydrocrane.errors import InputError
 from hydrocrane.identification.block import fitted_key, interval, signature
 from hydrocrane.identification.bristle import BristleReading
@@ -126,9 +127,7 @@ class DynamicFit:
 
     def plot(self) -> Figure:
         """Logs, predictions of the fitted rig, and residuals."""
-        from hydrocrane.plots.dynamic_friction import dynamic_fit
-
-        return dynamic_fit(self)
+        return cast("Figure", ask("plots", "dynamic-fit", self))
 
     def toml(self, *, source: Iterable[str] = (), date: str = "") -> str:
         """The block ``[friction.<name>]`` for a machine file, with the static map if it was fitted too.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
+from hydrocrane.asked import ask
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -151,9 +152,7 @@ class ResidualAnalysis:
 
     def plot(self) -> Figure:
         """Residuals over each tested cause, with the fitted dependence."""
-        from hydrocrane.plots.residual_causes import residual_causes
-
-        return residual_causes(self)
+        return cast("Figure", ask("plots", "residual-causes", self))
 
 
 # Cure where a cause changes together with the speed.

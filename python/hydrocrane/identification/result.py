@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array, check_level
+from hydrocrane.asked import ask
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.identification.averaging import akaike_weights, averaged
 from hydrocrane.identification.block import comment, head, interval, signature
@@ -430,9 +431,7 @@ class StaticFit:
 
     def plot(self) -> Figure:
         """Points and map, near zero velocity and over the whole range, with residuals."""
-        from hydrocrane.plots.identification import static_fit
-
-        return static_fit(self)
+        return cast("Figure", ask("plots", "static-fit", self))
 
     def _known_spread(self) -> Spread:
         if self.spread is None:

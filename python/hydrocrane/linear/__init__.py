@@ -4,10 +4,12 @@ from hydrocrane.analysis.linear import Modes, mode_map, modes
 from hydrocrane.analysis.poses import pose_grid
 from hydrocrane.linear.linearise import linearise
 from hydrocrane.linear.loops import Loop, PidGains, cylinder_loops, pid_gains
-from hydrocrane.linear.model import LinearModel
 from hydrocrane.linear.period_advice import PeriodAdvice, period_advice
-from hydrocrane.linear.responses import StepResponse
 from hydrocrane.linear.shapes import DampingCurves, ModeShapes, damping_curves, mode_shapes
+from hydrocrane.state_space.model import LinearModel
+from hydrocrane.state_space.responses import StepResponse
+
+ANSWERS = {"linearise": "linearise.linearise"}
 
 __all__ = [
     "DampingCurves",

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, TypedDict
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.analysis.linear import Friction, check_friction, places, smoothing_warnings, with_friction
+from hydrocrane.analysis.linear import check_friction, places, smoothing_warnings, with_friction
 from hydrocrane.arrays import Array, vectors
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.linear.command_path import path_warnings
-from hydrocrane.linear.model import LinearModel, chosen
 from hydrocrane.linear.outputs import ASIDE, known_outputs, output_rows
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.result_warning import ResultWarning
+from hydrocrane.state_space.model import LinearModel, chosen
+from hydrocrane.state_space.options import Friction, Side
 
-Side = Literal["extend", "retract"]
 SIDES = ("extend", "retract")
 # Forces on the tip, N, which can be inputs besides the spool commands.
 TIP_FORCES = ("tip.force.x", "tip.force.z")
@@ -27,19 +27,6 @@ _COMMAND_STEP = 1e-3
 _CLOSED, _DIFFERS = 0.01, 0.01
 # Below these rates the working point counts as an equilibrium: rad/s^2 or m/s^2, Pa/s.
 _STILL, _CREEP = 1e-6, 1e5
-
-
-class Options(TypedDict, total=False):
-    """Keywords of :func:`linearise`."""
-
-    state: ArrayLike | None
-    command: ArrayLike | None
-    inputs: str | Sequence[str] | None
-    outputs: str | Sequence[str] | None
-    mode: Literal["hold", "steady"]
-    side: Side
-    friction: Friction
-    payload: float | None
 
 
 def linearise(

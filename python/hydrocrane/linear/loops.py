@@ -12,18 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.analysis.linear import Friction
 from hydrocrane.arrays import Array, brief, positive_number, real_array
 from hydrocrane.control.controllers import DEFAULT_PERIOD, Observation
 from hydrocrane.control.joystick import Stick
 from hydrocrane.control.named import NamedController
 from hydrocrane.errors import InputError
 from hydrocrane.linear.command_path import common_delay
-from hydrocrane.linear.linearise import Side, linearise
+from hydrocrane.linear.linearise import linearise
 from hydrocrane.linear.margins import Margins, margins
-from hydrocrane.linear.model import LinearModel
-from hydrocrane.linear.responses import balanced, sampled, transfer
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.state_space.model import LinearModel
+from hydrocrane.state_space.options import Friction, Side
+from hydrocrane.state_space.responses import balanced, sampled, transfer
 
 # Controllers with linear loops, and why the others have none.
 LINEAR = "heinze-pid"

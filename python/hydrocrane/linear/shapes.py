@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.analysis.linear import Friction, Oscillations, modes, places
+from hydrocrane.analysis.linear import modes, places
 from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, OutOfReachError, check_known
 from hydrocrane.linear.linearise import linearise
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.result_warning import ResultWarning
+from hydrocrane.state_space.options import Friction
+from hydrocrane.state_space.oscillations import Oscillations
 
 # Share of a joint's range without curves at both ends, because of the end stops.
 _INSET = 0.05

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array, real_array, rows, vectors
+from hydrocrane.asked import ask
 from hydrocrane.errors import InputError, OutOfReachError, check_known, translated
 from hydrocrane.machine.described import described
 from hydrocrane.machine.measuring import Recorded, recorded_data, sensor_readings
@@ -31,8 +32,8 @@ from hydrocrane.result_warning import DoubtfulResult, ResultWarning
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydrocrane.linear.linearise import Options
-    from hydrocrane.linear.model import LinearModel
+    from hydrocrane.state_space.model import LinearModel
+    from hydrocrane.state_space.options import Options
 
 
 def load_machine(source: str | PathLike[str], overrides: Overrides | None = None) -> Machine:
@@ -246,7 +247,7 @@ class Machine(Mechanics):
         return self._over(self.core.jacobian, *self._plant(state, spool_command), payload=payload)
 
     def linearise(self, q: ArrayLike | None = None, **options: Unpack[Options]) -> LinearModel:
-        """Linear model about a pose or a state; see :func:`hydrocrane.linearise`.
+        """Linear model about a pose or a state, with the options of :func:`hydrocrane.linearise`.
 
         Examples
         --------
@@ -255,9 +256,7 @@ class Machine(Mechanics):
         >>> print(crane.linearise(q).A.shape)
         (21, 21)
         """
-        from hydrocrane.linear.linearise import linearise
-
-        return linearise(self, q, **options)
+        return cast("LinearModel", ask("linear", "linearise", self, q, **options))
 
     def casadi(self, *, parameters: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> ModuleType:
         """This machine for CasADi: a module with ``casadi.Function`` objects.
@@ -277,9 +276,7 @@ class Machine(Mechanics):
         >>> model = crane.casadi(parameters=["payload.mass"])  # doctest: +SKIP
         >>> model.derivative(state, spool_command, [100.0])  # doctest: +SKIP
         """
-        from hydrocrane.export.model import model_in
-
-        return model_in(self, "casadi", parameters, outputs)
+        return cast(ModuleType, ask("export", "model-in", self, "casadi", parameters, outputs))
 
     def jax(self, *, parameters: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> ModuleType:
         """This machine for JAX: a module with pure functions, for ``jit``, ``vmap`` and ``grad``.
@@ -298,9 +295,7 @@ class Machine(Mechanics):
         >>> model = crane.jax()  # doctest: +SKIP
         >>> rates = jax.jit(model.derivative)(state, spool_command)  # doctest: +SKIP
         """
-        from hydrocrane.export.model import model_in
-
-        return model_in(self, "jax", parameters, outputs)
+        return cast(ModuleType, ask("export", "model-in", self, "jax", parameters, outputs))
 
     def outputs(self, state: ArrayLike, spool_command: ArrayLike, *, payload: float | None = None) -> dict[str, Array]:
         """Everything derived from the state by name: tip, piston, forces, flows, power; each of shape (...).

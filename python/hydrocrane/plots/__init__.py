@@ -18,6 +18,20 @@ from hydrocrane.plots.sweep import sweep
 from hydrocrane.plots.tip_path import tip_charts
 from hydrocrane.plots.workspace import workspace
 
+ANSWERS = {
+    "comparison": "comparison.comparison_charts",
+    "dynamic-fit": "dynamic_friction.dynamic_fit",
+    "film": "animation.film",
+    "fit": "fitting.fit_charts",
+    "friction-comparison": "identification.friction_comparison",
+    "residual-causes": "residual_causes.residual_causes",
+    "run": "run_charts.of_run",
+    "static-fit": "identification.static_fit",
+    "steady-windows": "windows.steady_windows_chart",
+    "write": "style.write",
+    "write-film": "animation.write",
+}
+
 __all__ = [
     "bode",
     "circuit",

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError
-from hydrocrane.linear.model import LinearModel
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.style import ACCENT, MUTED, figure, styled, title
+from hydrocrane.state_space.model import LinearModel
 
 if TYPE_CHECKING:
     from hydrocrane.linear.loops import Loop

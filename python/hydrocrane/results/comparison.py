@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from hydrocrane.arrays import Array, brief
+from hydrocrane.asked import ask
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.logs import TIME_NAMES, Source, series_of, table_of
@@ -72,9 +73,7 @@ class Comparison:
     @cached_property
     def figure(self) -> Figure:
         """Run and log in one chart per quantity."""
-        from hydrocrane.plots.comparison import comparison_charts
-
-        return comparison_charts(list(self.differences.values()))
+        return cast("Figure", ask("plots", "comparison", list(self.differences.values())))
 
     def _repr_html_(self) -> str:
         return card("Run and log", self.summary().splitlines(), "print(comparison.summary())")

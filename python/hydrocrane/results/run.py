@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
+from hydrocrane.asked import ask
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.datasets import load_netcdf, save
 from hydrocrane.notebook import of_text
@@ -114,12 +115,9 @@ class Run(Record):
         >>> len(run.plot("lift").axes) > 3
         True
         """
-        from hydrocrane.plots.run_charts import of_run
-        from hydrocrane.plots.style import write
-
-        figure = of_run(self, chart)
+        figure = cast("Figure", ask("plots", "run", self, chart))
         if path is not None:
-            write(figure, Path(path))
+            ask("plots", "write", figure, Path(path))
         return figure
 
     def animate(
@@ -149,11 +147,9 @@ class Run(Record):
         >>> run.animate("lift.gif", fps=5).name
         'lift.gif'
         """
-        from hydrocrane.plots import animation
-
         if path is None:
-            return animation.film(self, fps=fps, speed=speed)
-        return animation.write(self, Path(path), fps=fps, speed=speed, progress=progress)
+            return cast("FuncAnimation", ask("plots", "film", self, fps=fps, speed=speed))
+        return cast(Path, ask("plots", "write-film", self, Path(path), fps=fps, speed=speed, progress=progress))
 
     def compare(self, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
         """Compare this run with a measured log; see ``hydrocrane.results.comparison.compare``.

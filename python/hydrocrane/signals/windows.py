@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, cast, overload
 
 import numpy as np
 
 from hydrocrane.arrays import Array
+from hydrocrane.asked import ask
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log
 from hydrocrane.signals.friction import RigParameters
@@ -112,9 +113,7 @@ class SteadyWindows(Sequence[Window]):
 
     def plot(self) -> Figure:
         """The log with its windows, and friction over velocity."""
-        from hydrocrane.plots.windows import steady_windows_chart
-
-        return steady_windows_chart(self)
+        return cast("Figure", ask("plots", "steady-windows", self))
 
 
 def friction_over_velocity(windows: Sequence[Window]) -> tuple[Array, Array, Array]:

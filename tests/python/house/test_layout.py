@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import graphlib
+import importlib
 import re
 import subprocess
 import sys
@@ -39,9 +40,10 @@ MAY_USE = {
 
 # Each room of the Python package, and each module beside the rooms, with what it may use of the others. They stand from
 # left to right: what a room may use stands before it.
-BASE = {"_core_types", "errors", "arrays", "result_warning", "units", "notebook"}
+BASE = {"_core_types", "asked", "errors", "arrays", "result_warning", "units", "notebook"}
 ROOMS = {
     "_core_types": set(),
+    "asked": set(),
     "errors": set(),
     "arrays": {"errors"},
     "result_warning": set(),
@@ -49,13 +51,14 @@ ROOMS = {
     "units": {"errors"},
     "files": BASE,
     "logs": BASE | {"files"},
-    "machine": BASE,
+    "state_space": BASE | {"files"},
+    "machine": BASE | {"state_space"},
     "control": BASE | {"logs", "machine"},
     "scenario": BASE | {"files", "logs", "machine", "control"},
     "results": BASE | {"files", "logs", "machine", "control", "scenario"},
     "simulation": BASE | {"machine", "control", "scenario", "results"},
-    "analysis": BASE | {"machine", "scenario", "results", "simulation"},
-    "linear": BASE | {"files", "machine", "control", "analysis"},
+    "analysis": BASE | {"state_space", "machine", "scenario", "results", "simulation"},
+    "linear": BASE | {"state_space", "machine", "control", "analysis"},
     "benchmark": BASE | {"files", "machine", "control", "scenario", "results", "simulation"},
     "rig": BASE | {"logs", "machine", "scenario", "results", "simulation"},
     "signals": BASE | {"logs", "machine"},
@@ -66,23 +69,11 @@ ROOMS = {
     "gym": BASE | {"machine", "simulation", "studies"},
     "export": BASE | {"files", "machine", "control", "scenario"},
     "plots": BASE
-    | {"files", "machine", "results", "analysis", "linear", "benchmark", "signals", "identification", "fitting"},
+    | {"files", "state_space", "machine", "results", "analysis", "linear", "benchmark"}
+    | {"signals", "identification", "fitting"},
 }  # fmt: skip
 # The app imports every room and is imported by none.
 APP = {"app", "__main__", "__init__"}
-# Results that draw themselves import the plots when they are asked to, so that no picture is paid for unseen.
-DRAW = {
-    "hydrocrane.results.run",
-    "hydrocrane.results.comparison",
-    "hydrocrane.signals.windows",
-    "hydrocrane.identification.comparison",
-    "hydrocrane.identification.dynamic_result",
-    "hydrocrane.identification.residual_analysis",
-    "hydrocrane.identification.result",
-    "hydrocrane.fitting.result",
-}
-# What a machine makes of itself when it is asked to, in a room to its right.
-MAKES = {"hydrocrane.machine.machine": ("hydrocrane.linear", "hydrocrane.export")}
 
 
 def source_files(folder: str, suffix: str) -> list[Path]:
@@ -245,13 +236,7 @@ def package_imports(path: Path) -> set[str]:
     return {module_of(name) for name in found}
 
 
-def drawn(module: str, imports: set[str]) -> set[str]:
-    """The imports of a module without those of the pictures that it draws, and of what it makes, when asked."""
-    aside = "hydrocrane.plots" if module in DRAW else MAKES.get(module)
-    return imports if aside is None else {name for name in imports if not name.startswith(aside)}
-
-
-IMPORTS = {module: drawn(module, package_imports(path)) for module, path in MODULES.items()}
+IMPORTS = {module: package_imports(path) for module, path in MODULES.items()}
 
 
 def room_of(module: str) -> str:
@@ -280,16 +265,17 @@ def test_rooms_import_only_what_stands_left_of_them():
             assert used <= ROOMS[room], f"{module} uses {used - ROOMS[room]}"
 
 
-@pytest.mark.parametrize("module", sorted(DRAW))
-def test_what_draws_itself_imports_the_plots_only_when_asked(module):
-    assert any(name.startswith("hydrocrane.plots") for name in package_imports(MODULES[module]))
-    assert not any(name.startswith("hydrocrane.plots") for name in imported_at_top(MODULES[module]))
-
-
-@pytest.mark.parametrize(("module", "room"), [(module, room) for module, rooms in MAKES.items() for room in rooms])
-def test_what_a_machine_makes_is_imported_only_when_asked(module, room):
-    assert any(name.startswith(room) for name in package_imports(MODULES[module]))
-    assert not any(name.startswith(room) for name in imported_at_top(MODULES[module]))
+def test_rooms_answer_what_they_are_asked():
+    asked = set()
+    for path in MODULES.values():
+        asked |= set(re.findall(r'\bask\("([\w-]+)", "([\w-]+)"', path.read_text(encoding="utf-8")))
+    rooms = {room for room, _ in asked}
+    answers = {room: importlib.import_module(f"hydrocrane.{room}").ANSWERS for room in rooms}
+    assert asked == {(room, what) for room, table in answers.items() for what in table}
+    for room, table in answers.items():
+        for place in table.values():
+            module, _, function = place.rpartition(".")
+            assert callable(getattr(importlib.import_module(f"hydrocrane.{room}.{module}"), function))
 
 
 def test_rooms_are_listed_in_the_architecture():

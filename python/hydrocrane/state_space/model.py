@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.analysis.linear import Oscillations, oscillations
 from hydrocrane.arrays import real_array
 from hydrocrane.errors import InputError, check_known
-from hydrocrane.linear import responses
-from hydrocrane.linear.matrices import Matrices
-from hydrocrane.linear.responses import StepResponse
 from hydrocrane.notebook import card
+from hydrocrane.state_space import responses
+from hydrocrane.state_space.matrices import Matrices
+from hydrocrane.state_space.oscillations import Oscillations, oscillations
+from hydrocrane.state_space.responses import StepResponse
 
 if TYPE_CHECKING:
     import control
@@ -171,7 +171,7 @@ class LinearModel(Matrices):
         >>> print(model.to_control().output_labels)
         ['tip_z']
         """
-        from hydrocrane.linear.exports import state_space
+        from hydrocrane.state_space.exports import state_space
 
         return state_space(self)
 
@@ -185,7 +185,7 @@ class LinearModel(Matrices):
         >>> model.save("crane.json").name
         'crane.json'
         """
-        from hydrocrane.linear.exports import save
+        from hydrocrane.state_space.exports import save
 
         return save(self, Path(path))
 

@@ -15,7 +15,7 @@ from hydrocrane.files.whole_file import checked_suffix, write_text, written_whol
 if TYPE_CHECKING:
     import control
 
-    from hydrocrane.linear.matrices import Matrices
+    from hydrocrane.state_space.matrices import Matrices
 
 NUMBERS = ("A", "B", "C", "D", "x", "u", "y", "drift", "output_error")
 LABELS = ("state_names", "state_units", "input_names", "input_units", "output_names", "output_units")
