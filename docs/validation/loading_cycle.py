@@ -14,10 +14,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
-from workers import processes
-
-from hydrocrane.benchmark.loading import (
+from log_loading import (
     FAULT,
     GAINS,
     GIVEN_UP,
@@ -29,7 +26,10 @@ from hydrocrane.benchmark.loading import (
     log_task,
     tune_operator,
 )
-from hydrocrane.benchmark.operator import CONTENT, JUDGED, STANDING, Operator
+from matplotlib.figure import Figure
+from modelled_operator import CONTENT, JUDGED, STANDING, Operator
+from workers import processes
+
 from hydrocrane.plots import style
 
 HERE = Path(__file__).resolve().parent
@@ -347,7 +347,7 @@ with {fault:g} s for each strike and each missed log.
 
 How the sticks are found: with levers, step by step. The controller `tip` runs inside whole runs whose sticks
 are stated beforehand; there the sticks are found by waveform relaxation, exactly, because the operator reacts
-late (`python/hydrocrane/benchmark/closed_loop.py`).
+late (`docs/validation/operator_loop.py`).
 
 ## The nominal operator
 

@@ -1,4 +1,4 @@
-"""Benchmark of crane-tip control: tasks, conditions, measures, the tuning of gains, and operators who load logs."""
+"""Benchmark of crane-tip control: tasks, conditions, measures, and the tuning of gains."""
 
 from hydrocrane.benchmark.cases import (
     SHORT,
@@ -12,8 +12,6 @@ from hydrocrane.benchmark.cases import (
     scenario_of,
 )
 from hydrocrane.benchmark.conditions import FRICTION_KEYS, VARIANTS, Condition, friction_overrides
-from hydrocrane.benchmark.loading import Cycle, LogTask, loading_cycle, log_task, tune_operator, tuned_operator
-from hydrocrane.benchmark.operator import INTERFACES, Operator, Waypoint
 from hydrocrane.benchmark.random_tasks import random_lines
 from hydrocrane.benchmark.suite import (
     CONTROLLERS,
@@ -28,7 +26,6 @@ from hydrocrane.benchmark.suite import (
 __all__ = [
     "CONTROLLERS",
     "FRICTION_KEYS",
-    "INTERFACES",
     "LOGS",
     "MACHINE",
     "SHORT",
@@ -38,22 +35,14 @@ __all__ = [
     "Benchmark",
     "Case",
     "Condition",
-    "Cycle",
-    "LogTask",
-    "Operator",
     "Result",
-    "Waypoint",
     "all_cases",
     "benchmark",
     "drawn_cases",
     "friction_overrides",
-    "loading_cycle",
-    "log_task",
     "motion_of",
     "quick_cases",
     "random_lines",
     "run_case",
     "scenario_of",
-    "tune_operator",
-    "tuned_operator",
 ]

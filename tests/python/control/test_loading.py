@@ -8,10 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-import hydrocrane as hc
-from hydrocrane.benchmark.closed_loop import drive
-from hydrocrane.benchmark.loading import (
+from log_loading import (
     GAINS,
     HOME,
     INSIDE,
@@ -23,7 +20,10 @@ from hydrocrane.benchmark.loading import (
     tune_operator,
     tuned_operator,
 )
-from hydrocrane.benchmark.operator import CONTENT, GLANCE, INTERFACES, PERIOD, Driver, Operator, Waypoint
+from modelled_operator import CONTENT, GLANCE, INTERFACES, PERIOD, Driver, Operator, Waypoint
+from operator_loop import drive
+
+import hydrocrane as hc
 from hydrocrane.benchmark.tuning import pattern_search
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -14,10 +14,10 @@ import copy
 from dataclasses import dataclass
 
 import numpy as np
+from modelled_operator import GLANCE, PERIOD, Driver
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
-from hydrocrane.benchmark.operator import GLANCE, PERIOD, Driver
 from hydrocrane.control.joystick import TIP_AXES, Joystick
 from hydrocrane.errors import SimulationError
 from hydrocrane.results.recording import Recording

@@ -49,7 +49,7 @@ class Operator:
     ----------
     gain : float
         Wanted velocity per distance to the way-point, 1/s. The defaults of this and the next two are the start of a
-        search: :func:`hydrocrane.benchmark.loading.tune_operator` finds them for each interface.
+        search: :func:`log_loading.tune_operator` finds them for each interface.
     anticipation : float
         Time over which the operator extrapolates the tip along its velocity, s; initially the whole reaction time.
     speed : float
@@ -72,7 +72,7 @@ class Operator:
 
     Examples
     --------
-    >>> from hydrocrane.benchmark.operator import Operator
+    >>> from modelled_operator import Operator
     >>> Operator(reaction=0.3).delay
     6
     """

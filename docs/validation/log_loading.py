@@ -2,7 +2,7 @@
 
 The task lies in the plane of the laboratory crane: a bunk beside the crane, a stake at its edge, logs on the ground
 beyond. Nothing slews. The figures are those of a simulation of crane and operator; see
-:mod:`hydrocrane.benchmark.operator` for the operator.
+`modelled_operator.py` for the operator.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from modelled_operator import INTERFACES, PERIOD, Driver, Operator, Waypoint
+from operator_loop import Drive, drive
 
 from hydrocrane.arrays import Array, seed_number, whole_number
 from hydrocrane.benchmark.cases import START
-from hydrocrane.benchmark.closed_loop import Drive, drive
-from hydrocrane.benchmark.operator import INTERFACES, PERIOD, Driver, Operator, Waypoint
 from hydrocrane.benchmark.suite import MACHINE
 from hydrocrane.benchmark.tuning import pattern_search
 from hydrocrane.errors import InputError, check_known
@@ -182,7 +182,7 @@ def loading_cycle(
 
     Examples
     --------
-    >>> from hydrocrane.benchmark.loading import loading_cycle, log_task
+    >>> from log_loading import loading_cycle, log_task
     >>> loading_cycle(log_task(1), "tip").finished
     True
     """
