@@ -49,6 +49,8 @@ class Draft:
     supply: float = 0.0
     # Whether all seals have bristles; else some friction is a static map.
     bristles: bool = True
+    # Draws what was added later, so that the rest of a seed's machine stays.
+    later: np.random.Generator = field(default_factory=np.random.default_rng)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
     parts: set[str] = field(default_factory=set)
 
@@ -122,7 +124,7 @@ def polar(radius: float, angle: float) -> np.ndarray:
 
 def machine(seed: int) -> RandomMachine:
     """The machine of a seed."""
-    draft = Draft(np.random.default_rng([36, seed]))
+    draft = Draft(np.random.default_rng([36, seed]), later=np.random.default_rng([42, seed]))
     count = int(draft.rng.integers(1, 7))
     mass = draft.log_between(50.0, 30e3)
     # From 1.5 m at 50 kg to 10 m at 30 t, as cranes and excavators have it.
@@ -134,6 +136,9 @@ def machine(seed: int) -> RandomMachine:
     draft.bristles = draft.chance(0.6)
     draft.put("machine", name=f"random-{seed}", tip=f"link{count}.tip", **{"class": "assumed", "source": "drawn"})
     draft.put("environment", gravity=f"{GRAVITY} m/s^2")
+    if draft.later.random() < 0.5:
+        draft.parts.add("slope")
+        draft.put("environment", slope=si(draft.later.uniform(-15.0, 15.0), "deg"))
     sections = chain(draft, count, mass, reach, rated)
     compensated = circuit(draft, sections)
     for section in sections:
@@ -288,7 +293,9 @@ def stroke_range(lengths: np.ndarray) -> tuple[int, int]:
 
 
 def cylinder(draft: Draft, i: int, closed: float, travel: float, force: float, loaded: int, **rod: str) -> Section:
-    """A cylinder that holds `force` at `LOADED` times the supply pressure, with its stops and its friction."""
+    """Cylinders that hold `force` at `LOADED` times the supply pressure, with their stops and their friction."""
+    count = int(draft.later.choice([1, 2, 3], p=[0.75, 0.2, 0.05]))
+    force /= count
     ratio = draft.between(0.45, 0.7)
     area = max(force / (LOADED * draft.supply), 3e-4) / (1.0 if loaded == 0 else 1 - ratio**2)
     bore = float(f"{np.sqrt(4 * area / np.pi):.3g}")
@@ -307,7 +314,10 @@ def cylinder(draft: Draft, i: int, closed: float, travel: float, force: float, l
     stop = {"stiffness": si(most / zone, "N/m"), "damping": si(0.01 * most / zone, "N s/m")}
     draft.put(f"{own}.end-stop", zone=si(1e3 * zone, "mm"), **stop)
     friction(draft, i, draft.supply * areas[0], flow / areas[0], travel * areas[0] * ratio**2)
-    return Section(f"cylinder{i}", areas, travel, flow, loaded, False)
+    if count > 1:
+        draft.parts.add("cylinders in parallel")
+        draft.put(own, count=count)
+    return Section(f"cylinder{i}", (count * areas[0], count * areas[1]), travel, count * flow, loaded, False)
 
 
 def friction(draft: Draft, i: int, force: float, speed: float, steel: float) -> None:

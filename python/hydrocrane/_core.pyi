@@ -33,6 +33,7 @@ __all__ = [
     "BatchSimulator",
     "LiveSimulator",
     "METHODS",
+    "PROMISES",
     "Machine",
     "MachineFileError",
     "PoseFault",
@@ -368,6 +369,8 @@ def run(
 def csv_rows(columns: list[_Array | list[str]]) -> bytes: ...
 
 METHODS: list[str]
+# Tip, m; pressures, share of the supply pressure; the time about a kink that is left out, s.
+PROMISES: tuple[float, float, float]
 
 def method_for(machine: Machine, solver: SolverEntry) -> str: ...
 def stages(scenario: ScenarioEntry) -> list[StageTable]: ...

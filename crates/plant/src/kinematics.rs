@@ -9,6 +9,7 @@ use crate::inverse::joint_from_stroke;
 use crate::limits::JointLimits;
 use crate::workspace;
 use hydrocrane_num::portable;
+use hydrocrane_physics::geometry::frames::Joint;
 
 pub trait Kinematics {
     fn joint_limits(&self) -> &[JointLimits];
@@ -22,6 +23,8 @@ pub trait Kinematics {
     fn tip(&self, q: &[f64]) -> [f64; 2];
     /// Row-major `2 x n`.
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]);
+    /// No way from a joint to the tip is longer inside the joint limits, m.
+    fn reach(&self) -> f64;
     /// Velocity (x, z) of the tip, m/s.
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2];
     /// Centre of gravity of each moving link, (x, z) pairs in the inertial frame.
@@ -78,6 +81,19 @@ impl<const N: usize> Kinematics for Crane<N> {
             jacobian[j] = column.x;
             jacobian[N + j] = column.z;
         }
+    }
+
+    fn reach(&self) -> f64 {
+        let mechanics = &self.plant().mechanics;
+        let link = |(joint, limits): (&Joint<f64>, &JointLimits)| {
+            let slid = if joint.revolute {
+                0.0
+            } else {
+                (limits.lower - joint.zero).abs().max((limits.upper - joint.zero).abs())
+            };
+            joint.at.norm() + slid
+        };
+        mechanics.joints.iter().zip(&self.limits).map(link).sum::<f64>() + mechanics.tip.norm()
     }
 
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {

@@ -24,6 +24,7 @@ mod tape;
 mod text_rows;
 
 use hydrocrane_machine::scenario::METHODS;
+use hydrocrane_sim::promises;
 use pyo3::prelude::*;
 
 #[pymodule]
@@ -56,6 +57,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(scenario::scenario_choices, m)?)?;
     m.add("PoseFault", m.py().get_type::<errors::PoseFault>())?;
     m.add("METHODS", METHODS.to_vec())?;
+    m.add("PROMISES", [promises::TIP, promises::PRESSURE, promises::BRIEF])?;
     m.add_function(wrap_pyfunction!(run::run, m)?)?;
     m.add_function(wrap_pyfunction!(text_rows::csv_rows, m)?)?;
     m.add_function(wrap_pyfunction!(simulation::method_for, m)?)?;

@@ -22,6 +22,7 @@ mod outcome;
 mod payload;
 mod phases;
 mod playback;
+pub mod promises;
 mod recorder;
 mod run;
 mod sampled;

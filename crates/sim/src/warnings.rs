@@ -4,12 +4,12 @@ use crate::driven::Driven;
 use crate::ledger::ledger_terms;
 use crate::model::Model;
 use crate::oil_lost::OilLost;
+use crate::promises;
 use crate::sensing::unmeasured;
 use crate::warning::Warning;
 use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
-use hydrocrane_plant::layout::MAX_JOINTS;
 use hydrocrane_plant::limits::{in_words, JointLimits};
 use hydrocrane_plant::outputs::energies;
 use hydrocrane_plant::shortfall::{Limit, Shortfall};
@@ -37,13 +37,8 @@ const LEDGER_FLOOR: f64 = 1e-4;
 const ESTIMATE_TIME: f64 = 0.5;
 /// Share of a state and its scale that this mean may have: 100 times the tolerance of a run that states none.
 const ESTIMATE_SHARE: f64 = 0.01;
-/// Distance of the tip from the exact solution within which a run by tolerance promises to be, m.
-const TIP_PROMISE: f64 = 1e-3;
-/// Share of the supply pressure within which a run by tolerance promises pressures to be, and the time about a kink, s, for which it
-/// promises nothing: where a valve opens a moment later, another pressure stands for that moment. The share is a third of what is
-/// allowed, as the estimate may be several times too small.
-const PRESSURE_PROMISE: f64 = 0.01;
-const KINK_TIME: f64 = 0.02;
+/// Share of what is promised of pressures from which their estimated error is told: the estimate may be several times too small.
+const OF_PRESSURE: f64 = 1.0 / 3.0;
 
 /// The states whose estimated errors tell how exact fixed steps are. Spools count by their effect only. Static friction is taken by
 /// its secant: what it acts on says little then, and only the supply counts, whose little oil is faster than that of any cylinder.
@@ -99,6 +94,8 @@ pub(crate) struct Watch {
     ratings: Vec<f64>,
     vacuum: f64,
     limits: Vec<[f64; 2]>,
+    /// The tip moves no farther than this for a unit of any joint, m or 1.
+    reach: f64,
     audit: Option<Audit>,
     lost: Option<OilLost>,
     /// The worst shortfall of each section that had one.
@@ -123,6 +120,7 @@ impl Watch {
             ratings: vec![],
             vacuum: 0.0,
             limits: vec![],
+            reach: 0.0,
             audit: None,
             lost: OilLost::new(stepper, driven),
             starved: vec![],
@@ -154,6 +152,7 @@ impl Watch {
             Cavitation::None => STANDARD_VACUUM,
         };
         self.limits = model.joint_limits().iter().map(JointLimits::widened).collect();
+        self.reach = model.reach().max(1.0);
         if self.estimates.is_empty() {
             self.estimates = judged_of_fixed_steps(model).into_iter().map(|i| (i, 0.0)).collect();
         }
@@ -227,20 +226,20 @@ impl Watch {
     fn carried(&mut self, stepper: &Stepper, model: &dyn Model) {
         let Some(error) = stepper.global_error() else { return };
         let n = model.layout().joints();
-        let mut jacobian = [0.0; 2 * MAX_JOINTS];
-        model.tip_jacobian(&stepper.x[..n], &mut jacobian[..2 * n]);
-        let off = |row: &[f64]| row.iter().zip(error).map(|(by_joint, error)| by_joint * error).sum::<f64>();
-        let (x, z) = (off(&jacobian[..n]), off(&jacobian[n..2 * n]));
-        let distance = (x * x + z * z).sqrt();
-        if distance > TIP_PROMISE {
-            self.note(Finding::ToleranceTooLoose, stepper.t, distance);
+        // Near at hand that no pose has to be worked out.
+        if error[..n].iter().map(|error| error.abs()).sum::<f64>() * self.reach > promises::TIP {
+            let [x, z] = model.tip_velocity(&stepper.x[..n], &error[..n]);
+            let distance = (x * x + z * z).sqrt();
+            if distance > promises::TIP {
+                self.note(Finding::ToleranceTooLoose, stepper.t, distance);
+            }
         }
-        let promise = PRESSURE_PROMISE * model.machine().supply.pressure;
+        let promise = OF_PRESSURE * promises::PRESSURE * model.machine().supply.pressure;
         for at in 0..2 * n {
             let state = if at % 2 == 0 { model.layout().p1(at / 2) } else { model.layout().p2(at / 2) };
             let off = error[state].abs();
             self.astray[at] = if off > promise { self.astray[at] + stepper.t - stepper.previous_time() } else { 0.0 };
-            if self.astray[at] > KINK_TIME {
+            if self.astray[at] > promises::BRIEF {
                 self.note(Finding::PressureInexact(at), stepper.t, off);
             }
         }

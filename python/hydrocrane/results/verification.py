@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.machine.machine import Machine
 from hydrocrane.result_warning import ResultWarning
@@ -13,7 +14,7 @@ from hydrocrane.scenario.scenario import Scenario
 
 # What a run at the default tolerance promises: the tip within this distance, m, and pressures within this share of the
 # supply pressure, where they differ for longer than this time, s: edges of both runs a little apart are not counted.
-TIP, PRESSURE, BRIEF = 1e-3, 0.03, 0.02
+TIP, PRESSURE, BRIEF = _core.PROMISES
 # Largest share of a run's own deviation from its path that its error may have.
 OF_DEVIATION = 0.1
 

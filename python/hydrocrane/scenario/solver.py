@@ -40,7 +40,7 @@ class Solver:
     """
 
     method: str = AUTO
-    rtol: float = 1e-4
+    rtol: float = 3e-5
     atol: float | None = None
     max_step: float = 0.05
     step: float | None = None

@@ -57,7 +57,7 @@ class Simulator:
         *,
         payload: float | None = None,
         method: str = AUTO,
-        rtol: float = 1e-4,
+        rtol: float = Solver.rtol,
         step: float | None = None,
         sensors: str = "ideal",
         seed: int = 0,

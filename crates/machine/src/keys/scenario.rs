@@ -259,9 +259,10 @@ static SOLVER: &[Key] = &[
         )
         .source("theory/integration.md"),
     Key::quantity("rtol", &[NUMBER], Positive)
-        .defaults(&["1e-4"])
+        .defaults(&["3e-5"])
         .usual(&[("1e-12", "0.1", 1e3)])
-        .means("Relative tolerance."),
+        .means("Relative tolerance.")
+        .source("theory/integration.md"),
     Key::quantity("atol", &[NUMBER], Positive)
         .otherwise("that of `rtol`")
         .usual(&[("1e-15", "1", 1e3)])
