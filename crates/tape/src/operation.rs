@@ -74,6 +74,9 @@ impl Kind {
         match self {
             Kind::Less | Kind::LessOrEqual | Kind::And | Kind::Or | Kind::Not => 'm',
             Kind::Place => 'i',
+            Kind::State => 'x',
+            Kind::Command => 'u',
+            Kind::Parameter => 'p',
             _ => 't',
         }
     }

@@ -3,7 +3,7 @@
 //! States are `x0`, `x1`, ..., spool commands `u0`, ..., parameters `p0`, ..., results of operations `t0`, ..., truth values `m0`, ...,
 //! and places in tables `i0`, ...; `c0`, ... are what the prologue keeps. Constants are the shortest decimals that give their bits.
 
-use crate::operation::{Kind, Operand};
+use crate::operation::{Kind, Operand, Operation};
 use crate::recorder::{Table, Tape};
 use crate::traced::Traced;
 use std::collections::HashMap;
@@ -89,29 +89,50 @@ fn function(tape: &Tape, results: Vec<Operand>, names: &HashMap<Operand, String>
             tape.operations[i].needs().for_each(|at| mark(&mut needed, at));
         }
     }
-    let mut steps = Vec::new();
-    for i in (0..needed.len()).filter(|i| needed[*i]) {
-        let operation = &tape.operations[i];
-        let letter = match operation.kind {
-            Kind::State => 'x',
-            Kind::Command => 'u',
-            Kind::Parameter => 'p',
-            kind => kind.letter(),
-        };
-        let own = Operand::Recorded(i as u32);
-        if let (Kind::State | Kind::Command | Kind::Parameter, Operand::Index(index)) =
-            (operation.kind, operation.operands[0])
-        {
-            names.insert(own, format!("{letter}{index}"));
-            continue;
+    let input = |i: usize| matches!(tape.operations[i].kind, Kind::State | Kind::Command | Kind::Parameter);
+    let (inputs, others): (Vec<usize>, Vec<usize>) = (0..needed.len()).filter(|i| needed[*i]).partition(|i| input(*i));
+    for i in inputs {
+        if let Operation { kind, operands: [Operand::Index(index), ..] } = tape.operations[i] {
+            names.insert(Operand::Recorded(i as u32), format!("{}{index}", kind.letter()));
         }
+    }
+    let mut steps = Vec::new();
+    for i in depth_first(tape, &others) {
+        let operation = &tape.operations[i];
         let operands = operation.operands.iter().filter(|operand| **operand != Operand::None);
         let operands = operands.map(|operand| text(*operand, &names)).collect();
-        let result = format!("{letter}{}", steps.len());
-        names.insert(own, result.clone());
+        let result = format!("{}{}", operation.kind.letter(), steps.len());
+        names.insert(Operand::Recorded(i as u32), result.clone());
         steps.push(Step { result, operation: operation.kind.name(), operands });
     }
     Function { steps, results: results.iter().map(|operand| text(*operand, &names)).collect() }
+}
+
+/// `operations` so that each follows the last result that it needs as soon as can be: a compiler keeps few results then.
+fn depth_first(tape: &Tape, operations: &[usize]) -> Vec<usize> {
+    let mut users: HashMap<usize, Vec<usize>> = operations.iter().map(|i| (*i, Vec::new())).collect();
+    let mut lacks: HashMap<usize, usize> = HashMap::new();
+    for i in operations {
+        for at in tape.operations[*i].needs() {
+            if let Some(users) = users.get_mut(&at) {
+                users.push(*i);
+                *lacks.entry(*i).or_default() += 1;
+            }
+        }
+    }
+    let mut ready: Vec<usize> = operations.iter().rev().filter(|i| !lacks.contains_key(i)).copied().collect();
+    let mut order = Vec::with_capacity(operations.len());
+    while let Some(i) = ready.pop() {
+        order.push(i);
+        for user in users[&i].iter().rev() {
+            let lacking = lacks.entry(*user).or_default();
+            *lacking -= 1;
+            if *lacking == 0 {
+                ready.push(*user);
+            }
+        }
+    }
+    order
 }
 
 fn text(operand: Operand, names: &HashMap<Operand, String>) -> String {

@@ -52,6 +52,14 @@ impl Tape {
         at
     }
 
+    /// Forgets the operations from the one at `length` on. Returns how many they were.
+    pub(crate) fn cut(&mut self, length: usize) -> usize {
+        let tail = self.operations.split_off(length);
+        tail.iter().for_each(|operation| _ = self.known.remove(operation));
+        self.values.truncate(length);
+        tail.len()
+    }
+
     /// An input, by its index.
     pub(crate) fn input(&mut self, kind: Kind, index: usize, value: f64) -> u32 {
         let operands = [Operand::Index(index as u32), Operand::None, Operand::None];

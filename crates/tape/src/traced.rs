@@ -1,6 +1,6 @@
 //! The number type that records.
 
-use crate::operation::{Kind, Operand};
+use crate::operation::{Kind, Operand, Operation};
 use crate::recorder::{recording, Table};
 use hydrocrane_machine::Number;
 use hydrocrane_num::{portable, Field, Mask, Real};
@@ -68,15 +68,26 @@ impl Traced {
         }
     }
 
+    /// The operation whose result it is.
+    pub(crate) fn operation(self) -> Option<Operation> {
+        let Traced::Recorded(at) = self else { return None };
+        Some(recording(|tape| tape.operations[at as usize]))
+    }
+
+    /// `-(self * other)`
+    fn times_negative(self, other: Self) -> Self {
+        match other {
+            Constant(x) => self * Constant(-x),
+            _ => -(self * other),
+        }
+    }
+
     /// The number whose negative this was recorded as.
     fn negated(self) -> Option<Self> {
-        let Traced::Recorded(at) = self else { return None };
-        recording(|tape| match tape.operations[at as usize] {
-            crate::Operation { kind: Kind::Negate, operands: [Operand::Recorded(of), ..] } => {
-                Some(Traced::Recorded(of))
-            }
+        match self.operation()? {
+            Operation { kind: Kind::Negate, operands: [Operand::Recorded(of), ..] } => Some(Traced::Recorded(of)),
             _ => None,
-        })
+        }
     }
 }
 
@@ -98,7 +109,11 @@ impl Add for Traced {
     fn add(self, other: Self) -> Self {
         match (self, other) {
             (Constant(0.0), x) | (x, Constant(0.0)) => x,
-            _ => self.two(Kind::Add, other),
+            _ => match (self.negated(), other.negated()) {
+                (_, Some(b)) => self - b,
+                (Some(a), None) => other - a,
+                _ => self.two(Kind::Add, other),
+            },
         }
     }
 }
@@ -110,7 +125,10 @@ impl Sub for Traced {
             (x, Constant(0.0)) => x,
             (Constant(0.0), x) => -x,
             _ if self == other => Constant(0.0),
-            _ => self.two(Kind::Subtract, other),
+            _ => match other.negated() {
+                Some(b) => self + b,
+                None => self.two(Kind::Subtract, other),
+            },
         }
     }
 }
@@ -123,7 +141,12 @@ impl Mul for Traced {
             (Constant(0.0), _) | (_, Constant(0.0)) => Constant(0.0),
             (Constant(1.0), x) | (x, Constant(1.0)) => x,
             (Constant(-1.0), x) | (x, Constant(-1.0)) => -x,
-            _ => self.two(Kind::Multiply, other),
+            _ => match (self.negated(), other.negated()) {
+                (Some(a), Some(b)) => a * b,
+                (Some(a), None) => a.times_negative(other),
+                (None, Some(b)) => b.times_negative(self),
+                _ => self.two(Kind::Multiply, other),
+            },
         }
     }
 }

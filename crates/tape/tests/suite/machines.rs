@@ -134,8 +134,13 @@ fn a_tape_has_the_bits_of_the_plant_and_its_derivatives() {
         assert!(found.program.kept.is_empty() && found.parameters.is_empty(), "{name}");
         let (n, mut random) = (model.layout().len(), RandomStream::new(7, name));
         let mass = model.machine().payload.mass;
-        for _ in 0..STATES {
-            let (x, u) = random_state(model.as_ref(), &mut random);
+        for k in 0..STATES {
+            let (mut x, u) = random_state(model.as_ref(), &mut random);
+            if k % 10 == 0 {
+                // At rest without pressure, where laws have their kinks.
+                let layout = model.layout();
+                x[layout.joints()..].iter_mut().for_each(|number| *number = 0.0);
+            }
             let (mut in_lanes, mut jacobian) = (vec![0.0; n], vec![0.0; n * n]);
             let dx = one_by_one(model.as_ref(), &x, &u);
             assert_eq!(run(&found.program, 0, [&x, &u, &[]]), dx, "{name}");

@@ -1,3 +1,4 @@
 //! Tests of the tape.
 
+mod derivatives;
 mod machines;

@@ -43,32 +43,22 @@ def linearise(x, u, p=None):
     found = _linearised(x, u, p)
     dx, values = found[..., : len(STATES)], found[..., len(STATES) :]
     dfdx = np.zeros((*dx.shape, len(STATES)))
-    dfdx[..., list(ROWS), list(COLUMNS)] = values
+    {fill}
     return dx, dfdx
 '''
-_BY_JAX = '''
-
-def linearise(x, u, p=None):
-    """State derivative and its derivatives by the states, of one state."""
-    return derivative(x, u, p), jax.jacfwd(derivative)(x, u, p)
-'''
+_IN_PLACE = "dfdx[..., list(ROWS), list(COLUMNS)] = values"
+_PURE = "dfdx = dfdx.at[..., np.array(ROWS), np.array(COLUMNS)].set(values)"
 
 
 def numpy_text(tape: Tape) -> str:
     """A module of functions of NumPy arrays."""
     about = _ABOUT.format(axes="; any axes may stand before it")
-    text = python_head(tape, about, "import numpy as np") + _functions(tape, _QUIET)
-    if not tape.places:
-        return text
-    places = [_tuple(name, [str(place[k]) for place in tape.places]) for k, name in enumerate(("ROWS", "COLUMNS"))]
-    linearised = _QUIET + _function("_linearised", tape, tape.linearise, "State derivative, then its derivatives.")
-    return "\n".join([text, *places, "", "", linearised]) + _LINEARISE
+    return python_head(tape, about, "import numpy as np") + _functions(tape, _QUIET, _IN_PLACE)
 
 
 def jax_text(tape: Tape) -> str:
-    """A module of pure functions for JAX, which derives them itself."""
-    text = python_head(tape, _ABOUT.format(axes="; use jax.vmap for many"), _JAX) + _functions(tape, "")
-    return text + (_BY_JAX if tape.places else "")
+    """A module of pure functions for JAX."""
+    return python_head(tape, _ABOUT.format(axes="; use jax.vmap for many"), _JAX) + _functions(tape, "", _PURE)
 
 
 def python_head(tape: Tape, about: str, imports: str) -> str:
@@ -89,14 +79,20 @@ def _tuple(name: str, items: list[str]) -> str:
     return f"{name} = (\n    {wrapped(items)},\n)" if items else f"{name} = ()"
 
 
-def _functions(tape: Tape, before: str) -> str:
+def _functions(tape: Tape, before: str, fill: str) -> str:
+    """Decorators stand `before` each; `fill` puts the derivatives in their places."""
     results = ARRAYS.results(tape.prologue)
     prologue = ["def _prologue(p):", *_steps(tape.prologue, {"p": len(tape.parameters)})]
     lines = [_tuple("_KEPT", [*map(repr, tape.kept)]), "", "", *prologue]
     lines.append(f"    return [{wrapped(results, ' ' * 8)}]")
     derivative = before + _function("derivative", tape, tape.derivative, "State derivative.")
     outputs = before + _function("outputs", tape, tape.output, "What OUTPUTS names.")
-    return "\n".join([*lines, "", "", derivative, "", outputs])
+    text = "\n".join([*lines, "", "", derivative, "", outputs])
+    if not tape.places:
+        return text
+    places = [_tuple(name, [str(place[k]) for place in tape.places]) for k, name in enumerate(("ROWS", "COLUMNS"))]
+    linearised = before + _function("_linearised", tape, tape.linearise, "State derivative, then its derivatives.")
+    return "\n".join([text, *places, "", "", linearised]) + _LINEARISE.format(fill=fill)
 
 
 def _function(name: str, tape: Tape, function: FunctionEntry, about: str) -> str:
