@@ -23,6 +23,7 @@ use crate::feed_forward::{Ahead, Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
 use crate::model_error::ModelError;
 use crate::observer::{self, Observer};
+use crate::opening::Edges;
 use crate::overlap::Overlap;
 use crate::rest::{Rest, Resting};
 pub use crate::tip_settings::DriveGains;
@@ -82,6 +83,7 @@ pub struct Drive {
     /// Shares by which the low-passes of the pressures and of the load go on in a period.
     pressure_share: f64,
     load_share: f64,
+    edges: Edges,
     overlap: Overlap,
     /// Openings that commands reach, retracting and extending, as shares of the whole.
     reach: [f64; 2],
@@ -206,6 +208,7 @@ impl Drive {
             sample: None,
             pressure_share: share(gains.pressure),
             load_share: share(LOAD_BANDWIDTH),
+            edges: Edges::of(&cylinder),
             overlap: Overlap::of(&cylinder, period),
             reach: [-1.0, 1.0].map(|sense| cylinder.reach(sense)),
             starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
@@ -277,7 +280,8 @@ impl Drive {
     fn take_pressures(&mut self, now: &Moment, count: f64) -> [f64; 2] {
         let Some(estimate) = &mut self.estimate else {
             self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
-            return now.p;
+            // A transmitter reads zero for any vacuum.
+            return now.p.map(|p| if p == 0.0 { self.fluid.vacuum } else { p });
         };
         let Drive { fluid, supply_pressures, period, .. } = *self;
         let around = Surroundings { fluid, supply_pressures, period };
@@ -479,11 +483,13 @@ impl Drive {
         }
         let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring) };
         let needed = self.opening_for(motion + winding);
-        let (c, fit) = (&self.cylinder, self.fit);
-        let spool = self.overlap.spool(opening, needed, d.rest, |opening| c.spool(fit.asked(opening)));
+        let shares = [-1.0, 1.0].map(|sense| self.capacity.shares(usize::from(sense > 0.0), self.gained(sense)));
+        let (c, fit, edges) = (&self.cylinder, self.fit, &self.edges);
+        let spool_of = |opening| edges.spool(c, &shares, fit.asked(opening));
+        let spool = self.overlap.spool(opening, needed, d.rest, edges.begin(&shares), spool_of);
         let command = c.chain.command(spool).clamp(-c.stroke, c.stroke);
         let spool = c.chain.spool(command);
-        let asked = c.opening(spool);
+        let asked = edges.opening(c, &shares, spool);
         let opening = self.fit.opening(asked);
         let reach = full[usize::from(opening > 0.0)] - closed;
         // While chambers fill or a load cannot be moved, the steady law tells nothing of the valve.
@@ -555,7 +561,7 @@ impl Drive {
     /// What was learnt of the valve.
     pub fn learnt(&self) -> LearntValve {
         let (fit, c) = (&self.learning.fit, &self.cylinder);
-        LearntValve { chain: fit.chain(&c.chain, c.closed_zone(), c.stroke), leakage: fit.leakage }
+        LearntValve { chain: fit.chain(&c.chain, self.edges.closed_zone(), c.stroke), leakage: fit.leakage }
     }
 
     /// Largest opening towards `sense` (+1 or -1), as a share of the whole.
@@ -568,16 +574,21 @@ impl Drive {
     fn opening_for(&self, speed: f64) -> f64 {
         let closed = self.fit.leakage * self.leaks;
         let sense = if speed < closed { -1.0 } else { 1.0 };
+        match self.gained(sense) {
+            Some(gained) if speed != closed => sense * ((speed - closed) / gained).min(self.widest(sense)),
+            _ => 0.0,
+        }
+    }
+
+    /// Speed at full stroke towards `sense` over that with closed edges, m/s, if the valve may open that way.
+    fn gained(&self, sense: f64) -> Option<f64> {
         let steady = self.steady_speed(sense);
         // Where the load would push the piston back in the end, the valve is opened for no motion, but it may fill a chamber for a moment.
         let now = sense * self.capacity.full[usize::from(sense > 0.0)];
         let fills = self.estimate.is_none() && now > FILLING * self.steady.speed_unloaded();
         let full = if steady > 0.0 || !fills { self.full_speed(sense, steady) } else { sense * now };
         let gained = full - self.capacity.closed;
-        if steady <= 0.0 && !fills || sense * gained <= 0.0 || speed == closed {
-            return 0.0;
-        }
-        sense * ((speed - closed) / gained).min(self.widest(sense))
+        ((steady > 0.0 || fills) && sense * gained > 0.0).then_some(gained)
     }
 }
 

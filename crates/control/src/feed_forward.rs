@@ -138,6 +138,21 @@ pub struct Capacity {
     pub closed: f64,
     /// Piston speeds at full stroke, retracting and extending, m/s.
     pub full: [f64; 2],
+    /// What the edges at port A and at port B give of that, m/s.
+    pub by_edge: [[f64; 2]; 2],
+    /// Shares of the force that either chamber takes.
+    pub carried: [f64; 2],
+}
+
+impl Capacity {
+    /// What the edges at port A and at port B give of the speed `gained` (m/s) at full stroke towards one side over that with closed edges.
+    pub fn shares(&self, side: usize, gained: Option<f64>) -> [f64; 2] {
+        let Some(gained) = gained else { return self.carried };
+        let by = &self.by_edge[side];
+        // What a chamber that is being filled lacks to its steady speed comes through both.
+        let lacking = gained - by[0] - by[1];
+        hydrocrane_num::array::from_fn(|port| (by[port] + lacking * self.carried[port]) / gained)
+    }
 }
 
 impl CylinderModel {
@@ -161,8 +176,14 @@ impl CylinderModel {
             let [q1, q2] = self.flows(&edges, &ports);
             (r1 * q1 + r2 * q2) * per_stiffness
         };
-        let at = |spool: f64| speed(self.valve.flows(spool, &ports));
-        Capacity { stiffness, closed: speed(self.valve.closed(&ports)), full: [at(-self.stroke), at(self.stroke)] }
+        let closed = self.valve.closed(&ports);
+        let open = [-self.stroke, self.stroke].map(|spool| self.valve.flows(spool, &ports));
+        let by_edge = open.map(|open| {
+            let [one, two] = [open.port_a() - closed.port_a(), open.port_b() - closed.port_b()];
+            [r1 * one * per_stiffness, r2 * two * per_stiffness]
+        });
+        let carried = [r1 * self.chambers.area_1, r2 * self.chambers.area_2].map(|part| part * per_stiffness);
+        Capacity { stiffness, closed: speed(closed), full: open.map(speed), by_edge, carried }
     }
 
     /// Into chamber 1 and out of chamber 2, leakage included, m^3/s.

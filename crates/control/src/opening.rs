@@ -1,13 +1,21 @@
 //! Openings of a valve as shares of the speed that they give.   theory: docs/theory/control/feed_forward.md
 //!
 //! o = (|x| - overlap)/(stroke - overlap)                        where edges open in proportion to the spool
+//! o = w_a f_a(|x|)/f_a(stroke) + w_b f_b(|x|)/f_b(stroke)       with curves f of the two open edges and what each gives at these pressures, w
+//!
+//! In steady motion
 //! o = sqrt(R(stroke)/R(|x|)),   R = A_1^3/(C_a f_a)^2 + A_2^3/(C_b f_b)^2      with curves f of the two open edges
 //! o = f(|x|)/f(stroke)                                          of the fed edge behind a compensator
+//! This holds at all pressures where a spool of its own keeps the return pressure.
 
 use crate::controller_model::CylinderModel;
 use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::metering::Edge;
+
+/// Shares of the speed that a piston has at full stroke over that with closed edges, by the edges at port A and at port B, retracting and
+/// extending.
+pub type Shares = [[f64; 2]; 2];
 
 /// Opening that counts as none.
 const CLOSED: f64 = 1e-9;
@@ -25,15 +33,6 @@ impl CylinderModel {
         ((spool - self.valve.overlap) / (self.stroke - self.valve.overlap)).clamp(0.0, 1.0)
     }
 
-    /// Opening with the spool at `spool` (m), as a signed share of the whole; the steady speed is proportional to it.
-    pub fn opening(&self, spool: f64) -> f64 {
-        if self.is_curved() {
-            return self.share_of_speed(usize::from(spool > 0.0), spool.abs()).copysign(spool);
-        }
-        let share = (spool.abs() - self.valve.overlap).max(0.0) / (self.stroke - self.valve.overlap);
-        share.copysign(spool)
-    }
-
     /// Spool position (m) of an opening; the middle of the overlap where it is closed.
     pub fn spool(&self, opening: f64) -> f64 {
         if self.is_curved() {
@@ -42,20 +41,6 @@ impl CylinderModel {
         }
         let overlap = if opening == 0.0 { 0.0 } else { self.valve.overlap };
         (overlap + opening.abs() * (self.stroke - self.valve.overlap)).copysign(opening)
-    }
-
-    /// Half width of the closed zone, m; with curves in the mean of both senses.
-    pub fn closed_zone(&self) -> f64 {
-        if !self.is_curved() {
-            return self.valve.overlap;
-        }
-        0.5 * (self.travel(0, CLOSED) + self.travel(1, CLOSED))
-    }
-
-    /// The same over the rest of the stroke.
-    pub fn overlap(&self) -> f64 {
-        let closed = self.closed_zone();
-        closed / (self.stroke - closed)
     }
 }
 
@@ -109,20 +94,15 @@ impl CylinderModel {
         portable::sqrt(self.resistance(full) / self.resistance(now))
     }
 
-    /// Displacement (m) towards one side that has a share of the speed at full stroke.
-    fn travel(&self, side: usize, share: f64) -> f64 {
-        self.least_travel(|travel| self.share_of_speed(side, travel) >= share)
+    /// The same at the present pressures, of which the edges at port A and at port B give these `shares` at full stroke.
+    fn share_now(&self, side: usize, shares: &[f64; 2], travel: f64) -> f64 {
+        let [now, full] = [travel.clamp(0.0, self.stroke), self.stroke].map(|travel| self.ratios(side, travel));
+        shares[0] * now[0] / full[0] + shares[1] * now[1] / full[1]
     }
 
-    /// Ways of the spool (m), retracting and extending, on which one of its edges is open already and the piston has no speed yet.
-    pub fn half_open(&self) -> [f64; 2] {
-        if !self.is_curved() {
-            return [0.0; 2];
-        }
-        [0, 1].map(|side| {
-            let opens = |travel: f64| self.ratios(side, travel).iter().any(|ratio| *ratio > CLOSED);
-            (self.travel(side, CLOSED) - self.least_travel(opens)).max(0.0)
-        })
+    /// Displacement (m) towards one side that has a share of the steady speed at full stroke.
+    fn travel(&self, side: usize, share: f64) -> f64 {
+        self.least_travel(|travel| self.share_of_speed(side, travel) >= share)
     }
 
     /// The least displacement (m) for which something holds that holds beyond it too.
@@ -137,6 +117,68 @@ impl CylinderModel {
             }
         }
         enough
+    }
+}
+
+/// From an opening to the spool and back at the present pressures: what depends on the valve alone.
+#[derive(Debug, Clone, Copy)]
+pub struct Edges {
+    /// Displacements (m) from which on the edges at port A and at port B pass oil, retracting and extending.
+    begins: [[f64; 2]; 2],
+    /// Whether each of the two opens along a curve of its own.
+    apart: bool,
+}
+
+impl Edges {
+    pub fn of(c: &CylinderModel) -> Self {
+        let apart = c.valve.metering().is_some() && (0..2).all(|port| c.valve.meter_out(port).is_none());
+        let opens = |side: usize, port: usize| c.least_travel(|travel| c.ratios(side, travel)[port] > CLOSED);
+        let begins = [0, 1].map(|side| match (apart, c.is_curved()) {
+            (true, _) => [opens(side, 0), opens(side, 1)],
+            (false, true) => [c.travel(side, CLOSED); 2],
+            (false, false) => [c.valve.overlap; 2],
+        });
+        Edges { begins, apart }
+    }
+
+    /// Half width of the closed zone in the mean of both senses, m, beyond which both edges are open.
+    pub fn closed_zone(&self) -> f64 {
+        let [retracting, extending] = self.begins.map(|[a, b]| a.max(b));
+        0.5 * (retracting + extending)
+    }
+
+    /// Displacements (m) from which on the piston moves, retracting and extending, where edges give these `shares` of its speed.
+    pub fn begin(&self, shares: &Shares) -> [f64; 2] {
+        hydrocrane_num::array::from_fn(|side| {
+            let (begins, shares) = (self.begins[side], shares[side]);
+            let last = begins[0].max(begins[1]);
+            (0..2).filter(|port| shares[*port] > 0.0).fold(last, |first, port| first.min(begins[port]))
+        })
+    }
+
+    /// Opening with the spool at `spool` (m), as a signed share of the whole, where edges give these `shares` of the speed.
+    pub fn opening(&self, c: &CylinderModel, shares: &Shares, spool: f64) -> f64 {
+        let side = usize::from(spool > 0.0);
+        let opening = match (self.apart, c.is_curved()) {
+            (true, _) => c.share_now(side, &shares[side], spool.abs()),
+            (false, true) => c.share_of_speed(side, spool.abs()),
+            (false, false) => (spool.abs() - c.valve.overlap).max(0.0) / (c.stroke - c.valve.overlap),
+        };
+        opening.copysign(spool)
+    }
+
+    /// Spool position (m) of an opening, the other way.
+    pub fn spool(&self, c: &CylinderModel, shares: &Shares, opening: f64) -> f64 {
+        if !self.apart || opening == 0.0 {
+            return c.spool(opening);
+        }
+        let side = usize::from(opening > 0.0);
+        let travel = if opening.abs() < CLOSED {
+            self.begin(shares)[side]
+        } else {
+            c.least_travel(|travel| c.share_now(side, &shares[side], travel) >= opening.abs())
+        };
+        travel.copysign(opening)
     }
 }
 
@@ -230,7 +272,6 @@ mod tests {
             let c = cylinder(compensator);
             for share in [-1.0, -0.6, -0.05, 0.02, 0.3, 0.9] {
                 let (spool, sense) = (c.spool(share), f64::signum(share));
-                assert!((c.opening(spool) - share).abs() < 1e-9, "{share}");
                 // Flows at the steady pressures of this speed, by the law of the valve itself.
                 let v = share.abs() * Steady::new(&c, &supply).speed(4e3 * sense, sense);
                 let [area_1, area_2] = [c.chambers.area_1, c.chambers.area_2];
@@ -255,14 +296,37 @@ mod tests {
                     }
                 }
             }
-            assert!((c.closed_zone() - 0.12 * STROKE).abs() < 0.01 * STROKE && c.reach(1.0) == 1.0);
-            for (side, half_open) in c.half_open().into_iter().enumerate() {
-                let open = |travel: f64| c.ratios(side, travel).iter().any(|ratio| *ratio > CLOSED);
-                let shut = c.travel(side, CLOSED) - half_open;
-                assert!(half_open > 0.0 && !open(0.999 * shut) && open(shut + 1e-6), "{side}: {shut}");
-            }
+            assert!((Edges::of(&c).closed_zone() - 0.12 * STROKE).abs() < 0.01 * STROKE && c.reach(1.0) == 1.0);
             let moment = Moment { stroke: 0.0, p: [60e5, 40e5] };
             assert_eq!(c.level_rate(&fluid(), &supply, &moment, 0.5e-3), 0.0);
+        }
+    }
+
+    #[test]
+    fn at_any_pressures_a_spool_gives_the_speed_that_its_edges_pass() {
+        let supply = SupplyPressures { supply: 140e5, tank: 1e5 };
+        for compensator in [Compensator::None, Compensator::Before(8e5)] {
+            let (c, edges) = (cylinder(compensator), Edges::of(&cylinder(compensator)));
+            for p in [[60e5, 40e5], [60e5, 1e5], [15e5, 90e5], [1e5, 30e5]] {
+                let moment = Moment { stroke: 0.05, p };
+                let by = |c: &CylinderModel| c.capacity(&fluid(), &supply, &moment);
+                let now = by(&c);
+                let gained = now.full.map(|full| full - now.closed);
+                let shares: Shares = [0, 1].map(|side| now.shares(side, Some(gained[side])));
+                for opening in [-1.0, -0.4, -1e-3, 1e-3, 0.05, 0.7] {
+                    let spool = edges.spool(&c, &shares, opening);
+                    assert!((edges.opening(&c, &shares, spool) - opening).abs() < 1e-9, "{p:?} {opening}");
+                    // The law of the valve itself, with this as its largest displacement.
+                    let side = usize::from(opening > 0.0);
+                    let speed = by(&CylinderModel { stroke: spool.abs(), ..c }).full[side] - now.closed;
+                    assert!((speed / gained[side] - opening.abs()).abs() < 1e-9, "{p:?} {opening}: {speed}");
+                }
+                // An edge from or to a chamber at the pressure behind it moves nothing: 0.1 and 0.12 of the stroke.
+                let begin = edges.begin(&shares).map(|travel| travel / STROKE);
+                let first = [if p[0] > 1e5 { 0.1 } else { 0.12 }, if p[1] > 1e5 { 0.1 } else { 0.12 }];
+                assert!((0..2).all(|side| (begin[side] - first[side]).abs() < 1e-3), "{p:?} {begin:?}");
+                assert_eq!(edges.spool(&c, &shares, f64::MIN_POSITIVE), begin[1] * STROKE);
+            }
         }
     }
 
