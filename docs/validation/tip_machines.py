@@ -52,7 +52,7 @@ OFF, QUIET, DRIFT, SETTLED = 10e-3, 1e-3, 1e-3, 0.9
 TOLD = ("controller-oscillates", "tip-off-path", "sensor-stop")
 # What is missed, and why: machine, sensors, demand.
 FAST = "modes faster than the valves: [(a)](#causes)"
-NOISE = "a swing within the noise of the pressures is not damped: [(b)](#causes)"
+NOISE = "a low gain within the noise of the pressures: [(b)](#causes)"
 CENTRE = "near the dead centre of the lift: [(c)](#causes)"
 MISSED = {
     **{
@@ -64,8 +64,8 @@ MISSED = {
         )
         for demand in ("speed at rest", "not settled in time")
     },
-    ("rottne-f9-lab", "data-sheet", "speed at rest"): NOISE,
-    ("rottne-f9-pump", "data-sheet", "speed at rest"): NOISE,
+    ("rottne-f9-lab", "data-sheet", "speed at rest"): f"{FAST}, or {NOISE}",
+    ("rottne-f9-pump", "data-sheet", "speed at rest"): f"{FAST}, or {NOISE}",
     ("hiab-xs031", "ideal", "worst deviation"): CENTRE,
     ("hiab-xs031", "ideal", "speed at rest"): f"likely {CENTRE}",
     ("hiab-xs031", "ideal", "drift in a minute"): f"likely {CENTRE}",

@@ -2,7 +2,7 @@
 //!
 //! In the coordinate of a mode, s is the deflection of the oil and w the speed that the valves give:
 //!     s' = r - w,    r' = -omega^2 s,    y = s + b,    z = s - i r/omega,    z' = i omega z - w
-//!     u = min(2 zeta omega, c(omega (T + 0.1 tau))/T) Re((z - Q) U*)/|U|
+//!     u = min(2 zeta omega, c(omega (T + 0.1 tau))/T) Re((z - Q) U*)/|U|        within the noise n: gain at most (v_q/n)^2/(2 N T)
 //!
 //! y follows from the chamber pressures; b is what the load differs from the planned one. An observer with real poles finds z and b.
 //! Q is what the commands that are still under way to the spools will do to the mode, U what the next one will do: z - Q is what no
@@ -47,6 +47,9 @@ const FAST: f64 = 1.3;
 const NOISE_TIME: f64 = 3.0;
 /// Multiple of that level which counts as quiet.
 const NOISE: f64 = 3.0;
+
+/// Median of the size of what is normally distributed, in its deviations.
+const MEDIAN: f64 = 0.6745;
 
 /// Over how many of its periods, and how long (s), a swing is watched at least, and the share of it that must be gone then: closed valves alone
 /// have a damping ratio of 0.001, by which 3.7 % are gone.
@@ -227,10 +230,11 @@ impl<const N: usize> Damping<N> {
             let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
             let innovation = reach[m] * omega * innovation;
             let [quiet, noise] = self.innovations[m].follow(innovation, turned_by.re, g);
-            let share = (speed / quiet - 1.0).clamp(0.0, 1.0);
+            let beyond = |quiet: f64| (speed / quiet - 1.0).clamp(0.0, 1.0);
             self.halved |= stood < SHOWS && self.watches[m].look(speed, noise, pace, omega, g.period);
             let gain = (2.0 * g.ratio * omega).min(g.share * most(omega * doubtful) / g.period) * self.watches[m].trust;
-            w[m] = gain * share * ahead;
+            let low = gain.min(borne::<N>(g, noise / (NOISE * MEDIAN)));
+            w[m] = (gain * beyond(quiet)).max(low * beyond(g.quiet)) * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
         }
         (self.deflection, self.rate) = (modes.motion(&s), modes.motion(&r));
@@ -286,6 +290,11 @@ impl DampingGains {
 /// Largest gain per period for a mode that turns by `angle` in the time that is in doubt.
 fn most(angle: f64) -> f64 {
     MOST.min(MARGIN * (FAST - angle)).max(0.0)
+}
+
+/// Gain (1/s) with which `noise` (m/s, deviation) leaves `N` modes together half of the quiet speed.
+fn borne<const N: usize>(gains: DampingGains, noise: f64) -> f64 {
+    (gains.quiet / noise).square() / (2.0 * N as f64 * gains.period)
 }
 
 /// Poles of the observer for a mode that turns by `angle` in a period: a double one for the oscillation, one for the offset.
@@ -349,9 +358,29 @@ mod tests {
                 let swing = 0.02 * portable::sin_cos(angle * f64::from(k)).0;
                 found.follow(swing + sigma * chance.normal(), portable::sin_cos(angle).1, gains);
             }
-            // The median of what is normally distributed is 0.6745 of its deviation.
-            let share = found.noise / (0.6745 * sigma);
+            let share = found.noise / (MEDIAN * sigma);
             assert!((0.7..1.4).contains(&share), "{angle} {share}");
+        }
+    }
+
+    #[test]
+    fn within_noise_a_gain_leaves_what_is_promised() {
+        let gains = DampingGains { ratio: 0.25, quiet: 0.7e-3, period: 0.005, share: 1.0 };
+        for (omega, noise) in [(40.0, 2e-3), (60.0, 4e-3), (100.0, 4e-3)] {
+            let (gain, angle) = (borne::<1>(gains, noise), omega * gains.period);
+            let mut chance = hydrocrane_num::RandomStream::new(2, "noise");
+            let mut seen = Seen { state: Complex::new(0.0, 0.0), offset: 0.0 };
+            let (mut state, mut pushed, mut squares) = (seen.state, 0.0, 0.0);
+            for _ in 0..200_000 {
+                let middle = Complex::new(0.0, -pushed);
+                state = turn(angle) * (state - middle) + middle;
+                let read = state.re + noise / omega * chance.normal();
+                (seen, _) = seen.next(angle, turn(angle), pushed, Some(read));
+                pushed = gain * seen.state.re / omega;
+                squares += (omega * state.im).square();
+            }
+            let share = portable::sqrt(squares / 200_000.0) / (0.5 * gains.quiet);
+            assert!((0.7..1.3).contains(&share), "{omega} {noise}: {share}");
         }
     }
 
