@@ -106,8 +106,9 @@ def soaked(steps: int, machine: str, kind: str, part: int, by: float) -> dict[st
         lost, ended = lost + int(gone.sum()), ended + int((gone | late).sum())
         finite &= bool(np.isfinite(seen).all())
     cranes.close()
+    what = {"machine": machine, "kind": kind, "part": part, "computer": processor()}
     times = {"steps": len(spent) * CRANES, "median": float(np.median(spent)), "longest": max(spent)}
-    return {"machine": machine, "kind": kind, "part": part, "lost": lost, "ended": ended, "finite": finite, **times}
+    return what | {"lost": lost, "ended": ended, "finite": finite} | times
 
 
 def row(parts: list[dict]) -> list[str]:
@@ -161,7 +162,7 @@ def main() -> int:
     if not chosen.no_page:
         facts = {
             "cranes": CRANES,
-            "computer": processor(),
+            "computer": " and ".join(sorted({part["computer"] for part in found})),
             "steps": sum(part["steps"] for part in found),
             "longest": 1e3 * LONGEST,
             "trained": TRAINED,
