@@ -114,7 +114,7 @@ def test_a_wrong_value_is_refused(kind, key, value, tmp_path):
     *tables, last = key.split(".")
     table = file
     for one in tables:
-        table = table[one]
+        table = table.setdefault(one, {})
     table.pop(last, None)
     if value is not None:
         table[last] = value

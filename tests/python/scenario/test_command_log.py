@@ -27,8 +27,6 @@ time = "clock"
 [command.lift]
 column = "u_lift"
 [command.jib]
-[solver]
-rtol = 1e-4
 """
 
 
