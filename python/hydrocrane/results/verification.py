@@ -12,9 +12,6 @@ from hydrocrane.results.outcome import Verification
 from hydrocrane.results.recording import Recording
 from hydrocrane.scenario.scenario import Scenario
 
-# What a run at the default tolerance promises: the tip within this distance, m, and pressures within this share of the
-# supply pressure, where they differ for longer than this time, s: edges of both runs a little apart are not counted.
-TIP, PRESSURE, BRIEF = _core.PROMISES
 # Largest share of a run's own deviation from its path that its error may have.
 OF_DEVIATION = 0.1
 
@@ -30,20 +27,22 @@ def compared(
         Largest distance of the tip from the path of its set-point, m, which the run was made to find.
     """
     settings = plan.solver.tightened().settings
+    # What a run at the default tolerance promises. Edges of both runs a little apart are not counted.
+    promised_tip, promised_pressure, brief = _core.PROMISES
     rows = min(len(run.time), len(repeat.time))
     time, mine, other = run.time[:rows], run.states[:rows], repeat.states[:rows]
     n = len(machine.joint_names)
     tips = np.linalg.norm(machine.tip(mine[:, :n]) - machine.tip(other[:, :n]), axis=-1)
     pressures = [i for i, unit in enumerate(machine.state_units) if unit == "Pa"]
-    apart = _lasting(time, np.abs(mine - other)[:, pressures].max(axis=1, initial=0.0))
+    apart = _lasting(time, np.abs(mine - other)[:, pressures].max(axis=1, initial=0.0), brief)
     worst = int(tips.argmax()) if rows else 0
     found = Verification(
         solver=settings,
         tip=float(tips.max(initial=0.0)),
         pressure=float(apart.max(initial=0.0)),
         time=float(time[worst]) if rows else 0.0,
-        tip_limit=TIP if deviation is None else min(TIP, OF_DEVIATION * deviation),
-        pressure_limit=PRESSURE * machine.supply_pressure,
+        tip_limit=promised_tip if deviation is None else min(promised_tip, OF_DEVIATION * deviation),
+        pressure_limit=promised_pressure * machine.supply_pressure,
     )
     doubts = []
     cure = "tighten `rtol`, shorten `step`, or use `rodas5p`; repeat with `verify` until the two agree"
@@ -58,11 +57,11 @@ def compared(
     return found, tuple(doubts)
 
 
-def _lasting(time: Array, apart: Array) -> Array:
-    """The part of a difference (m,) that lasts longer than :data:`BRIEF`."""
+def _lasting(time: Array, apart: Array, brief: float) -> Array:
+    """The part of a difference (m,) that lasts longer than `brief`, s."""
     from scipy.ndimage import minimum_filter1d
 
     if len(time) < 2:
         return apart
-    samples = int(BRIEF / float(np.median(np.diff(time)))) + 1
+    samples = int(brief / float(np.median(np.diff(time)))) + 1
     return np.asarray(minimum_filter1d(apart, samples, mode="nearest"))
