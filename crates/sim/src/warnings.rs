@@ -226,7 +226,7 @@ impl Watch {
     fn carried(&mut self, stepper: &Stepper, model: &dyn Model) {
         let Some(error) = stepper.global_error() else { return };
         let n = model.layout().joints();
-        // Near at hand that no pose has to be worked out.
+        // Mostly no pose can make as much of it as is promised, and none is worked out.
         if error[..n].iter().map(|error| error.abs()).sum::<f64>() * self.reach > promises::TIP {
             let [x, z] = model.tip_velocity(&stepper.x[..n], &error[..n]);
             let distance = (x * x + z * z).sqrt();
