@@ -141,6 +141,11 @@ def path(sample: Callable[..., jax.Array], start: np.ndarray, commands: np.ndarr
     return np.stack(found)
 
 
+def off_their_paths(made: np.ndarray, exact: list[np.ndarray]) -> list[float]:
+    """How far the tips made (samples, cranes, 2) are at most from the exact ones, m, for each crane."""
+    return [float(np.hypot(*(made[: len(own), k] - own[: len(made)]).T).max()) for k, own in enumerate(exact)]
+
+
 class Batch:
     """`BatchSimulator` as a function like that of JAX: states and spools to states."""
 
@@ -174,8 +179,7 @@ def batches(count: int, checked: int, steps: tuple[float, ...], moved: float, ro
         if not isinstance(way, Batch):
             jax.block_until_ready(way(way_start, commands[0][rows_of]))
         compiled[name] = time.process_time() - began
-        made = path(alone, start, commands)
-        apart = [np.hypot(*(made[: len(own), k] - own[: len(made)]).T).max() for k, own in enumerate(exact)]
+        apart = off_their_paths(path(alone, start, commands), exact)
         errors[name] = (np.max(apart), np.median(apart))
     took: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(rounds):

@@ -43,6 +43,12 @@ def gpu() -> str | None:
     return told.stdout.splitlines()[0] if told.returncode == 0 and told.stdout else None
 
 
+def places(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns of the values of `hydrocrane_sparse_many`, from the exported text."""
+    rows, columns = (text.split(f"hydrocrane_{k}s[] = {{")[1].split("}")[0].split(",") for k in ("row", "column"))
+    return np.array(rows, int), np.array(columns, int)
+
+
 class OnGpu:
     """Cranes of one machine on the device, driven like a batch; `fused` lets nvcc fuse products with sums."""
 
@@ -56,8 +62,7 @@ class OnGpu:
             subprocess.run(["nvcc", *options, "-I", folder, "-o", str(library), str(SOURCE)], check=True)
             self.compiled = time.perf_counter() - began
             self.core = ctypes.CDLL(str(library))
-        rows, columns = (text.split(f"hydrocrane_{k}s[] = {{")[1].split("}")[0].split(",") for k in ("row", "column"))
-        self.places = np.array(rows, int), np.array(columns, int)
+        self.places = places(text)
         self.cranes = 0
 
     def begin(self, x: np.ndarray) -> None:
@@ -137,8 +142,7 @@ def moved() -> list[str]:
     lines = []
     for name, way in ways.items():
         own.begin(start)
-        made = exported_models.path(way, start, commands)
-        errors = [np.hypot(*(made[: len(tips), k] - tips[: len(made)]).T).max() for k, tips in enumerate(exact)]
+        errors = exported_models.off_their_paths(exported_models.path(way, start, commands), exact)
         for count in SIZES:
             pick = np.arange(count) % CHECKED
             held = [np.ascontiguousarray(spools[pick]) for spools in commands]

@@ -176,7 +176,6 @@ def test_cuda_read_as_cpp(name, random_states, tmp_path):
     """No GPU here: the kernels are compiled as C++, and each thread runs in turn."""
     crane = exportable(name)
     text = hc.export_model(crane, tmp_path / "crane.cu", to="cuda").read_text()
-    places = [text.split(f"hydrocrane_{k}s[] = {{")[1].split("}")[0].split(",") for k in ("row", "column")]
     x, u = (rows[:FEW] for rows in random_states(crane, STATES, 3))
     (tmp_path / "main.cpp").write_text(SHIM % FEW)
     command = [str(COMPILER), "-O1", str(tmp_path / "main.cpp"), "-o", str(tmp_path / "main"), "-lm", "-lstdc++"]
@@ -186,7 +185,7 @@ def test_cuda_read_as_cpp(name, random_states, tmp_path):
     numbers, n = np.array(told.split(), dtype=float), x.shape[1]
     assert agrees(numbers[: n * FEW].reshape(n, FEW).T, crane.state_derivative(x, u))
     dfdx = np.zeros((FEW, n, n))
-    dfdx[:, np.array(places[0], int), np.array(places[1], int)] = numbers[n * FEW :].reshape(-1, FEW).T
+    dfdx[:, *models_on_a_gpu.places(text)] = numbers[n * FEW :].reshape(-1, FEW).T
     assert off(crane, dfdx, crane.jacobian(x, u)) < 1e-12
 
 
