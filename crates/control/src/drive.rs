@@ -481,9 +481,10 @@ impl Drive {
         if let Some(estimate) = &mut self.estimate {
             estimate.hold(d.rest, behind.abs(), g.rest_band);
         }
-        let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring) };
-        let needed = self.opening_for(motion + winding);
-        let shares = [-1.0, 1.0].map(|sense| self.capacity.shares(usize::from(sense > 0.0), self.gained(sense)));
+        let gained = [-1.0, 1.0].map(|sense| self.gained(sense));
+        let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring, &gained) };
+        let needed = self.opening_for(motion + winding, &gained);
+        let shares = [0, 1].map(|side| self.capacity.shares(side, gained[side]));
         let (c, fit, edges) = (&self.cylinder, self.fit, &self.edges);
         let spool_of = |opening| edges.spool(c, &shares, fit.asked(opening));
         let spool = self.overlap.spool(opening, needed, d.rest, edges.begin(&shares), spool_of);
@@ -570,11 +571,11 @@ impl Drive {
         widest.clamp(0.0, 1.0)
     }
 
-    /// Opening that gives `speed` (m/s), as a signed share of the whole.
-    fn opening_for(&self, speed: f64) -> f64 {
+    /// Opening that gives `speed` (m/s), as a signed share of the whole; `gained` as below, retracting and extending.
+    fn opening_for(&self, speed: f64, gained: &[Option<f64>; 2]) -> f64 {
         let closed = self.fit.leakage * self.leaks;
         let sense = if speed < closed { -1.0 } else { 1.0 };
-        match self.gained(sense) {
+        match gained[usize::from(sense > 0.0)] {
             Some(gained) if speed != closed => sense * ((speed - closed) / gained).min(self.widest(sense)),
             _ => 0.0,
         }
