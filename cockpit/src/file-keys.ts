@@ -18,16 +18,27 @@ export type MachineKey =
   | `link.${string}.mass`
   | `link.${string}.centre-of-gravity`
   | `link.${string}.inertia`
+  | `link.${string}.inertia-x`
+  | `link.${string}.inertia-z`
+  | `link.${string}.inertia-xy`
+  | `link.${string}.inertia-xz`
+  | `link.${string}.inertia-yz`
   | `link.${string}.inertia-about`
   | `link.${string}.outline`
   | `link.${string}.point.${string}`
   | `link.${string}.body.${string}.mass`
   | `link.${string}.body.${string}.centre-of-gravity`
   | `link.${string}.body.${string}.inertia`
+  | `link.${string}.body.${string}.inertia-x`
+  | `link.${string}.body.${string}.inertia-z`
+  | `link.${string}.body.${string}.inertia-xy`
+  | `link.${string}.body.${string}.inertia-xz`
+  | `link.${string}.body.${string}.inertia-yz`
   | `joint.${string}.type`
   | `joint.${string}.parent`
   | `joint.${string}.child`
   | `joint.${string}.at`
+  | `joint.${string}.axis`
   | `joint.${string}.convention`
   | `joint.${string}.direction`
   | `joint.${string}.zero`
@@ -37,6 +48,7 @@ export type MachineKey =
   | `cylinder.${string}.joint`
   | `cylinder.${string}.barrel`
   | `cylinder.${string}.rod`
+  | `cylinder.${string}.rack-radius`
   | `cylinder.${string}.linkage.rocker-pivot`
   | `cylinder.${string}.linkage.coupler-pivot`
   | `cylinder.${string}.linkage.rocker-length`

@@ -1,7 +1,7 @@
 """Random machines that are legal and plausible, as text of machine files.
 
-Chains of one to six joints, of 50 kg to 30 t, with every optional part of a circuit. `machine(seed)` always writes
-the same text.
+Chains of one to six joints, of 50 kg to 30 t, with every optional part of a circuit. From the seed `SLEWING` on the
+first of them slews, so that the machine moves in space. `machine(seed)` always writes the same text.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ import numpy as np
 import hydrocrane as hc
 
 GRAVITY = 9.81
+# From this seed on machines slew: up to five joints on a slewing gear.
+SLEWING = 1000
 # Range of angles about the middle of a joint in which a stroke is looked for, and its number of points.
 SPAN, POINTS = np.deg2rad(75.0), 301
 # The longest cylinder is this many times its middle length, the shortest the inverse: open is below twice closed.
@@ -125,7 +127,7 @@ def polar(radius: float, angle: float) -> np.ndarray:
 def machine(seed: int) -> RandomMachine:
     """The machine of a seed."""
     draft = Draft(np.random.default_rng([36, seed]), later=np.random.default_rng([42, seed]))
-    count = int(draft.rng.integers(1, 7))
+    count = int(draft.rng.integers(1, 6 if seed >= SLEWING else 7))
     mass = draft.log_between(50.0, 30e3)
     # From 1.5 m at 50 kg to 10 m at 30 t, as cranes and excavators have it.
     reach = 1.5 * (mass / 50.0) ** 0.3 * draft.between(0.8, 1.2)
@@ -140,6 +142,8 @@ def machine(seed: int) -> RandomMachine:
         draft.parts.add("slope")
         draft.put("environment", slope=si(draft.later.uniform(-15.0, 15.0), "deg"))
     sections = chain(draft, count, mass, reach, rated)
+    if seed >= SLEWING:
+        sections.append(slewing(draft, count, mass, reach, rated))
     compensated = circuit(draft, sections)
     for section in sections:
         valve(draft, section, compensated)
@@ -177,6 +181,46 @@ def chain(draft: Draft, count: int, mass: float, reach: float, rated: float) -> 
         sections.append(place(draft, i, before, float(length), weight if slides else torque))
         before = float(length)
     return sections
+
+
+def slewing(draft: Draft, count: int, mass: float, reach: float, rated: float) -> Section:
+    """A slewing gear below the first link, whose axis leans a little, and what the links weigh out of the plane."""
+    draft.parts.add("slewing")
+    draft.put("link.carrier", outline=["(-0.5, -0.5) m", "(0.5, -0.5) m"])
+    draft.put("link.carrier.point", joint0="(0, 0) m")
+    own = 0.3 * mass
+    draft.put(
+        "link.link0", mass=si(own, "kg"), centre_of_gravity=f"({draft.between(-0.1, 0.1) * reach:.4f}, 0, 0.1) m",
+        inertia=si(own * (0.1 * reach) ** 2, "kg m^2"), inertia_about="centre-of-gravity",
+    )  # fmt: skip
+    for i in range(count + 1):
+        link = draft.tables[f"link.link{i}"]
+        yy = float(link["inertia"].split()[0])
+        # As of a beam whose sides are not alike; the second moments of mass stay positive.
+        xx = yy * draft.log_between(0.02, 0.3)
+        zz = yy + xx * draft.between(-0.8, 0.8)
+        link |= {"inertia-x": si(xx, "kg m^2"), "inertia-z": si(zz, "kg m^2")}
+        link["inertia-xz"] = si(xx * draft.between(-0.2, 0.2), "kg m^2")
+        x, z = link["centre-of-gravity"].strip("() m").split(",")[:: 1 if i else 2]
+        link["centre-of-gravity"] = f"({x}, {draft.between(-0.03, 0.03) * reach:.4f}, {z}) m"
+    lean = [f"{draft.between(-0.15, 0.15):.3f}" for _ in range(2)]
+    half = draft.between(60.0, 200.0)
+    draft.put(
+        "joint.joint0", type="revolute", axis=f"({lean[0]}, {lean[1]}, 1)", parent="carrier", child="link0",
+        at="joint0", limits=[si(-half, "deg"), si(half, "deg")],
+    )  # fmt: skip
+    radius, travel = draft.between(0.03, 0.08) * reach, 2.1 * np.deg2rad(half)
+    # Enough to hold the machine on its leaning base and to move it.
+    torque = GRAVITY * (1.3 * mass + rated) * reach * draft.between(0.2, 0.35)
+    section = cylinder(draft, 0, 1.0, travel * radius, torque / radius, 0)
+    table = draft.tables["cylinder.cylinder0"]
+    del table["barrel"], table["closed-length"]
+    table["rack-radius"] = f"{radius:.5f} m"
+    if draft.chance(0.5):
+        table["rod-diameter"] = "0 mm"
+        area = section.areas[0]
+        return Section(section.name, (area, area), section.travel, section.flow, 0, False)
+    return section
 
 
 def prismatic(draft: Draft, i: int, before: float, length: float, weight: float) -> Section:

@@ -7,9 +7,9 @@ leading axes are the batch; several arguments broadcast over the leading axes.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,6 +94,11 @@ def check_level(level: float) -> None:
 def rms(values: Array) -> float:
     """Root of the mean square; NaN without values."""
     return float(np.sqrt(np.mean(values**2))) if values.size else np.nan
+
+
+def path_length(places: Iterable[Array]) -> float:
+    """Length of a path of places, given axis by axis."""
+    return float(reduce(np.hypot, (np.diff(along) for along in places)).sum())
 
 
 def checked_name(what: str, name: object) -> str:

@@ -15,6 +15,7 @@ use crate::controller_model::{At, ControllerModel, CylinderModel};
 use crate::set_point::Means;
 use core::cell::LazyCell;
 use hydrocrane_num::bisect;
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 
 /// Pressure that a stop may plan with, in supply pressures: where the piston draws from the supply, and where a closing edge stops
 /// oil that the load pushes out, which no supply limits. Cylinders without a rating are rated for 1.5.

@@ -4,6 +4,7 @@ use crate::bristles;
 use crate::signal_chain::SignalChain;
 use crate::valve_answer::ValveDynamics;
 use hydrocrane_num::{portable, Real};
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::friction::StaticParameters;
 use hydrocrane_physics::geometry::chain::ChainPose;
@@ -165,7 +166,7 @@ impl<const N: usize> ControllerModel<N> {
         let tip = self.mechanics.tip_position(&pose);
         let mut jacobian = [[0.0; N]; 2];
         for j in 0..N {
-            let column = pose.column(j, tip);
+            let column = self.mechanics.column(&pose, j, tip);
             (jacobian[0][j], jacobian[1][j]) = (column.x, column.z);
         }
         let strokes: [(f64, f64); N] = hydrocrane_num::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));

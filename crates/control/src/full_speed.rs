@@ -14,6 +14,7 @@
 use crate::controller_model::ControllerModel;
 use crate::feed_forward::{steady_speed, Moment};
 use core::f64::consts::E;
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 
 /// 31 mm of the laboratory crane's 4.1 m.
 const LAG_PER_REACH: f64 = 0.0075;

@@ -8,6 +8,7 @@
 
 use core::f64::consts::PI;
 use hydrocrane_num::{portable, Vec2};
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 use hydrocrane_physics::dynamics::Mechanics;
 
 /// The thesis's choices, for reproduction; all `false`: corrected.

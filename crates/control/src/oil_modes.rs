@@ -6,6 +6,7 @@
 use crate::controller_model::{At, ControllerModel};
 use hydrocrane_num::symmetric::{cholesky, eigen};
 use hydrocrane_num::{portable, Real};
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 
 /// Modes of a pose; the first index of a matrix is the joint, the second the mode.
 #[derive(Debug, Clone, Copy)]

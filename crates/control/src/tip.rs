@@ -26,6 +26,7 @@ use crate::weighing::Weighing;
 #[cfg(feature = "std")]
 use crate::{controller::Told, notice::Names, reach, valve_learning::LearntValve};
 use hydrocrane_num::{Real, Vec2};
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 
 #[derive(Clone)]
 pub struct Tip<const N: usize> {

@@ -209,8 +209,10 @@ fn judge(course: Course, model: &dyn Model, payload: f64) -> Judged {
         (bound_share, rest_share) = (bound_share.max(shares[0]), rest_share.max(shares[1]));
     }
     let end = course.rows.last().map_or(&[][..], |row| &row[first..first + model.layout().len()]);
-    let end =
-        End { digest: digest(end), tip: if end.is_empty() { [MOST; 2] } else { model.tip(&end[..n]).map(figure) } };
+    let end = End {
+        digest: digest(end),
+        tip: if end.is_empty() { [MOST; 2] } else { model.tip_in_plane(&end[..n]).map(figure) },
+    };
     let beyond = beyond(&course, model, first);
     let gap = worst_gap(model, &course.signals, &course.rows);
     let tip = smooth(model).then(|| distance(&course, model));

@@ -67,7 +67,7 @@ fn lowered(model: &dyn Model, method: &str, tolerances: Tolerances, control: Ste
     let chambers: Vec<usize> = (0..states).filter(|&i| crate::course::is_chamber(&model.layout().names[i])).collect();
     let peak = rows.iter().flat_map(|(x, _)| chambers.iter().map(|&i| x[i])).fold(f64::NEG_INFINITY, f64::max);
     let Some((last, _)) = rows.last() else { return Err(run.outcome.message) };
-    Ok(End { tip: model.tip(&last[..n]), gap: gap(model, &rows), outcome: run.outcome.kind.name(), peak })
+    Ok(End { tip: model.tip_in_plane(&last[..n]), gap: gap(model, &rows), outcome: run.outcome.kind.name(), peak })
 }
 
 /// The run's states and energies as rows of a drive.

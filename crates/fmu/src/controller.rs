@@ -205,7 +205,7 @@ impl ControllerPart {
     fn set_point(&self, axis: usize) -> f64 {
         let wanted = self.going.as_ref().and_then(|going| going.controller.set_point());
         let (q, _) = self.measured();
-        wanted.unwrap_or_else(|| self.model.tip(&q))[axis]
+        wanted.unwrap_or_else(|| self.model.tip_in_plane(&q))[axis]
     }
 }
 

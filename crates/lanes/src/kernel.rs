@@ -66,8 +66,8 @@ pub trait StepKernel: Send {
     /// Tries a step of each crane from the states `x`, which are replaced by the new ones if the step is accurate
     /// enough.
     fn attempt(&mut self, trial: &Trial, x: &mut [Group]) -> StepResult;
-    /// Writes the tips, x and z (m), of the cranes of the group `x` from `first` on, one per lane.
-    fn tips(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]);
+    /// Writes the tips, x, y and z (m), of the cranes of the group `x` from `first` on, one per lane.
+    fn tips(&mut self, x: &[Group], first: usize, tips: &mut [Group; 3]);
 }
 
 /// Cranes of `N` joints in the lanes of a register.
@@ -184,7 +184,7 @@ impl<R: Register, const N: usize> StepKernel for LaneStepKernel<R, N> {
         )
     }
 
-    fn tips(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]) {
+    fn tips(&mut self, x: &[Group], first: usize, tips: &mut [Group; 3]) {
         R::run(
             #[inline(always)]
             || self.tips_here(x, first, tips),
@@ -222,12 +222,13 @@ impl<R: Register, const N: usize> LaneStepKernel<R, N> {
     }
 
     #[inline(always)]
-    fn tips_here(&mut self, x: &[Group], first: usize, tips: &mut [Group; 2]) {
-        let mechanics = &self.bank.evaluator.plant.mechanics;
+    fn tips_here(&mut self, x: &[Group], first: usize, tips: &mut [Group; 3]) {
+        let plant = &self.bank.evaluator.plant;
         let q: [Lanes<R>; N] = hydrocrane_num::array::from_fn(|i| Lanes::load(&x[i][first..]));
-        let tip = mechanics.tip_position(&mechanics.pose(&q));
+        let tip = plant.tip_position(&plant.mechanics.pose(&q));
         tip.x.store(&mut tips[0][first..]);
-        tip.z.store(&mut tips[1][first..]);
+        tip.y.store(&mut tips[1][first..]);
+        tip.z.store(&mut tips[2][first..]);
     }
 }
 

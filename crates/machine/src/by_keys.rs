@@ -92,6 +92,9 @@ impl Keys {
         let pair = number.form != Form::One;
         let trouble = match element {
             Some(_) if !pair => Some(format!("`{path}` is one number: omit the brackets")),
+            Some(element) if element >= number.si.len() => {
+                Some(format!("`{path}` holds {} values, counted from `{path}[0]`", number.si.len()))
+            }
             None if number.form == Form::Two => {
                 Some(format!("`{path}` holds two values: name one of them, `{path}[0]` or `{path}[1]`"))
             }
@@ -187,6 +190,7 @@ fn split(key: &str) -> Result<(&str, Option<usize>)> {
         None => Ok((key, None)),
         Some((path, "0]")) => Ok((path, Some(0))),
         Some((path, "1]")) => Ok((path, Some(1))),
+        Some((path, "2]")) => Ok((path, Some(2))),
         Some((path, _)) => {
             Err(KeyError::Key(format!("`{key}` is not a key: the values of a pair are `{path}[0]` and `{path}[1]`")))
         }

@@ -207,19 +207,30 @@ impl<'a> Field<'a> {
         }
     }
 
-    pub fn point<T: Number>(&self) -> Result<[T; 2]> {
-        Ok(self.numbers(self.plain_point()?))
-    }
-
-    fn plain_point(&self) -> Result<[f64; 2]> {
+    /// A point as x, y, z: of two numbers these are x and z, in the plane.
+    pub fn point<T: Number>(&self) -> Result<[T; 3]> {
         let class = self.class()?;
-        let point = self.point_from(self.value, self.place)?;
+        let point = self.numbers_from(self.value, self.place)?;
         let length = quantities::LENGTH.quantity();
-        self.keep(class, &point, &[&length, &length], Form::Two);
-        Ok(point)
+        self.keep(class, &point, &vec![&length; point.len()], Form::Two);
+        let number = |element: usize| self.log.number(&self.path, Some(element), point[element]);
+        Ok(match point.len() {
+            2 => [number(0), T::c(0.0), number(1)],
+            _ => [number(0), number(1), number(2)],
+        })
     }
 
+    /// A point in the plane.
     fn point_from(&self, value: &Scalar, place: &Place) -> Result<[f64; 2]> {
+        match self.numbers_from(value, place)?.as_slice() {
+            [x, z] => Ok([*x, *z]),
+            _ => Err(place
+                .error(ErrorKind::WrongType, &self.path, "a point with three numbers")
+                .help("this one lies in the plane of x and z: leave out y")),
+        }
+    }
+
+    fn numbers_from(&self, value: &Scalar, place: &Place) -> Result<Vec<f64>> {
         let length = quantities::LENGTH.quantity();
         let report = |message: String| {
             place.error(ErrorKind::WrongType, &self.path, message).help(format!("give {POINT_EXAMPLE}"))
@@ -230,8 +241,11 @@ impl<'a> Field<'a> {
             }
             // A caller may give the point as two numbers in SI.
             (Scalar::List(items), Place::Override(_)) => match items.as_slice() {
-                [(Scalar::Number(x), _), (Scalar::Number(z), _)] => ([*x, *z], si(&length)),
-                _ => return Err(report("expected two numbers".into())),
+                [(Scalar::Number(x), _), (Scalar::Number(z), _)] => (vec![*x, *z], si(&length)),
+                [(Scalar::Number(x), _), (Scalar::Number(y), _), (Scalar::Number(z), _)] => {
+                    (vec![*x, *y, *z], si(&length))
+                }
+                _ => return Err(report("expected two or three numbers".into())),
             },
             _ => return Err(report(format!("expected a point, found {}", value.kind_name()))),
         };
@@ -240,7 +254,7 @@ impl<'a> Field<'a> {
             self.judge(number, None, converted, place, &length)?;
             Ok(converted)
         };
-        Ok([convert(numbers[0])?, convert(numbers[1])?])
+        numbers.into_iter().map(convert).collect()
     }
 
     /// A value in SI, of the right sign and size.

@@ -13,7 +13,8 @@ use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-/// A complete machine: a planar chain of links, each moved by one cylinder.
+/// A complete machine: a chain of links, each moved by one cylinder, in the plane of x and z or, where a joint has an axis of its own
+/// (`Joint::axis`), in space with y to the left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine<T = f64> {
     pub name: String,
@@ -50,6 +51,13 @@ pub struct Machine<T = f64> {
     pub warnings: Vec<Unusual>,
 }
 
+impl<T> Machine<T> {
+    /// Whether a joint moves out of the plane of x and z.
+    pub fn is_spatial(&self) -> bool {
+        self.joints.iter().any(|joint| joint.axis.is_some())
+    }
+}
+
 impl Machine {
     /// A digest of the values and choices that the file states (FNV-1a, 64 bits), whatever their order and notation, and
     /// however many files they stand in.
@@ -77,12 +85,13 @@ pub struct Unusual {
     pub cure: String,
 }
 
-/// A point fixed in a link: link index and (x, z) in its frame, m.
+/// A point fixed in a link: link index and (x, z) in its frame, m, and its place y beside the plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point<T = f64> {
     pub link: usize,
     pub name: String,
     pub position: [T; 2],
+    pub aside: T,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -96,11 +105,25 @@ pub struct Link<T = f64> {
     pub centre_of_gravity: [T; 2],
     /// Moment of inertia about the axis normal to the plane, kg m^2, taken about `inertia_about`.
     pub inertia: T,
+    /// What else there is in space; `None` where the file does not state it.
+    pub solid: Option<Solid<T>>,
     pub inertia_about: InertiaAbout,
     /// Every named point of the link.
     pub points: Vec<Point<T>>,
     /// Polyline of positions in the link frame, for drawings, m; empty: drawn through joints and points.
     pub outline: Vec<[f64; 2]>,
+}
+
+/// Mass properties of a link outside the plane: the place y of the centre of gravity, m, and the other elements of the tensor of inertia
+/// about it, kg m^2; off the diagonal these are the negative products of inertia.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solid<T = f64> {
+    pub y: T,
+    pub xx: T,
+    pub zz: T,
+    pub xy: T,
+    pub xz: T,
+    pub yz: T,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,8 +137,12 @@ pub enum InertiaAbout {
 pub struct Joint<T = f64> {
     pub name: String,
     pub kind: JointKind<T>,
-    /// Position of the child frame's origin on the parent link (prismatic: at coordinate `zero`), m.
+    /// Position of the child frame's origin on the parent link (prismatic: at coordinate `zero`), m, and its place y beside the plane.
     pub at: [T; 2],
+    pub aside: T,
+    /// Unit vector (x, y, z) in the parent frame about which a growing angle turns, or along which a growing coordinate slides, before
+    /// `sense`; `None`: the joint moves in the plane. At `zero` the frames of parent and child are then parallel.
+    pub axis: Option<[f64; 3]>,
     /// Coordinate (rad or m) at which the joint is in its neutral position.
     pub zero: T,
     /// +1: a growing coordinate turns the child from x towards z (counter-clockwise seen with x right, z up)
@@ -199,6 +226,8 @@ pub enum RodPin<T = f64> {
     Point(Point<T>),
     /// The rod pulls the common pin of a four-bar torque linkage.
     FourBar(FourBar<T>),
+    /// The rod is a rack on a pinion of this pitch radius (m) on the joint; the piston is at mid-stroke where the joint is at `zero`.
+    Rack(T),
 }
 
 /// Four-bar torque linkage: rocker on the parent link, coupler to the child link, joined in the common pin.

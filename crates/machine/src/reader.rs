@@ -237,7 +237,8 @@ impl<'a> Reader<'a> {
         self.required_as(key, || quantity.example())?.pair_of([&quantity, &quantity])
     }
 
-    pub fn point<T: Number>(&self, key: &str) -> Result<[T; 2]> {
+    /// A point as x, y, z, m.
+    pub fn point<T: Number>(&self, key: &str) -> Result<[T; 3]> {
         self.required(key, POINT_EXAMPLE)?.point()
     }
 

@@ -149,12 +149,15 @@ pub fn own_scalar(text: &'static str) -> (f64, Unit) {
     (number.parse().expect("a number of this program"), own_unit(unit))
 }
 
-/// `"(0.199, -0.061) m"`: two numbers and their common unit.
-pub fn parse_point(text: &str) -> Result<([f64; 2], Unit), UnitError> {
+/// `"(0.199, -0.061) m"`: two or three numbers and their common unit.
+pub fn parse_point(text: &str) -> Result<(Vec<f64>, Unit), UnitError> {
     let malformed = || UnitError::Malformed(format!("`{text}` is not a point"));
     let (inside, unit) = text.trim().strip_prefix('(').and_then(|rest| rest.split_once(')')).ok_or_else(malformed)?;
-    let (x, z) = inside.split_once(',').ok_or_else(malformed)?;
-    Ok(([parse_number(x.trim())?, parse_number(z.trim())?], parse_unit(unit)?))
+    let numbers = inside.split(',').map(|number| parse_number(number.trim())).collect::<Result<Vec<f64>, _>>()?;
+    match numbers.len() {
+        2 | 3 => Ok((numbers, parse_unit(unit)?)),
+        _ => Err(malformed()),
+    }
 }
 
 fn parse_number(text: &str) -> Result<f64, UnitError> {

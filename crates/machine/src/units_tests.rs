@@ -100,7 +100,8 @@ fn points_have_one_unit() {
     let (point, unit) = parse_point("(0.199, -6.1e-2) m").unwrap();
     assert_eq!(point, [0.199, -0.061]);
     assert_eq!(unit.factor, 1.0);
-    for bad in ["0.1, 0.2 m", "(0.1 0.2) m", "(a, b) m", "(1, 2", "(1, 2) m, 3", "(1, 2, 3) m"] {
+    assert_eq!(parse_point("(1, -2, 3) mm").unwrap().0, [1.0, -2.0, 3.0]);
+    for bad in ["0.1, 0.2 m", "(0.1 0.2) m", "(a, b) m", "(1, 2", "(1, 2) m, 3", "(1) m", "(1, 2, 3, 4) m"] {
         assert!(matches!(parse_point(bad), Err(UnitError::Malformed(_))), "{bad}");
     }
 }

@@ -30,6 +30,7 @@ pub mod symmetric;
 #[cfg(feature = "std")]
 pub mod table;
 mod vec2;
+mod vec3;
 
 pub use archive::Archive;
 pub use bisect::bisect;
@@ -42,3 +43,4 @@ pub use real::{Field, Mask, Real};
 pub use root::root;
 pub use stored::Stored;
 pub use vec2::Vec2;
+pub use vec3::Vec3;

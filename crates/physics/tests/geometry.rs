@@ -33,6 +33,7 @@ fn boom() -> (Joint<f64>, Actuation<f64>) {
         on_parent: Vec2::c([0.115, 0.033]),
         on_child: Vec2::c([0.199, -0.061]),
         barrel_on_child: true,
+        aside: 0.0,
     };
     (joint([0.0, 0.73], -PI / 2.0), Actuation { mounting, mid_length: 0.05 + 0.215 + 0.05 + 0.31 + 0.01 })
 }

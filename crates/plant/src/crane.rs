@@ -13,6 +13,7 @@ use crate::precision::Precision;
 use hydrocrane_machine::model::Cylinder;
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{portable, small};
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 use hydrocrane_physics::hydraulics::fluid::{ElasticEnergy, OilTables};
 use std::sync::{Arc, OnceLock};
 
@@ -68,7 +69,7 @@ impl<const N: usize> Crane<N> {
                 && !c.has_hose_leak()
         };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);
-        if mobile && !cfg!(feature = "chains") {
+        if (mobile || machine.is_spatial()) && !cfg!(feature = "chains") {
             return Err(BuildError::Pump);
         }
         let layout = Layout::new(&units, pump.as_ref(), measured);
@@ -102,7 +103,7 @@ impl<const N: usize> Crane<N> {
     fn check_mass_matrix(&self) -> Result<(), BuildError> {
         let mechanics = &self.plant().mechanics;
         let middle = self.limit_pairs().map(|[lower, upper]| 0.5 * (lower + upper));
-        let mass_matrix = mechanics.equations(&mechanics.pose(&middle), &[0.0; N], 0.0).mass_matrix;
+        let mass_matrix = self.plant().equations(&mechanics.pose(&middle), &[0.0; N], 0.0).mass_matrix;
         if small::least_pivot(&mass_matrix) > LEAST_PIVOT {
             return Ok(());
         }

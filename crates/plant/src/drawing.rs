@@ -3,6 +3,7 @@
 use crate::plant::Plant;
 use hydrocrane_machine::model::{Machine, Point, RodPin};
 use hydrocrane_num::{portable, Vec2};
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 use hydrocrane_physics::geometry::chain::ChainPose;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +38,7 @@ pub struct Shape {
 }
 
 pub fn draw<const N: usize>(machine: &Machine, plant: &Plant<f64, N>, q: &[f64; N]) -> Vec<Shape> {
-    let pose = plant.mechanics.pose(q);
+    let pose = plant.side_view(q);
     let mut shapes = Vec::new();
     for link in 0..=N {
         shapes.push(Shape {
@@ -123,6 +124,7 @@ fn cylinder<const N: usize>(
             });
             pin
         }
+        RodPin::Rack(_) => return,
     };
     // The barrel is drawn as long as the stroke, from its pin towards the rod pin.
     let (dx, dz) = (rod[0] - barrel[0], rod[1] - barrel[1]);

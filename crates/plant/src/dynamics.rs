@@ -19,7 +19,7 @@ pub trait Dynamics {
 impl<const N: usize> Dynamics for Crane<N> {
     fn equations(&self, q: &[f64], qd: &[f64], payload: f64, mass: &mut [f64], bias: &mut [f64]) {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
-        let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
+        let e = self.plant().equations(&pose, &array::<N>(qd), payload);
         for j in 0..N {
             mass[j * N..(j + 1) * N].copy_from_slice(&e.mass_matrix[j]);
         }
@@ -28,7 +28,7 @@ impl<const N: usize> Dynamics for Crane<N> {
 
     fn forward_dynamics(&self, q: &[f64], qd: &[f64], force: &[f64], payload: f64, qdd: &mut [f64]) {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
-        let e = self.plant().mechanics.equations(&pose, &array::<N>(qd), payload);
+        let e = self.plant().equations(&pose, &array::<N>(qd), payload);
         let lever_arms = self.plant().strokes(&pose);
         let mut driving = hydrocrane_num::array::from_fn(|j| lever_arms[j].1 * force[j] - e.bias[j]);
         self.plant().add_contact(&pose, &array::<N>(qd), payload, &mut driving);
@@ -41,14 +41,14 @@ impl<const N: usize> Dynamics for Crane<N> {
 
     fn attach(&self, q: &[f64], qd: &[f64], payload: f64, load: f64, rates: &mut [f64]) -> f64 {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
-        let attachment = self.plant().mechanics.attach(&pose, &array::<N>(qd), payload, load);
+        let attachment = self.plant().attach(&pose, &array::<N>(qd), payload, load);
         rates.copy_from_slice(&attachment.rates);
         attachment.loss
     }
 
     fn energies(&self, q: &[f64], qd: &[f64], payload: f64) -> (f64, f64) {
-        let m = &self.plant().mechanics;
-        let pose = m.pose(&array::<N>(q));
-        (m.kinetic_energy(&pose, &array::<N>(qd), payload), m.potential_energy(&pose, payload))
+        let plant = self.plant();
+        let pose = plant.mechanics.pose(&array::<N>(q));
+        (plant.kinetic_energy(&pose, &array::<N>(qd), payload), plant.potential_energy(&pose, payload))
     }
 }

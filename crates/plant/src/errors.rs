@@ -19,6 +19,8 @@ pub enum BuildError {
     TipNotOnLastLink(String, String),
     #[error("cylinder.{0}.linkage: the barrel must be pinned to the parent link `{1}` of its joint")]
     BarrelOnChild(String, String),
+    #[error("link.{0}: a joint has an axis of its own, and this link has no `inertia-x` and `inertia-z`")]
+    Flat(String),
     #[error("cylinder.{0}: no joint coordinate between the ends of its stroke was found; the linkage cannot close")]
     NoStroke(String),
     #[error("link.{0}: its mass or moment of inertia differs too much from those of the other links; the motion of the joints cannot be resolved in double precision")]

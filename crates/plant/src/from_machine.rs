@@ -7,12 +7,15 @@ use crate::plant::Plant;
 use crate::supply::{ControlledPump, Supply};
 use hydrocrane_machine::{model as file, Number};
 use hydrocrane_num::curve::MonotoneCurve;
-use hydrocrane_num::{smooth, Real, Vec2};
+use hydrocrane_num::{smooth, Real, Vec2, Vec3};
 use hydrocrane_physics::dynamics::ground::{Ground, Soil, Support, MOST_SUPPORTS};
+use hydrocrane_physics::dynamics::space::Tensor;
+use hydrocrane_physics::dynamics::spatial::{Solid, SpatialMechanics};
 use hydrocrane_physics::dynamics::{Body, Mechanics};
 use hydrocrane_physics::friction::{lugre::LuGre, StaticParameters};
 use hydrocrane_physics::geometry::four_bar::FourBar;
 use hydrocrane_physics::geometry::frames::Joint;
+use hydrocrane_physics::geometry::spatial_chain::Stance;
 use hydrocrane_physics::geometry::stroke::{Actuation, Mounting};
 use hydrocrane_physics::hydraulics::accumulator::Accumulator;
 use hydrocrane_physics::hydraulics::chamber::Chambers;
@@ -63,6 +66,7 @@ pub fn plant<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<Plant<T,
             tip: vector(m.tip.position),
             gravity: gravity(m),
         },
+        space: in_chains(m.is_spatial().then(|| spatial(m)).transpose()?),
         actuations: hydrocrane_num::array::from_fn(|i| actuations[i]),
         cylinders: hydrocrane_num::array::from_fn(|i| cylinder(m, &m.cylinders[i])),
         fluid: fluid(&m.fluid),
@@ -182,6 +186,11 @@ fn joint<T: Number>(m: &file::Machine<T>, i: usize) -> Joint<T> {
     let j = &m.joints[i];
     let (at, zero) = (vector(j.at), j.zero);
     match j.kind {
+        // In the plane across its own axis, with the origin on it.
+        file::JointKind::Revolute(_) if j.axis.is_some() => {
+            let (at, offset) = (Vec2::default(), T::c(0.0));
+            Joint { at, direction: Vec2::default(), offset, zero, sense: T::c(j.sense), revolute: true }
+        }
         file::JointKind::Revolute(convention) => {
             let folded = if convention == file::AngleConvention::Included { PI } else { 0.0 };
             let offset = m.links[i].axis - m.links[i + 1].axis - j.sense * folded;
@@ -193,6 +202,30 @@ fn joint<T: Number>(m: &file::Machine<T>, i: usize) -> Joint<T> {
             Joint { at, direction, offset: T::c(0.0), zero, sense: T::c(0.0), revolute: false }
         }
     }
+}
+
+/// The chain in space of the same links and joints.
+fn spatial<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<SpatialMechanics<T, N>, BuildError> {
+    let mut solids = Vec::with_capacity(N);
+    for link in &m.links[1..] {
+        let Some(of) = link.solid else { return Err(BuildError::Flat(link.name.clone())) };
+        let Body { mass, x, z, inertia: yy } = body(m, link);
+        let inertia = Tensor { xx: of.xx, yy, zz: of.zz, xy: of.xy, xz: of.xz, yz: of.yz };
+        solids.push(Solid { mass, centre_of_gravity: Vec3::new(x, of.y, z), inertia });
+    }
+    let plane = Vec3::c([0.0, -1.0, 0.0]);
+    let stance = |i: usize| Stance {
+        at: Vec3::of(vector(m.joints[i].at), m.joints[i].aside),
+        axis: m.joints[i].axis.map_or(plane, Vec3::c),
+        direction: Vec3::of(joint(m, i).direction, T::c(0.0)),
+        leaves_plane: m.joints[i].axis.is_some(),
+    };
+    Ok(SpatialMechanics {
+        stances: hydrocrane_num::array::from_fn(stance),
+        solids: hydrocrane_num::array::from_fn(|i| solids[i]),
+        tip: Vec3::of(vector(m.tip.position), m.tip.aside),
+        gravity: Vec3::of(gravity(m), T::c(0.0)),
+    })
 }
 
 /// The inertia about the centre of gravity, by the parallel axis theorem if the file gives that about the frame.
@@ -210,10 +243,11 @@ fn actuation<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Result<A
     let barrel = vector(c.barrel_pin.position);
     let mounting = match &c.rod_pin {
         file::RodPin::Point(rod) => {
-            let rod = vector(rod.position);
             let barrel_on_child = c.barrel_pin.link != parent;
-            let (on_parent, on_child) = if barrel_on_child { (rod, barrel) } else { (barrel, rod) };
-            Mounting::Pins { on_parent, on_child, barrel_on_child }
+            let (on_parent, on_child) = if barrel_on_child { (rod, &c.barrel_pin) } else { (&c.barrel_pin, rod) };
+            let (on_parent, before) = beside(&m.joints[parent], on_parent, true);
+            let (on_child, behind) = beside(&m.joints[parent], on_child, false);
+            Mounting::Pins { on_parent, on_child, barrel_on_child, aside: before - behind }
         }
         file::RodPin::FourBar(l) => {
             if c.barrel_pin.link != parent {
@@ -228,8 +262,27 @@ fn actuation<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Result<A
             };
             Mounting::FourBar { barrel, linkage }
         }
+        // Mid-stroke lies where the joint is at zero.
+        file::RodPin::Rack(radius) => Mounting::Rack { radius: *radius },
     };
     Ok(Actuation { mounting, mid_length: c.mid_length })
+}
+
+/// A pin in the plane across the axis of a joint, and its place along that axis; of a joint with an axis of its own, seen from the joint.
+fn beside<T: Number>(joint: &file::Joint<T>, pin: &file::Point<T>, on_parent: bool) -> (Vec2<T>, T) {
+    let from = if on_parent { joint.aside } else { T::c(0.0) };
+    let Some(axis) = joint.axis else { return (vector(pin.position), from - pin.aside) };
+    let [x, z] = pin.position;
+    let place = Vec3::new(x, pin.aside, z);
+    let place = if on_parent { place - Vec3::of(vector(joint.at), joint.aside) } else { place };
+    let axis = Vec3::<f64>::c(axis);
+    // The nearer of x and y to a right angle with the axis, as that across the plane of x and z has x.
+    let near =
+        if axis.x.abs() < axis.y.abs().max(axis.z.abs()) { Vec3::c([1.0, 0.0, 0.0]) } else { Vec3::c([0.0, 1.0, 0.0]) };
+    let first = near - axis * near.dot(axis);
+    let first = first * (1.0 / first.norm());
+    let along = |unit: Vec3<f64>| place.dot(Vec3::c([unit.x, unit.y, unit.z]));
+    (Vec2::new(along(first), along(axis.cross(first))), along(axis))
 }
 
 fn circle<T: Real>(diameter: T) -> T {

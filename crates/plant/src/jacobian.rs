@@ -163,7 +163,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
         let mechanics = &self.plant.mechanics;
         let mut needed = T::outlined_if_dual(
             #[inline(always)]
-            || mechanics.force_derivatives(&placed.pose, &placed.rates, qdd, payload),
+            || self.plant.force_derivatives(&placed.pose, &placed.rates, qdd, payload),
         );
         if let Some(ground) = &self.ground {
             let given = T::outlined_if_dual(

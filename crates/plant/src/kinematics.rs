@@ -11,6 +11,15 @@ use crate::workspace;
 use hydrocrane_num::portable;
 use hydrocrane_physics::geometry::frames::Joint;
 
+/// Which of x, y and z the tip of a machine moves along.
+pub fn tip_axes(spatial: bool) -> &'static [usize] {
+    if spatial {
+        &[0, 1, 2]
+    } else {
+        &[0, 2]
+    }
+}
+
 pub trait Kinematics {
     fn joint_limits(&self) -> &[JointLimits];
     /// Piston positions at the joint limits, ascending.
@@ -20,16 +29,28 @@ pub trait Kinematics {
     fn joints_from_strokes(&self, x: &[f64], q: &mut [f64]) -> Result<(), StrokeError>;
     /// Direction of each cylinder from its barrel pin to its rod pin, rad from x towards z in the inertial frame.
     fn cylinder_angles(&self, q: &[f64], angles: &mut [f64]);
-    fn tip(&self, q: &[f64]) -> [f64; 2];
-    /// Row-major `2 x n`.
+    /// Whether a joint moves out of the plane of x and z.
+    fn is_spatial(&self) -> bool;
+    /// Which of x, y and z the tip moves along.
+    fn tip_axes(&self) -> &'static [usize] {
+        tip_axes(self.is_spatial())
+    }
+    /// (x, y, z) in the inertial frame, m; y is 0 in the plane.
+    fn tip(&self, q: &[f64]) -> [f64; 3];
+    /// (x, z) of a tip in the plane, m.
+    fn tip_in_plane(&self, q: &[f64]) -> [f64; 2] {
+        let [x, _, z] = self.tip(q);
+        [x, z]
+    }
+    /// Row-major `3 x n`.
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]);
     /// No way from a joint to the tip is longer inside the joint limits, m.
     fn reach(&self) -> f64;
-    /// Velocity (x, z) of the tip, m/s.
-    fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2];
-    /// Centre of gravity of each moving link, (x, z) pairs in the inertial frame.
+    /// Velocity (x, y, z) of the tip, m/s.
+    fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 3];
+    /// Centre of gravity of each moving link, (x, y, z) in the inertial frame.
     fn centres_of_gravity(&self, q: &[f64], centres: &mut [f64]);
-    /// Closed curves around the area that the tip can reach.
+    /// Closed curves around the area that the tip of a chain in the plane can reach.
     fn workspace(&self) -> Vec<Vec<[f64; 2]>>;
     fn drawing(&self, q: &[f64]) -> Vec<Shape>;
 }
@@ -59,7 +80,7 @@ impl<const N: usize> Kinematics for Crane<N> {
     }
 
     fn cylinder_angles(&self, q: &[f64], angles: &mut [f64]) {
-        let pose = self.plant().mechanics.pose(&array::<N>(q));
+        let pose = self.plant().side_view(&array::<N>(q));
         for c in 0..N {
             let parent = pose.link(c);
             let turned = portable::atan2(parent.sin, parent.cos) + self.plant().actuations[c].slope(&pose.joints[c]);
@@ -68,18 +89,21 @@ impl<const N: usize> Kinematics for Crane<N> {
         }
     }
 
-    fn tip(&self, q: &[f64]) -> [f64; 2] {
-        let tip = self.plant().mechanics.tip_position(&self.plant().mechanics.pose(&array::<N>(q)));
-        [tip.x, tip.z]
+    fn is_spatial(&self) -> bool {
+        self.machine.is_spatial()
+    }
+
+    fn tip(&self, q: &[f64]) -> [f64; 3] {
+        let tip = self.plant().tip_position(&self.plant().mechanics.pose(&array::<N>(q)));
+        [tip.x, tip.y, tip.z]
     }
 
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]) {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
-        let tip = self.plant().mechanics.tip_position(&pose);
-        for j in 0..N {
-            let column = pose.column(j, tip);
-            jacobian[j] = column.x;
-            jacobian[N + j] = column.z;
+        for (j, column) in self.plant().tip_columns(&pose).into_iter().enumerate() {
+            for (row, number) in [column.x, column.y, column.z].into_iter().enumerate() {
+                jacobian[row * N + j] = number;
+            }
         }
     }
 
@@ -93,20 +117,23 @@ impl<const N: usize> Kinematics for Crane<N> {
             };
             joint.at.norm() + slid
         };
-        mechanics.joints.iter().zip(&self.limits).map(link).sum::<f64>() + mechanics.tip.norm()
+        let all = mechanics.joints.iter().zip(&self.limits).map(link).sum::<f64>() + mechanics.tip.norm();
+        // In the plane `at` is that of the joints; what is left of a joint with an axis of its own is its way.
+        self.plant().space().map_or(all, |space| {
+            all + space.stances.iter().map(|stance| stance.at.norm()).sum::<f64>() + space.tip.y.abs()
+        })
     }
 
-    fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {
+    fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 3] {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
-        let v = self.plant().mechanics.tip_velocity(&pose, &array::<N>(qd));
-        [v.x, v.z]
+        let v = self.plant().tip_velocity(&pose, &array::<N>(qd));
+        [v.x, v.y, v.z]
     }
 
     fn centres_of_gravity(&self, q: &[f64], centres: &mut [f64]) {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
-        for (i, body) in self.plant().mechanics.bodies.iter().enumerate() {
-            let r = pose.links[i].point(body.centre_of_gravity());
-            centres[2 * i..2 * i + 2].copy_from_slice(&[r.x, r.z]);
+        for (r, out) in self.plant().centres_of_gravity(&pose).into_iter().zip(centres.chunks_exact_mut(3)) {
+            out.copy_from_slice(&[r.x, r.y, r.z]);
         }
     }
 

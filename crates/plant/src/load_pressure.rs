@@ -72,7 +72,7 @@ impl<const N: usize> Crane<N> {
                 rest /= along;
                 lower + (upper - lower) * i as f64 / (along - 1) as f64
             });
-            let tip = self.plant().mechanics.tip_position(&self.plant().mechanics.pose(&q));
+            let tip = self.plant().tip_position(&self.plant().mechanics.pose(&q));
             if forbidden(&self.machine, [tip.x, tip.z]) {
                 continue;
             }

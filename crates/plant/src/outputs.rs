@@ -48,6 +48,9 @@ const GLOBAL: [(&str, &str, &str); 9] = [
     ("energy.bristles", "J", "energy in the bristles of LuGre friction"),
 ];
 
+/// Further output of a machine in space.
+const OF_SPACE: [(&str, &str, &str); 1] = [("tip.y", "m", "crane tip, to the left")];
+
 /// Further outputs if there is a ground.
 const OF_GROUND: [(&str, &str, &str); 3] = [
     ("energy.ground", "J", "energy in the spring of the ground"),
@@ -127,12 +130,14 @@ const IN_LINES: [(&str, &str, &str); 2] = [
 
 /// Range of the stored energies among the outputs.
 pub fn energies(machine: &Machine) -> std::ops::Range<usize> {
+    // A machine in space has no ground.
     4..GLOBAL.len() + usize::from(machine.ground.is_some())
 }
 
 /// The outputs of a machine, in the order of [`write`].
 pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let owned = |name: String, unit, long_name: String| OutputInfo { name, unit, long_name };
+    let of_space = if machine.is_spatial() { &OF_SPACE[..] } else { &[] };
     let of_ground = if machine.ground.is_some() { &OF_GROUND[..] } else { &[] };
     let of_mains = if machine.supply.mains.is_some() { &OF_MAINS[..] } else { &[] };
     let controlled = |mains: &Mains| mains.pump.control.is_some() || mains.load_sensing.is_some();
@@ -141,8 +146,14 @@ pub fn info(machine: &Machine) -> Vec<OutputInfo> {
     let of_priority = if first { &OF_PRIORITY[..] } else { &[] };
     let returns = machine.supply.mains.as_ref().is_some_and(|mains| mains.tank_line.is_some());
     let of_tank_line = if returns { &OF_TANK_LINE[..] } else { &[] };
-    let global =
-        GLOBAL.iter().chain(of_ground).chain(of_mains).chain(of_control).chain(of_priority).chain(of_tank_line);
+    let global = GLOBAL
+        .iter()
+        .chain(of_space)
+        .chain(of_ground)
+        .chain(of_mains)
+        .chain(of_control)
+        .chain(of_priority)
+        .chain(of_tank_line);
     let mut all: Vec<OutputInfo> = global.map(|(n, u, l)| owned((*n).to_string(), *u, (*l).to_string())).collect();
     let pumps: Vec<_> = machine.supply.mains.iter().flat_map(Mains::pumps).collect();
     if pumps.len() > 1 {
@@ -181,7 +192,7 @@ pub fn write<T: Real, const N: usize>(
     let Evaluated { placed: e, rates, payload, .. } = at;
     let payload = *payload;
     let local: [LocalState<T>; N] = hydrocrane_num::array::from_fn(|c| e.local(at.layout, at.x, c));
-    let tip = plant.mechanics.tip_position(&e.pose);
+    let tip = plant.tip_position(&e.pose);
     let mut drawn = T::c(0.0);
     rates.iter().for_each(|r| drawn += r.edges.supply());
     let (mut oil_energy, mut stops, mut bristles) = (T::c(0.0), T::c(0.0), T::c(0.0));
@@ -206,18 +217,23 @@ pub fn write<T: Real, const N: usize>(
         tip.z,
         drawn,
         drawn * plant.pressures_at(at.layout, at.x).supply,
-        plant.mechanics.kinetic_energy(&e.pose, &e.rates, payload),
-        plant.mechanics.potential_energy(&e.pose, payload),
+        plant.kinetic_energy(&e.pose, &e.rates, payload),
+        plant.potential_energy(&e.pose, payload),
         oil_energy,
         stops,
         bristles,
     ];
     let (first, mut rest) = out.split_at_mut(global.len());
     first.copy_from_slice(&global);
+    if plant.space().is_some() {
+        let (of_space, others) = rest.split_at_mut(OF_SPACE.len());
+        of_space[0] = tip.y;
+        rest = others;
+    }
     if let Some(ground) = &plant.ground {
         let force = plant.mechanics.contact(ground, &e.pose, &e.rates, payload).force;
         let (of_ground, others) = rest.split_at_mut(OF_GROUND.len());
-        of_ground.copy_from_slice(&[ground.energy(tip, payload), force.x, force.z]);
+        of_ground.copy_from_slice(&[ground.energy(tip.in_plane(), payload), force.x, force.z]);
         rest = others;
     }
     if let Some((unit, pressures, e)) = supply {

@@ -5,7 +5,9 @@ use crate::in_chains::in_chains;
 use crate::layout::Layout;
 use crate::supply::Supply;
 use hydrocrane_num::{Dual, Real, Vec2};
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 use hydrocrane_physics::dynamics::ground::Ground;
+use hydrocrane_physics::dynamics::spatial::SpatialMechanics;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::geometry::chain::ChainPose;
 use hydrocrane_physics::geometry::frames::JointPose;
@@ -17,7 +19,10 @@ use hydrocrane_physics::hydraulics::priority::Priority;
 /// A crane of `N` joints, each moved by the cylinder of the same index.
 #[derive(Debug, Clone, Copy)]
 pub struct Plant<T, const N: usize> {
+    /// The joints in their own planes, and the chain where all of these are one.
     pub mechanics: Mechanics<T, N>,
+    /// The chain in space; `None` where it moves in the plane.
+    pub(crate) space: Option<SpatialMechanics<T, N>>,
     pub actuations: [Actuation<T>; N],
     pub cylinders: [HydraulicAxis<T>; N],
     pub fluid: Fluid<T>,
@@ -34,6 +39,7 @@ impl<T: Copy, const N: usize> Plant<T, N> {
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Plant<U, N> {
         Plant {
             mechanics: self.mechanics.map(f),
+            space: in_chains(self.space.as_ref()).map(|space| space.map(f)),
             actuations: self.actuations.each_ref().map(|a| a.map(f)),
             cylinders: self.cylinders.each_ref().map(|c| c.map(f)),
             fluid: self.fluid.map(f),
@@ -146,7 +152,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
     /// The same with or without the ground.
     pub(crate) fn resting_force(&self, q: &[T; N], payload: T, grounded: bool) -> [T; N] {
         let (pose, still) = (self.mechanics.pose(q), [T::c(0.0); N]);
-        let mut bias = self.mechanics.equations(&pose, &still, payload).bias;
+        let mut bias = self.equations(&pose, &still, payload).bias;
         if grounded && self.ground.is_some() {
             let mut carried = still;
             self.add_contact(&pose, &still, payload, &mut carried);

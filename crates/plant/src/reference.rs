@@ -4,6 +4,7 @@
 //! trigonometry, a Newton-Euler recursion for forces, the laws in plain `f64` with ordinary branches.
 
 mod laws;
+mod space;
 mod supply;
 
 use hydrocrane_machine::model::*;
@@ -103,6 +104,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let mut at = joint.at;
         angle[i + 1] = angle[i];
         match joint.kind {
+            // Seen from the side; `space.rs` has the masses that it turns.
+            JointKind::Revolute(_) if joint.axis.is_some() => {}
             JointKind::Revolute(convention) => {
                 let folded = if convention == AngleConvention::Included { joint.sense * PI } else { 0.0 };
                 angle[i + 1] += m.links[i].axis + travel - folded - m.links[i + 1].axis;
@@ -140,11 +143,17 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     let mut s = 2 * n;
     for (i, c) in m.cylinders.iter().enumerate() {
         let barrel = world(&c.barrel_pin);
-        let (pin, pin_velocity) = match &c.rod_pin {
+        let of_pins = |(pin, pin_velocity): (V, V)| {
+            let rod = sub(pin, barrel);
+            let length = dot(rod, rod).sqrt();
+            (length - c.mid_length, dot(rod, pin_velocity) / length)
+        };
+        let (position, lever_arm) = match &c.rod_pin {
+            RodPin::Point(p) if m.is_spatial() => space::stroke(m, c, p, q[i]),
             RodPin::Point(p) => {
                 let on_child = if p.link == i + 1 { world(p) } else { barrel };
                 let sign = if p.link == i + 1 { 1.0 } else { -1.0 };
-                (world(p), scale(velocity(i, on_child), sign))
+                of_pins((world(p), scale(velocity(i, on_child), sign)))
             }
             RodPin::FourBar(l) => {
                 let (t1, t3) = (world(&l.rocker_pivot), world(&l.coupler_pivot));
@@ -156,13 +165,11 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
                 // The coupler has constant length: both ends have the same velocity along it.
                 let coupler = sub(pin, t3);
                 let swing = quarter(sub(pin, t1));
-                (pin, scale(swing, dot(coupler, velocity(i, t3)) / dot(coupler, swing)))
+                of_pins((pin, scale(swing, dot(coupler, velocity(i, t3)) / dot(coupler, swing))))
             }
+            RodPin::Rack(radius) => (radius * (q[i] - m.joints[i].zero), *radius),
         };
-        let rod = sub(pin, barrel);
-        let length = dot(rod, rod).sqrt();
-        let lever_arm = dot(rod, pin_velocity) / length;
-        let (position, v) = (length - c.mid_length, lever_arm * qd[i]);
+        let v = lever_arm * qd[i];
         let (p1, p2, xs, vs) = (x[s], x[s + 1], x[s + 2], x[s + 3]);
         // Of a compensator that follows late.
         let opening_at = s + 4 + bristles(c);
@@ -465,6 +472,9 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     // Newton-Euler: joint forces needed for given accelerations; its value at zero acceleration is the bias force, its
     // response to unit accelerations the mass matrix.
     let needed = |qdd: &[f64], qd: &[f64], gravity: V| {
+        if m.is_spatial() {
+            return space::joint_forces(m, q, qd, qdd, [gravity[0], 0.0, gravity[1]], payload);
+        }
         let (mut rate, mut spin_up, mut a) = (0.0, 0.0, gravity);
         let mut parts: Vec<(usize, f64, f64, V, V)> = Vec::new();
         for i in 0..n {

@@ -94,7 +94,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         T::outlined_if_dual(
             #[inline(always)]
             || {
-                let equations = self.mechanics.equations(&placed.pose, &placed.rates, payload);
+                let equations = self.equations(&placed.pose, &placed.rates, payload);
                 let mut driving = [T::c(0.0); N];
                 for c in 0..N {
                     driving[c] = placed.lever_arms[c] * forces[c] - equations.bias[c];
@@ -290,8 +290,9 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
 impl<T: Real, const N: usize> Evaluator<T, T, N> {
     /// Every number that is read, a copy of one of the plant's, always in the same order.
     pub fn each<'a>(&'a self, layout: &Layout, f: &mut dyn FnMut(&'a T)) {
-        let Plant { mechanics, actuations, cylinders, fluid, supply_pressures, supply, ground } = &self.plant;
+        let Plant { mechanics, space, actuations, cylinders, fluid, supply_pressures, supply, ground } = &self.plant;
         mechanics.map(f);
+        in_chains(space.as_ref()).map(|space| space.map(f));
         actuations.iter().for_each(|actuation| _ = actuation.map(f));
         // The laws of cylinders read the groups' copies.
         cylinders.iter().for_each(|cylinder| _ = cylinder.chambers.map(f));

@@ -20,6 +20,7 @@ use hydrocrane_machine::Machine;
 #[cfg(feature = "output-derivatives")]
 use hydrocrane_num::Dual;
 use hydrocrane_ode::BlockArrow;
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 
 /// A number with its derivative along a direction of the state.
 #[cfg(feature = "output-derivatives")]

@@ -1,6 +1,7 @@
 //! Boundary of the area that the tip can reach (thesis 3.1.3).
 
 use hydrocrane_machine::Machine;
+use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 use hydrocrane_physics::dynamics::Mechanics;
 
 /// Points per edge of the joint rectangle.

@@ -118,7 +118,8 @@ impl LiveSimulator {
 
     /// Loads picked up and released so far.
     fn payload_changes(&self) -> Vec<PayloadEntry> {
-        self.playback().live.loads().1.iter().map(payload_entry).collect()
+        let live = &self.playback().live;
+        live.loads().1.iter().map(|event| payload_entry(event, live.model().tip_axes())).collect()
     }
 
     fn warnings(&self) -> Vec<WarningEntry> {

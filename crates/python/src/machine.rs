@@ -84,6 +84,11 @@ impl Machine {
         })
     }
 
+    /// Of rows x, y, z of `width` numbers each those along which the tip moves.
+    fn along_axes<'a>(&self, rows: &'a [f64], width: usize) -> impl Iterator<Item = f64> + 'a {
+        self.model.tip_axes().iter().flat_map(move |axis| rows[axis * width..(axis + 1) * width].iter().copied())
+    }
+
     /// `f` over rows of joint coordinates.
     fn over_q<'py>(
         &self,
@@ -344,14 +349,25 @@ impl Machine {
     }
     fn centres_of_gravity<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Tensor<'py> {
         let n = self.n();
-        tensor(py, self.over_q(py, &q, 2 * n, |m, q, out| m.centres_of_gravity(q, out))?, (n, 2))
+        let places = self.over_q(py, &q, 3 * n, |m, q, out| m.centres_of_gravity(q, out))?;
+        let places = places.chunks_exact(3).flat_map(|place| self.along_axes(place, 1)).collect();
+        tensor(py, places, (n, self.model.tip_axes().len()))
+    }
+    /// Names of the axes along which the tip moves.
+    #[getter]
+    fn tip_axes(&self) -> Vec<&'static str> {
+        self.model.tip_axes().iter().map(|axis| ["x", "y", "z"][*axis]).collect()
     }
     fn tip<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Matrix<'py> {
-        matrix(py, self.over_q(py, &q, 2, |m, q, out| out.copy_from_slice(&m.tip(q)))?, 2)
+        let tips = self.over_q(py, &q, 3, |m, q, out| out.copy_from_slice(&m.tip(q)))?;
+        let tips = tips.chunks_exact(3).flat_map(|tip| self.along_axes(tip, 1)).collect();
+        matrix(py, tips, self.model.tip_axes().len())
     }
     fn tip_jacobian<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Tensor<'py> {
         let n = self.n();
-        tensor(py, self.over_q(py, &q, 2 * n, |m, q, out| m.tip_jacobian(q, out))?, (2, n))
+        let all = self.over_q(py, &q, 3 * n, |m, q, out| m.tip_jacobian(q, out))?;
+        let all = all.chunks_exact(3 * n).flat_map(|jacobian| self.along_axes(jacobian, n)).collect();
+        tensor(py, all, (self.model.tip_axes().len(), n))
     }
     fn inverse_kinematics<'py>(&self, py: Python<'py>, tip: Row<'py>, held: f64) -> Matrix<'py> {
         let tip = row(&tip, 2, "tip")?;

@@ -31,15 +31,16 @@ impl Simulator {
     }
 }
 
-/// Time, joint coordinates, their rates, both pressures of each cylinder, x and z of the tip, and the readings of all sensors.
+/// Time, joint coordinates, their rates, both pressures of each cylinder, the tip, and the readings of all sensors.
 pub fn seen(model: &dyn Model, time: f64, state: &[f64], sensors: &Sensors) -> Vec<f64> {
     let (layout, n) = (model.layout(), model.layout().joints());
     let joints = (0..n).map(|i| layout.q(i)).chain((0..n).map(|i| layout.qd(i)));
     let pressures = (0..n).flat_map(|c| [layout.own(c).p1, layout.own(c).p2]);
-    let mut seen = Vec::with_capacity(3 + 4 * n + sensors.readings().len());
+    let mut seen = Vec::with_capacity(4 + 4 * n + sensors.readings().len());
     seen.push(time);
     seen.extend(joints.chain(pressures).map(|i| state[i]));
-    seen.extend(model.tip(&state[..n]));
+    let tip = model.tip(&state[..n]);
+    seen.extend(model.tip_axes().iter().map(|axis| tip[*axis]));
     seen.extend(sensors.readings());
     seen
 }
@@ -135,7 +136,7 @@ impl Simulator {
     /// Time, masses and tip velocities before and after, loss.
     fn set_payload(&mut self, mass: f64) -> PyResult<PayloadEntry> {
         let event = self.inner.set_payload(mass).ok_or_else(not_reset)?;
-        Ok(payload_entry(&event))
+        Ok(payload_entry(&event, self.inner.model().tip_axes()))
     }
 
     #[getter]

@@ -78,7 +78,7 @@ fn compare(model: &dyn Model, seed: u64, fixed: &mut Simulator, exact: &mut Simu
             break;
         }
         times.push(time);
-        let tips = [&*fixed, &*exact].map(|s| s.state().map_or([f64::NAN; 2], |x| model.tip(x)));
+        let tips = [&*fixed, &*exact].map(|s| s.state().map_or([f64::NAN; 2], |x| model.tip_in_plane(x)));
         worst = worst.max((tips[0][0] - tips[1][0]).hypot(tips[0][1] - tips[1][1]));
     }
     (times, worst)

@@ -92,7 +92,7 @@ impl<'a> Lift<'a> {
         let n = self.start.len();
         let rows = run.states.chunks_exact(n).zip(reference.states.chunks_exact(n));
         let deviation = |(a, b): (&[f64], &[f64])| {
-            let (a, b) = (self.model.tip(a), self.model.tip(b));
+            let (a, b) = (self.model.tip_in_plane(a), self.model.tip_in_plane(b));
             (a[0] - b[0]).hypot(a[1] - b[1])
         };
         let worst = rows.map(deviation).fold(0.0, f64::max);

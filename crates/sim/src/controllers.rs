@@ -31,6 +31,12 @@ const LEVER_PERIOD: f64 = 0.01;
 /// The controller `name` for a crane, with the machine's period and gains if stated.
 fn kind<const N: usize>(crane: &Crane<N>, model: &ControllerModel<N>, name: &str) -> Result<Kind<N>, String> {
     let machine = crane.machine();
+    if machine.is_spatial() && CONTROLLERS.contains(&name) {
+        return Err(format!(
+            "the controller `{name}` reckons in the plane, and machine `{}` moves in space; {LEVER} drives it, or one of your own",
+            machine.name
+        ));
+    }
     Ok(match name {
         "tip" => {
             let settings = tip_settings(machine, model);

@@ -93,9 +93,9 @@ where
 
     #[cfg(feature = "batch")]
     fn picked_up(&self, numbers: &[f64], q: &[f64], qd: &[f64], mass: [f64; 2]) -> Vec<f64> {
-        let mechanics = self.plant().with(numbers).mechanics;
+        let plant = self.plant().with(numbers);
         let [q, qd]: [[f64; N]; 2] = [q, qd].map(|row| hydrocrane_num::array::from_fn(|i| row[i]));
-        mechanics.attach(&mechanics.pose(&q), &qd, mass[0], mass[1] - mass[0]).rates.to_vec()
+        plant.attach(&plant.mechanics.pose(&q), &qd, mass[0], mass[1] - mass[0]).rates.to_vec()
     }
 
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {

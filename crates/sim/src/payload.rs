@@ -21,7 +21,7 @@ pub struct PayloadEvent {
     /// Payload before and after, kg.
     pub mass: [f64; 2],
     /// Velocity (x, z) of the tip before and after, m/s.
-    pub tip_velocity: [[f64; 2]; 2],
+    pub tip_velocity: [[f64; 3]; 2],
     /// Kinetic energy that became heat, J.
     pub loss: f64,
     /// Mechanical energy of the load, J; negative for a release.
@@ -117,7 +117,7 @@ pub fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: [f64; 2
     // The depth in the ground depends on the load at the tip.
     let potential = |payload: f64| model.energies(q, &vec![0.0; n], payload).1 + model.ground_energy(q, payload);
     // A load that is picked up is at rest; a released one has the tip's velocity.
-    let carried_off = 0.5 * (-load).max(0.0) * (before[0] * before[0] + before[1] * before[1]);
+    let carried_off = 0.5 * (-load).max(0.0) * before.iter().fold(0.0, |sum, v| sum + v * v);
     let brought = potential(mass[1]) - potential(mass[0]) - carried_off;
     PayloadEvent { time, mass, tip_velocity: [before, model.tip_velocity(q, qd)], loss, brought }
 }

@@ -199,8 +199,8 @@ impl Simulator {
         self.going.as_ref().map(|going| going.stepper.x.as_slice())
     }
 
-    /// x, z of the tip, m.
-    pub fn tip(&self) -> Option<[f64; 2]> {
+    /// x, y, z of the tip, m.
+    pub fn tip(&self) -> Option<[f64; 3]> {
         self.state().map(|x| self.model.tip(&x[..self.model.layout().joints()]))
     }
 

@@ -228,8 +228,8 @@ impl Watch {
         let n = model.layout().joints();
         // Mostly no pose can make as much of it as is promised, and none is worked out.
         if error[..n].iter().map(|error| error.abs()).sum::<f64>() * self.reach > promises::TIP {
-            let [x, z] = model.tip_velocity(&stepper.x[..n], &error[..n]);
-            let distance = (x * x + z * z).sqrt();
+            let [x, y, z] = model.tip_velocity(&stepper.x[..n], &error[..n]);
+            let distance = (x * x + y * y + z * z).sqrt();
             if distance > promises::TIP {
                 self.note(Finding::ToleranceTooLoose, stepper.t, distance);
             }

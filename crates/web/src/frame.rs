@@ -99,11 +99,11 @@ impl Frame {
     fn write(&mut self, drive: &Drive, now: Instant) -> &[f64] {
         let model = drive.playback.live.model();
         let n = model.layout().joints();
-        let velocity = model.tip_velocity(&now.state[..n], &now.state[n..2 * n]);
+        let [vx, _, vz] = model.tip_velocity(&now.state[..n], &now.state[n..2 * n]);
         model.outputs_without_oil(now.state, now.payload, &mut self.outputs);
         self.row.clear();
         self.row.extend([now.time, now.payload]);
-        self.row.extend([velocity, now.set_point, now.wanted].iter().flatten());
+        self.row.extend([[vx, vz], now.set_point, now.wanted].iter().flatten());
         self.row.extend_from_slice(now.state);
         self.row.extend_from_slice(&self.outputs);
         self.row.extend_from_slice(now.commands);

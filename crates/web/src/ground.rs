@@ -16,8 +16,11 @@ pub fn is_its(key: &str) -> bool {
     key.starts_with("ground.")
 }
 
-/// Overrides that make the drawn ground solid: none if the machine states a ground, or has no such region.
+/// Overrides that make the drawn ground solid: none if the machine states a ground, has no such region, or moves in space.
 pub fn drawn(machine: &Machine) -> Vec<(String, OverrideValue)> {
+    if machine.is_spatial() {
+        return Vec::new();
+    }
     let region = machine.keep_out.iter().find(|(name, _)| name == REGION);
     let surface = region.map(|(_, corners)| corners.iter().fold(f64::NEG_INFINITY, |top, [_, z]| top.max(*z)));
     let mut changes = Vec::new();

@@ -11,12 +11,13 @@ use serde_json::Value;
 /// direction; at 0.3 m/s it loses half of it in the worst direction.
 const COMFORTABLE: f64 = 0.15;
 
-/// Names of the modes. One stick moves the tip in a plane, which needs two joints; `heinze-pid` needs two revolute
-/// ones.
+/// Names of the modes. One stick moves the tip in a plane, which needs two joints and a machine that stays in it; `heinze-pid` needs
+/// two revolute ones.
 pub fn modes(machine: &Machine) -> Vec<&'static str> {
     let turning = machine.joints.iter().filter(|joint| matches!(joint.kind, JointKind::Revolute(_))).count();
-    let has = |name: &&str| machine.joints.len() >= 2 && (*name != "heinze-pid" || turning >= 2);
-    let holding = (machine.joints.len() >= 2).then_some(HEIGHT);
+    let plane = machine.joints.len() >= 2 && !machine.is_spatial();
+    let has = |name: &&str| plane && (*name != "heinze-pid" || turning >= 2);
+    let holding = plane.then_some(HEIGHT);
     CONTROLLERS.into_iter().filter(has).chain(holding).chain([LEVER]).collect()
 }
 

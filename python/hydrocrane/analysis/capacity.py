@@ -282,6 +282,7 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     (5, 5, 3) 140 bar
     """
     machine = as_machine(machine)
+    machine.require_plane("a load chart")
     if not (np.isfinite(ceiling) and ceiling > 0):
         raise InputError(f"ceiling must be a payload in kg, greater than zero; got {ceiling!r}")
     grid = pose_grid(machine, samples)

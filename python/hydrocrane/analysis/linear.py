@@ -317,6 +317,7 @@ def mode_map(
     (3,)
     """
     machine = as_machine(machine)
+    machine.require_plane("a map of modes")
     poses = pose_grid(machine, samples, inset=_END_STOPS)
     tip = machine.tip(poses)
     out = forbidden(machine, tip, machine.payload(payload))

@@ -66,7 +66,11 @@ def _seen(machine: hc.Machine, obs: hc.Observation) -> list[BridgeSignal]:
     joints = [f"joint.{joint}.{kind}" for kind in ("q", "qd") for joint in machine.joint_names]
     pressures = [f"cylinder.{cylinder}.p{side}" for cylinder in machine.cylinder_names for side in (1, 2)]
     told = [BridgeSignal(name, units[name]) for name in joints + pressures]
-    return [*told, BridgeSignal("tip.x", "m"), BridgeSignal("tip.z", "m"), *_readings(machine, list(obs.measured))]
+    return [
+        *told,
+        *(BridgeSignal(f"tip.{axis}", "m") for axis in machine.tip_axes),
+        *_readings(machine, list(obs.measured)),
+    ]
 
 
 def _values(obs: hc.Observation) -> list[float]:
@@ -184,7 +188,7 @@ class Control:
         n = len(self.machine.joint_names)
         read = np.array(values[: len(self._signals)])
         q, p = read[:n], read[n:].reshape(-1, 2)
-        tip = self.machine.tip(q) if np.isfinite(q).all() else np.full(2, np.nan)
+        tip = self.machine.tip(q) if np.isfinite(q).all() else np.full(len(self.machine.tip_axes), np.nan)
         measured = dict(zip(self._signals, read.tolist(), strict=True))
         obs = hc.Observation(t=time, q=q, qd=np.full(n, np.nan), p=p, tip=tip, measured=measured)
         if self.time == -math.inf:

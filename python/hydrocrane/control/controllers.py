@@ -193,7 +193,7 @@ class SampledController:
             qd = (q - self._last[1]) / (t - self._last[0])
         self._last = (t, q)
         # Without a sensor reading there is no tip position.
-        tip = self._crane.tip(q) if np.isfinite(q).all() else np.full(2, np.nan)
+        tip = self._crane.tip(q) if np.isfinite(q).all() else np.full(len(self._crane.tip_axes), np.nan)
         readings = dict(zip(self._signals, [*q, *p.ravel()], strict=True))
         return Observation(t=t, q=q, qd=qd, p=p, tip=tip, measured={k: float(v) for k, v in readings.items()})
 

@@ -15,7 +15,12 @@ from hydrocrane.errors import InputError
 from hydrocrane.machine.description import DescriptionRecord, described, pairs
 from hydrocrane.machine.machine import Machine
 
+# (x, z) in the plane, m.
 Place = tuple[float, float]
+# (x, y, z).
+Vector = tuple[float, float, float]
+# Axis about which angles count from x towards z.
+ACROSS = (0.0, -1.0, 0.0)
 # Names of additional parts in the exported files.
 RESERVED = ("tip", "payload", "world")
 # Number of poses in which lever arms and speeds are evaluated for the limits of effort and speed.
@@ -24,12 +29,13 @@ _POSES = 25
 
 @dataclass(frozen=True)
 class Link:
-    """A link: its mass (kg), centre of gravity (m) and moment of inertia about it (kg m^2), and its outline, m."""
+    """A link: its mass (kg), centre of gravity (m), outline (m), and elements xx, yy, zz, xy, xz, yz of its tensor of
+    inertia about the centre of gravity (kg m^2)."""
 
     name: str
     mass: float
-    centre: Place
-    inertia: float
+    centre: Vector
+    inertia: tuple[float, float, float, float, float, float]
     outline: tuple[Place, ...]
 
 
@@ -39,40 +45,44 @@ class Joint:
 
     Attributes
     ----------
-    at : (x, z)
+    at : (x, y, z)
         Origin of the child's frame on the parent at coordinate zero, m.
+    about : (x, y, z)
+        Axis about which the child's frame is turned against the parent's.
     angle : float
-        Angle of the child's frame in the parent's at coordinate zero, rad from x towards z.
+        Angle of that turn at coordinate zero, rad.
     axis : (x, y, z)
-        Axis of the motion, in the child's frame.
+        Axis of the motion, in the child's frame: `about`, or against it.
     effort, speed : float
         Largest generalised force (N m or N) at supply pressure and largest rate (rad/s or m/s) over the range; rough.
     """
 
     name: str
     revolute: bool
-    at: Place
+    at: Vector
+    about: Vector
     angle: float
-    axis: tuple[float, float, float]
+    axis: Vector
     limits: tuple[float, float]
     effort: float
     speed: float
 
     def angle_at(self, q: float) -> float:
-        """Angle of the child's frame in the parent's at a coordinate, rad from x towards z."""
-        return self.angle - self.axis[1] * q
+        """Angle of the child's frame against the parent's at a coordinate, rad about `about`."""
+        return self.angle + float(np.dot(self.about, self.axis)) * q if self.revolute else self.angle
 
-    def place_at(self, q: float) -> Place:
+    def place_at(self, q: float) -> Vector:
         """Origin of the child's frame on the parent at a coordinate, m."""
-        return self.at if self.revolute else (self.at[0] + self.axis[0] * q, self.at[1] + self.axis[2] * q)
+        x, y, z = self.at if self.revolute else (at + along * q for at, along in zip(self.at, self.axis, strict=True))
+        return x, y, z
 
 
 @dataclass(frozen=True)
 class Pin:
-    """A point (x, z) fixed in a link, m."""
+    """A point (x, y, z) fixed in a link, m."""
 
     link: int
-    at: Place
+    at: Vector
 
 
 @dataclass(frozen=True)
@@ -91,7 +101,8 @@ class Cylinder:
 
     name: str
     barrel: Pin
-    rod: Pin | FourBar
+    # `None`: a rack.
+    rod: Pin | FourBar | None
 
 
 @dataclass(frozen=True)
@@ -147,15 +158,24 @@ def _link(record: DescriptionRecord, about_frame_counts: bool) -> Link:
     mass, (x, z) = record.number("mass"), record.place("centre_of_gravity")
     about_frame = record.record("inertia_about").kind == "Frame" and about_frame_counts
     inertia = record.number("inertia") - (mass * (x * x + z * z) if about_frame else 0.0)
-    return Link(record.text("name"), mass, (x, z), inertia, tuple(pairs(record.fields["outline"])))
+    outline = tuple(pairs(record.fields["outline"]))
+    solid = record.fields["solid"]
+    if isinstance(solid, DescriptionRecord):
+        xx, zz, xy, xz, yz = (solid.number(name) for name in ("xx", "zz", "xy", "xz", "yz"))
+        return Link(record.text("name"), mass, (x, solid.number("y"), z), (xx, inertia, zz, xy, xz, yz), outline)
+    # In the plane nothing turns about x and z.
+    return Link(record.text("name"), mass, (x, 0.0, z), (inertia, inertia, inertia, 0.0, 0.0, 0.0), outline)
 
 
 def _joint(machine: Machine, about: DescriptionRecord, index: int) -> Joint:
     record, (parent, child) = about.records("joints")[index], about.records("links")[index : index + 2]
     kind, sense, zero = record.record("kind"), record.number("sense"), record.number("zero")
-    x, z = record.place("at")
-    revolute = kind.kind == "Revolute"
-    if revolute:
+    (x, z), own = record.place("at"), record.direction("axis")
+    revolute, across = kind.kind == "Revolute", own or ACROSS
+    if own:
+        angle = -sense * zero
+        axis = (sense * own[0], sense * own[1], sense * own[2])
+    elif revolute:
         included = kind.record("0").kind == "Included"
         angle = parent.number("axis") - child.number("axis") - sense * (zero + (math.pi if included else 0.0))
         axis = (0.0, -sense, 0.0)
@@ -165,7 +185,8 @@ def _joint(machine: Machine, about: DescriptionRecord, index: int) -> Joint:
         x, z = x - zero * axis[0], z - zero * axis[2]
     low, high = (float(limit) for limit in machine.joint_limits[index])
     effort, speed = _effort_and_speed(machine, index)
-    return Joint(machine.joint_names[index], revolute, (x, z), angle, axis, (low, high), effort, speed)
+    at = (x, record.number("aside"), z)
+    return Joint(machine.joint_names[index], revolute, at, across, angle, axis, (low, high), effort, speed)
 
 
 def _effort_and_speed(machine: Machine, index: int) -> tuple[float, float]:
@@ -181,7 +202,9 @@ def _effort_and_speed(machine: Machine, index: int) -> tuple[float, float]:
 
 
 def _cylinder(record: DescriptionRecord) -> Cylinder:
-    rod = record.record("rod_pin")
+    rod, barrel = record.record("rod_pin"), _pin(record.record("barrel_pin"))
+    if rod.kind == "Rack":
+        return Cylinder(record.text("name"), barrel, None)
     inside = rod.record("0")
     end: Pin | FourBar = (
         _pin(inside)
@@ -193,8 +216,9 @@ def _cylinder(record: DescriptionRecord) -> Cylinder:
             inside.number("coupler_length"),
         )
     )
-    return Cylinder(record.text("name"), _pin(record.record("barrel_pin")), end)
+    return Cylinder(record.text("name"), barrel, end)
 
 
 def _pin(record: DescriptionRecord) -> Pin:
-    return Pin(int(record.number("link")), record.place("position"))
+    x, z = record.place("position")
+    return Pin(int(record.number("link")), (x, record.number("aside"), z))

@@ -12,7 +12,7 @@ from os import PathLike
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from hydrocrane.export.chain import Chain, Cylinder, FourBar, Joint, Link, Pin, open_chain
+from hydrocrane.export.chain import ACROSS, Chain, Cylinder, FourBar, Joint, Link, Pin, Vector, open_chain
 from hydrocrane.export.text import in_space, numbers, segments, thickness, written
 from hydrocrane.export.urdf import TIP
 from hydrocrane.files.whole_file import write_text
@@ -85,7 +85,7 @@ def mjcf_text(chain: Chain, home: list[float], rockers: dict[str, float]) -> str
     tendons, equalities = Element("tendon"), Element("equality")
     actuators = Element("actuator")
     for cylinder, joint in zip(chain.cylinders, chain.joints, strict=True):
-        if isinstance(cylinder.rod, FourBar) and cylinder.name not in rockers:
+        if cylinder.rod is None or (isinstance(cylinder.rod, FourBar) and cylinder.name not in rockers):
             SubElement(actuators, "motor", name=cylinder.name, joint=joint.name)
             continue
         if isinstance(cylinder.rod, FourBar):
@@ -105,10 +105,14 @@ def mjcf_text(chain: Chain, home: list[float], rockers: dict[str, float]) -> str
 
 
 def _add_body(parent: Element, link: Link, joint: Joint, q: float, radius: float) -> Element:
-    turned = _turned(joint.angle_at(q))
+    turned = _turned(joint.angle_at(q), joint.about)
     body = SubElement(parent, "body", name=link.name, pos=in_space(joint.place_at(q)), quat=turned)
-    inertia = numbers([max(link.inertia, LEAST)] * 3)
-    SubElement(body, "inertial", pos=in_space(link.centre), mass=numbers([link.mass]), diaginertia=inertia)
+    inertial = SubElement(body, "inertial", pos=in_space(link.centre), mass=numbers([link.mass]))
+    moments, products = link.inertia[:3], link.inertia[3:]
+    if any(products):
+        inertial.set("fullinertia", numbers(link.inertia))
+    else:
+        inertial.set("diaginertia", numbers(max(moment, LEAST) for moment in moments))
     kind = "hinge" if joint.revolute else "slide"
     axis, limits = numbers(joint.axis), numbers(joint.limits)
     SubElement(body, "joint", name=joint.name, type=kind, axis=axis, range=limits, ref=numbers([q]))
@@ -116,9 +120,9 @@ def _add_body(parent: Element, link: Link, joint: Joint, q: float, radius: float
     return body
 
 
-def _turned(angle: float) -> str:
-    """A rotation from x towards z, about -y, as a quaternion."""
-    return numbers((math.cos(angle / 2), 0.0, -math.sin(angle / 2), 0.0))
+def _turned(angle: float, about: Vector) -> str:
+    """A rotation about an axis as a quaternion."""
+    return numbers((math.cos(angle / 2), *(math.sin(angle / 2) * along for along in about)))
 
 
 def _add_drawing(body: Element, link: Link, radius: float) -> None:
@@ -146,7 +150,9 @@ def _close(
     """The rocker as a body with its joint at zero in the initial configuration, and the coupler as a tendon of constant
     length."""
     name = f"{cylinder.name}.rocker"
-    rocker = SubElement(bodies[bar.rocker.link], "body", name=name, pos=in_space(bar.rocker.at), quat=_turned(angle))
+    rocker = SubElement(
+        bodies[bar.rocker.link], "body", name=name, pos=in_space(bar.rocker.at), quat=_turned(angle, ACROSS)
+    )
     end = (bar.rocker_length, 0.0)
     inertia = ROCKER_MASS * bar.rocker_length**2 / 3
     middle = in_space((bar.rocker_length / 2, 0.0))
@@ -164,5 +170,7 @@ def _rocker_angle(machine: Machine, chain: Chain, index: int) -> float:
     """Angle of the rocker of a cylinder in the frame of its link, with the crane in mid-range, rad."""
     lines = {name: points for kind, name, points in machine.drawing(machine.home) if kind == "torque-link"}
     pivot, pin, _ = lines[chain.cylinders[index].name]
-    link = sum(joint.angle_at(float(q)) for joint, q in zip(chain.joints[:index], machine.home, strict=False))
+    turns = zip(chain.joints[:index], machine.home, strict=False)
+    # Drawings show every link turned into the plane.
+    link = sum(joint.angle_at(float(q)) for joint, q in turns if joint.about == ACROSS)
     return math.atan2(pin[1] - pivot[1], pin[0] - pivot[0]) - link

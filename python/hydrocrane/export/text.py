@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
-from hydrocrane.export.chain import Chain, Place
+from hydrocrane.export.chain import Chain, Place, Vector
 
 # Radii of the drawn links, barrels and rods, as shares of the longest outline.
 THICKNESS = 0.02
@@ -18,9 +18,9 @@ def numbers(values: Iterable[float]) -> str:
     return " ".join(repr(float(value) + 0.0) for value in values)
 
 
-def in_space(place: Place) -> str:
-    """A point of the plane in space."""
-    return numbers((place[0], 0.0, place[1]))
+def in_space(place: Place | Vector) -> str:
+    """A point in space, or one of the plane."""
+    return numbers(place if len(place) == 3 else (place[0], 0.0, place[1]))
 
 
 def written(root: ElementTree.Element, head: str) -> str:

@@ -7,7 +7,10 @@ from os import PathLike
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from hydrocrane.export.chain import Chain, Joint, Link, open_chain
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hydrocrane.export.chain import Chain, Joint, Link, Vector, open_chain
 from hydrocrane.export.text import in_space, numbers, segments, thickness, written
 from hydrocrane.files.whole_file import write_text
 from hydrocrane.machine.machine import MachineLike, as_machine
@@ -19,9 +22,9 @@ def export_urdf(machine: MachineLike, path: str | PathLike[str], *, payload: flo
     """Write a machine's open chain as URDF. Returns the path.
 
     Links, joints and joint coordinates have the names, frames and zeros of the machine file, with y to the left. The
-    link ``tip`` is fixed at the crane tip and has the payload's mass. A planar machine file has one moment of inertia;
-    the other two have the same value and no effect, because nothing rotates about their axes. Limits of effort and
-    velocity are rough: supply pressure on the piston, and full stroke under the load.
+    link ``tip`` is fixed at the crane tip and has the payload's mass. A machine file in the plane has one moment of
+    inertia; the other two have the same value and no effect, because nothing rotates about their axes. Limits of
+    effort and velocity are rough: supply pressure on the piston, and full stroke under the load.
 
     URDF has no closed loops: cylinders and torque linkages are left out. Generalised forces are
     ``crane.stroke_jacobian(q).T @ force``.
@@ -80,28 +83,38 @@ def _add_link(root: Element, link: Link, radius: float, *, heavy: bool) -> None:
         SubElement(SubElement(visual, "geometry"), "box", size=numbers(size))
 
 
-def _inertial(made: Element, mass: float, centre: str, inertia: float) -> None:
+def _inertial(
+    made: Element, mass: float, centre: str, inertia: tuple[float, float, float, float, float, float]
+) -> None:
     inertial = SubElement(made, "inertial")
     SubElement(inertial, "origin", xyz=centre, rpy="0 0 0")
     SubElement(inertial, "mass", value=numbers([mass]))
-    same, none = numbers([inertia]), "0"
-    SubElement(inertial, "inertia", ixx=same, iyy=same, izz=same, ixy=none, ixz=none, iyz=none)
+    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    SubElement(inertial, "inertia", {name: numbers([value]) for name, value in zip(names, inertia, strict=True)})
 
 
 def _add_joint(root: Element, joint: Joint, parent: str, child: str) -> None:
     made = SubElement(root, "joint", name=joint.name, type="revolute" if joint.revolute else "prismatic")
     SubElement(made, "parent", link=parent)
     SubElement(made, "child", link=child)
-    SubElement(made, "origin", xyz=in_space(joint.at), rpy=numbers((0.0, -joint.angle, 0.0)))
+    SubElement(made, "origin", xyz=in_space(joint.at), rpy=numbers(_roll_pitch_yaw(joint.about, joint.angle)))
     SubElement(made, "axis", xyz=numbers(joint.axis))
     low, high = (numbers([limit]) for limit in joint.limits)
     SubElement(made, "limit", lower=low, upper=high, effort=numbers([joint.effort]), velocity=numbers([joint.speed]))
 
 
+def _roll_pitch_yaw(about: Vector, angle: float) -> Vector:
+    """Angles about the fixed axes x, y and z, one after the other, that turn by an angle about an axis, rad."""
+    if about[0] == about[2] == 0.0:
+        return 0.0, about[1] * angle, 0.0
+    x, y, z = Rotation.from_rotvec(np.multiply(about, angle)).as_euler("xyz")
+    return float(x), float(y), float(z)
+
+
 def _add_tip(root: Element, chain: Chain) -> None:
     tip = SubElement(root, "link", name=TIP)
     if chain.payload > 0:
-        _inertial(tip, chain.payload, "0 0 0", 0.0)
+        _inertial(tip, chain.payload, "0 0 0", (0.0,) * 6)
     made = SubElement(root, "joint", name=f"{TIP}.fixed", type="fixed")
     SubElement(made, "parent", link=chain.links[chain.tip.link].name)
     SubElement(made, "child", link=TIP)

@@ -77,7 +77,9 @@ class TipTask:
     @property
     def observation_space(self) -> gymnasium.spaces.Box:
         joints, cylinders = len(self.machine.joint_names), len(self.machine.cylinder_names)
-        bounds = np.repeat([SHARE, RATE, PRESSURE, WAY], [joints, joints, 2 * cylinders, 2]).astype(np.float32)
+        bounds = np.repeat(
+            [SHARE, RATE, PRESSURE, WAY], [joints, joints, 2 * cylinders, len(self.machine.tip_axes)]
+        ).astype(np.float32)
         return gymnasium.spaces.Box(-bounds, bounds, dtype=np.float32)
 
     def simulator(self, n: int, threads: int | None = None) -> BatchSimulator:
@@ -92,8 +94,9 @@ class TipTask:
         options: Mapping[str, object] | None = None,
         draw: Draw | None = None,
     ) -> tuple[Array, dict[str, Array]]:
-        """Starts episodes of these of the `cranes`, each with random numbers of its own: targets (m, 2), m, and the
-        values of machine keys, (m,) each, that differ. What `options` state replaces what is drawn."""
+        """Starts episodes of these of the `cranes`, each with random numbers of its own: targets (m, 2), m, or
+        (m, 3) in space, and the values of machine keys, (m,) each, that differ. What `options` state replaces what is
+        drawn."""
         given = dict(options or {})
         for name in given:
             check_known("option", name, OPTIONS)
@@ -113,7 +116,7 @@ class TipTask:
         return np.array(targets), {name: own[numbers] for name, own in cranes.parameters.items()}
 
     def _wished(self, name: str, value: object, count: int) -> Array:
-        width = {"q": len(self.machine.joint_names), "target": 2}[name]
+        width = {"q": len(self.machine.joint_names), "target": len(self.machine.tip_axes)}[name]
         wished = real_array(value, name)  # type: ignore[arg-type]
         if wished.shape not in ((width,), (count, width)):
             raise InputError(f"the option `{name}` must have shape {(width,)}, or {(count, width)}; got {wished.shape}")
@@ -124,7 +127,7 @@ class TipTask:
         return np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0) * self.machine.spool_strokes
 
     def observation(self, seen: BatchObservation, target: Array) -> Numbers:
-        """(n, width) observations of n cranes and their targets (n, 2)."""
+        """(n, width) observations of n cranes and their targets."""
         lower, upper = self.machine.joint_limits.T
         share = (2.0 * seen.q - lower - upper) / (upper - lower)
         pressures = seen.p.reshape(len(seen.q), -1) / self.machine.supply_pressure
@@ -139,11 +142,11 @@ class TipTask:
 
 
 def starts_and_targets(machines: Sequence[Machine], randoms: Sequence[np.random.Generator]) -> tuple[Array, Array]:
-    """Poses (n, n_joints) to start from and targets (n, 2), m, of n cranes with random numbers of their own."""
+    """Poses (n, n_joints) to start from and targets (n, 2 or 3), m, of n cranes with random numbers of their own."""
     lower, upper = np.moveaxis(np.array([machine.joint_limits for machine in machines]), 2, 0)
     share = np.array([random.uniform(MARGIN, 1.0 - MARGIN, (2, lower.shape[1])) for random in randoms])
     start, end = (lower + (upper - lower) * of for of in np.moveaxis(share, 1, 0))
-    target = np.empty((len(machines), 2))
+    target = np.empty((len(machines), len(machines[0].tip_axes)))
     of_machine: dict[int, list[int]] = {}
     for i, machine in enumerate(machines):
         of_machine.setdefault(id(machine), []).append(i)

@@ -19,8 +19,14 @@ from hydrocrane.state_space.model import LinearModel, chosen
 from hydrocrane.state_space.options import Friction, Side
 
 SIDES = ("extend", "retract")
+
+
 # Forces on the tip, N, which can be inputs besides the spool commands.
-TIP_FORCES = ("tip.force.x", "tip.force.z")
+def tip_forces(machine: Machine) -> tuple[str, ...]:
+    """Names of the forces on the tip."""
+    return tuple(f"tip.force.{axis}" for axis in machine.tip_axes)
+
+
 # Step of the spool command, as a share of the stroke. The law is linear in it, so any step gives the derivative.
 _COMMAND_STEP = 1e-3
 # Share of the stroke up to which a spool counts as closed, and the ratio of both sides above which a warning is given.
@@ -98,14 +104,14 @@ def linearise(
     names = _asked_outputs(machine, outputs)
     a, b, warnings = _state_matrices(machine, point, given, mass, side, friction)
     rows = output_rows(machine, names, _beside_the_kink(machine, point, side), given, mass)
-    columns = list(asked.values())
+    columns, forces = list(asked.values()), tip_forces(machine)
     by_command = min(columns) < len(given)
     drift = machine.state_derivative(point, given, payload=mass)
     return LinearModel(
         A=a,
         B=b[:, columns],
         C=rows.c,
-        D=np.hstack([rows.d, np.zeros((len(names), len(TIP_FORCES)))])[:, columns],
+        D=np.hstack([rows.d, np.zeros((len(names), len(forces)))])[:, columns],
         state_names=machine.state_names,
         state_units=machine.state_units,
         input_names=tuple(asked),
@@ -113,7 +119,7 @@ def linearise(
         output_names=names,
         output_units=rows.units,
         x=point,
-        u=np.append(given, np.zeros(len(TIP_FORCES)))[columns],
+        u=np.append(given, np.zeros(len(forces)))[columns],
         y=rows.y,
         drift=drift,
         output_error=rows.error,
@@ -134,13 +140,13 @@ def linearise(
 def _asked_inputs(machine: Machine, inputs: str | Sequence[str] | None) -> dict[str, int]:
     """Column of each input among the spool commands and the forces on the tip."""
     commands = [f"cylinder.{c}.command" for c in machine.cylinder_names]
-    known = [*commands, *TIP_FORCES]
+    known = [*commands, *tip_forces(machine)]
     return {known[i]: i for i in chosen("input", commands if inputs is None else inputs, known)}
 
 
 def _asked_outputs(machine: Machine, outputs: str | Sequence[str] | None) -> tuple[str, ...]:
     known = list(known_outputs(machine))
-    default = [f"joint.{j}.q" for j in machine.joint_names] + ["tip.x", "tip.z"]
+    default = [f"joint.{j}.q" for j in machine.joint_names] + [f"tip.{axis}" for axis in machine.tip_axes]
     return tuple(known[i] for i in chosen("output", default if outputs is None else outputs, known))
 
 
@@ -200,7 +206,7 @@ def _beside_the_kink(machine: Machine, state: Array, side: Side) -> Array:
 def _input_matrix(
     machine: Machine, state: Array, command: Array, payload: float
 ) -> tuple[Array, tuple[ResultWarning, ...]]:
-    """d(state_derivative) by the spool commands and the force on the tip, (n_states, n_cyl + 2)."""
+    """d(state_derivative) by the spool commands and the force on the tip, (n_states, n_cyl + 2 or 3)."""
     steps = _COMMAND_STEP * machine.spool_strokes
     moves = np.stack([np.zeros_like(np.diag(steps)), np.diag(steps), -np.diag(steps)])
     none, up, down = machine.state_derivative(state, command + moves, payload=payload)
@@ -209,7 +215,7 @@ def _input_matrix(
     bent = np.abs(forward - backward).max(axis=0) > 1e-6 * np.abs(forward).max(axis=0)
     joints, rates = places(machine, "joint", "q"), places(machine, "joint", "qd")
     q = state[joints]
-    by_force = np.zeros((len(state), len(TIP_FORCES)))
+    by_force = np.zeros((len(state), len(machine.tip_axes)))
     by_force[rates] = np.linalg.solve(machine.mass_matrix(q, payload=payload), machine.tip_jacobian(q).T)
     still = bent | ~by_command.any(axis=0)
     warnings = tuple(

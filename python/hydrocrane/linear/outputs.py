@@ -84,7 +84,7 @@ def _exact(machine: Machine, state: Array) -> dict[str, Array]:
     rows |= {f"cylinder.{c}.command": unit[n + i] for i, c in enumerate(machine.cylinder_names)}
     joints = places(machine, "joint", "q")
     q = state[joints]
-    geometry = dict(zip(("tip.x", "tip.z"), machine.tip_jacobian(q), strict=True))
+    geometry = dict(zip((f"tip.{axis}" for axis in machine.tip_axes), machine.tip_jacobian(q), strict=True))
     train = machine.stroke_jacobian(q)
     geometry |= {f"cylinder.{c}.x": row for c, row in zip(machine.cylinder_names, train, strict=True)}
     for name, slopes in geometry.items():

@@ -50,6 +50,15 @@ class DescriptionRecord:
         assert isinstance(found, str), f"{self.kind}.{name}"
         return found
 
+    def direction(self, name: str) -> tuple[float, float, float] | None:
+        """A field that is a unit vector (x, y, z), or is not stated."""
+        found = self.fields[name]
+        if found is None:
+            return None
+        assert isinstance(found, list), f"{self.kind}.{name}"
+        x, y, z = (part for part in found if isinstance(part, float))
+        return x, y, z
+
     def place(self, name: str) -> tuple[float, float]:
         """A field that is a point (x, z), m."""
         (pair,) = pairs([self.fields[name]])

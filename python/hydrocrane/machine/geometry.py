@@ -75,6 +75,8 @@ class Geometry(Shaped):
     def centres_of_gravity(self, q: ArrayLike) -> Array:
         """Centre of gravity of each moving link (..., n, 2) in the inertial frame, m; thesis (31)-(33).
 
+        A machine in space gives (..., n, 3): x, y, z.
+
         Examples
         --------
         >>> crane = hc.load_machine("rottne-f9-lab")
@@ -87,6 +89,8 @@ class Geometry(Shaped):
     def tip(self, q: ArrayLike) -> Array:
         """Crane tip in the inertial frame (..., 2): x forward, z up, m   (30)-(34).
 
+        A machine in space gives (..., 3): x forward, y to the left, z up; :attr:`tip_axes` says which.
+
         Examples
         --------
         >>> crane = hc.load_machine("rottne-f9-lab")
@@ -97,7 +101,7 @@ class Geometry(Shaped):
         return self._over(self.core.tip, self._joints(q))
 
     def tip_jacobian(self, q: ArrayLike) -> Array:
-        """d(tip)/d(q), (..., 2, n).
+        """d(tip)/d(q), (..., 2, n); of a machine in space (..., 3, n).
 
         Examples
         --------
@@ -125,6 +129,7 @@ class Geometry(Shaped):
         >>> print(len(poses), crane.tip(poses[0]).round(6))
         1 [2.5 0.5]
         """
+        self.require_plane("inverse kinematics")
         tip = vectors(tip, "tip", ("x", "z"))
         extension = real_array(x3, "x3")
         if extension.ndim:
@@ -144,6 +149,7 @@ class Geometry(Shaped):
         >>> print(max(curve[:, 0].max() for curve in crane.workspace()).round(2))
         4.14
         """
+        self.require_plane("the workspace")
         return [np.asarray(curve, dtype=np.float64) for curve in self.core.workspace()]
 
     def drawing(self, q: ArrayLike) -> list[tuple[str, str, Array]]:
@@ -167,11 +173,34 @@ class Geometry(Shaped):
     def clearance(self, place: ArrayLike) -> Array:
         """Distance of places (..., 2) from the nearest :attr:`keep_out` region, m, negative inside.
 
+        Places in space (..., 3) count by x and z: the regions extend along y.
+
         Examples
         --------
         >>> crane = hc.load_machine("rottne-f9-lab")
         >>> print(crane.clearance([[2.0, 0.5], [0.0, -0.5]]).round(2))
         [ 1.71 -0.2 ]
         """
-        lead, (points,) = rows(vectors(place, "place", ("x", "z")))
+        axes = self.tip_axes
+        places = vectors(place, "place", axes)[..., [axes.index("x"), axes.index("z")]]
+        lead, (points,) = rows(places)
         return self.core.clearance(points).reshape(lead)
+
+    @property
+    def tip_axes(self) -> tuple[str, ...]:
+        """Axes along which the tip moves: ("x", "z"), or ("x", "y", "z") of a machine in space.
+
+        Examples
+        --------
+        >>> hc.load_machine("rottne-f9-lab").tip_axes, hc.load_machine("rottne-f9-forwarder").tip_axes
+        (('x', 'z'), ('x', 'y', 'z'))
+        """
+        return tuple(self.core.tip_axes)
+
+    def require_plane(self, what: str) -> None:
+        """Raise an error if the machine moves in space, for `what` is worked out in the plane only."""
+        if "y" in self.tip_axes:
+            raise InputError(
+                f"{what}: worked out for machines in the plane of x and z only, and {self.core.name} moves in space; "
+                "take a machine file without its joints that have an `axis`"
+            )

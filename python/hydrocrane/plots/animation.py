@@ -123,6 +123,7 @@ class _Scene:
         self.axes = figure.subplots()
         _set_stage(self.axes, run, self.machine, self.poses)
         drawn = self.machine.drawing(self.poses[0])
+        self.cylinders, self.names = list(run.cylinder_names), [name for _, name, _ in drawn]
         self.parts = [self.axes.plot([], [], **CRANE_LINES[kind])[0] for kind, _, _ in drawn]
         closed = [i for i, (_, _, points) in enumerate(drawn) if is_plate(points)]
         self.plates = {i: Polygon(drawn[i][2], **PLATE) for i in closed}
@@ -162,7 +163,9 @@ class _Scene:
         """The barrels in the colours of the pressures at both sides of their pistons."""
         low, high = self.machine.stroke_limits.T
         shares = np.clip((self.machine.strokes(self.poses[index]) - low) / (high - low), 0.04, 0.96)
-        for c, (i, share) in enumerate(zip(barrels, shares, strict=True)):
+        for i in barrels:
+            c = self.cylinders.index(self.names[i])
+            share = shares[c]
             foot, mouth = np.column_stack(self.parts[i].get_data())
             piston = foot + share * (mouth - foot)
             self.rod_sides[c].set_data(*np.stack([piston, mouth], axis=1))
@@ -239,7 +242,12 @@ def _pictures(run: Record, fps: int, speed: float) -> tuple[Array, Array, Array]
     count = max(int(round((time[-1] - time[0]) / speed * fps)), 1)
     times = np.linspace(time[0], time[-1], count + 1)
     poses = np.column_stack([np.interp(times, time, run.columns[f"joint.{j}.q"].values) for j in run.joint_names])
-    return times, poses, run.machine.tip(poses)
+    return times, poses, np.array([_tip(run.machine, q) for q in poses])
+
+
+def _tip(machine: Machine, q: Array) -> Array:
+    """The tip as it is drawn: of a machine in space from the side."""
+    return next(line[0] for kind, _, line in machine.drawing(q) if kind == "tip")
 
 
 def _at(run: Record, times: Array, name: str) -> Array:

@@ -24,21 +24,25 @@ PANELS = (
 
 @styled
 def tip_charts(run: Record) -> Figure:
-    """Path of the tip with that of its set-point; deviation, payload and pump power against time."""
+    """Path of the tip, in space also from above, and of its set-point; deviation, payload, pump power against time."""
     data = run.columns
     if data.rows < 2:
         raise InputError(f"this run recorded no motion to draw: {run.outcome.kind}, {run.outcome.message}")
     rows = [(name, heading) for name, heading in PANELS if name in data]
-    fig, axes = figure(7.5, 4.0 + 1.7 * len(rows), nrows=1 + len(rows), height_ratios=[2.4] + [1.0] * len(rows))
-    _path(axes[0], run)
-    for panel, (name, heading) in zip(axes[1:], rows, strict=True):
+    # From the side, and of a machine in space from above.
+    views = [("x", "z"), ("x", "y")] if "tip.y" in data else [("x", "z")]
+    heights = [2.4] * len(views) + [1.0] * len(rows)
+    fig, axes = figure(7.5, 4.0 * len(views) + 1.7 * len(rows), nrows=len(heights), height_ratios=heights)
+    for panel, view in zip(axes, views, strict=False):
+        _path(panel, run, view)
+    for panel, (name, heading) in zip(axes[len(views) :], rows, strict=True):
         unit, factor = shown(str(data[name].attrs["units"]))
         drawstyle = "steps-pre" if name == "payload" else "default"
         panel.plot(data.time, data[name].values * factor, color=COLOURS[0], drawstyle=drawstyle)
         panel.set_title(heading, fontsize=9.5)
         panel.set_ylabel(f"[{unit}]")
         panel.margins(x=0)
-        panel.sharex(axes[1])
+        panel.sharex(axes[len(views)])
         mark_payload_changes(panel, run)
     axes[-1].set_xlabel("time [s]")
     title(fig, "Crane tip", f"{data.attrs['scenario']} on {data.attrs['machine']}")
@@ -51,10 +55,10 @@ def mark_payload_changes(axes: Axes, run: Record) -> None:
         axes.axvline(change.time, color=ACCENT if change.after > change.before else MUTED, lw=0.9, ls=":", zorder=1.5)
 
 
-def _path(axes: Axes, run: Record) -> None:
+def _path(axes: Axes, run: Record, view: tuple[str, str]) -> None:
     data = run.columns
-    time, x, z = (data[name].values for name in ("time", "tip.x", "tip.z"))
-    if "set_point.x" in data:
+    time, x, z = (data[name].values for name in ("time", *(f"tip.{axis}" for axis in view)))
+    if "set_point.x" in data and view == ("x", "z"):
         axes.plot(data["set_point.x"].values, data["set_point.z"].values, color=INK, lw=0.8, label="set-point")
     axes.plot(x, z, color=COLOURS[0], lw=1.2, label="tip")
     axes.plot(x[0], z[0], marker="o", ms=4, color=INK, ls="none", label="start")
@@ -64,6 +68,6 @@ def _path(axes: Axes, run: Record) -> None:
         place = [np.interp(change.time, time, column) for column in (x, z)]
         axes.plot(*place, marker="v", ms=7, color=colour, ls="none", label=f"{word} {abs(load):g} kg")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("z [m]")
+    axes.set_xlabel(f"{view[0]} [m]")
+    axes.set_ylabel(f"{view[1]} [m]")
     axes.legend(loc="best")

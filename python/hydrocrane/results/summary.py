@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 
+from hydrocrane.arrays import path_length
 from hydrocrane.files.columns import Columns
 from hydrocrane.results.energy import energy_balance
 from hydrocrane.results.record import Record
@@ -49,9 +50,9 @@ def _tip(run: Record) -> list[str]:
     columns = run.columns
     if "tip.x" not in columns:
         return []
-    x, z = columns["tip.x"].values, columns["tip.z"].values
-    way = float(np.hypot(np.diff(x), np.diff(z)).sum())
-    return [f"  tip        ({x[0]:.3f}, {z[0]:.3f}) m -> ({x[-1]:.3f}, {z[-1]:.3f}) m, way {way:.3f} m"]
+    tip = [columns[f"tip.{axis}"].values for axis in run.machine.tip_axes]
+    start, end = (", ".join(f"{values[at]:.3f}" for values in tip) for at in (0, -1))
+    return [f"  tip        ({start}) m -> ({end}) m, way {path_length(tip):.3f} m"]
 
 
 def _loop(run: Record) -> list[str]:

@@ -22,7 +22,7 @@ class PayloadChange:
         s.
     before, after : float
         Payload, kg.
-    velocity_before, velocity_after : (x, z)
+    velocity_before, velocity_after : (x, z), of a machine in space (x, y, z)
         Of the tip, m/s. A load that is picked up is at rest and brakes the tip at once; a release changes nothing.
     loss : float
         Kinetic energy that the impact turned into heat, J.
@@ -38,8 +38,8 @@ class PayloadChange:
     time: float
     before: float
     after: float
-    velocity_before: tuple[float, float]
-    velocity_after: tuple[float, float]
+    velocity_before: tuple[float, ...]
+    velocity_after: tuple[float, ...]
     loss: float
 
     @classmethod
@@ -53,7 +53,7 @@ class PayloadChange:
         50.0
         """
         time, (before, after), (incoming, outgoing), loss = entry
-        speeds = [(float(x), float(z)) for x, z in (incoming, outgoing)]
+        speeds = [tuple(float(v) for v in velocity) for velocity in (incoming, outgoing)]
         return cls(float(time), float(before), float(after), speeds[0], speeds[1], float(loss))
 
     @property
@@ -61,7 +61,7 @@ class PayloadChange:
         """In words."""
         if self.after <= self.before:
             return f"releases {self.before - self.after:g} kg; payload {self.after:g} kg"
-        speeds = [float(np.hypot(*v)) for v in (self.velocity_before, self.velocity_after)]
+        speeds = [float(np.linalg.norm(v)) for v in (self.velocity_before, self.velocity_after)]
         braked = f"tip from {speeds[0]:.3g} to {speeds[1]:.3g} m/s, {self.loss:.3g} J lost"
         return f"picks up {self.after - self.before:g} kg; payload {self.after:g} kg, {braked}"
 

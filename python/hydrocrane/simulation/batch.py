@@ -348,7 +348,9 @@ class BatchSimulator:
         """
         rows, joints = self._core.observe(), len(self.machine.joint_names)
         pressures = rows[:, 2 * joints : 4 * joints].reshape(self.n, joints, 2)
-        return BatchObservation(self.time, rows[:, :joints], rows[:, joints : 2 * joints], pressures, rows[:, -2:])
+        return BatchObservation(
+            self.time, rows[:, :joints], rows[:, joints : 2 * joints], pressures, rows[:, -len(self.machine.tip_axes) :]
+        )
 
     def _masses(self, payload: ArrayLike, name: str) -> Array:
         masses = real_array(payload, name)

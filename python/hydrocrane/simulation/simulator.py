@@ -219,7 +219,9 @@ class Sample:
 
     def __init__(self, machine: Machine, signals: list[str]) -> None:
         # Ends of q, qd, p and the tip, after the time.
-        self._ends = (1 + np.cumsum([len(machine.joint_names)] * 2 + [2 * len(machine.cylinder_names), 2])).tolist()
+        self._ends = (
+            1 + np.cumsum([len(machine.joint_names)] * 2 + [2 * len(machine.cylinder_names), len(machine.tip_axes)])
+        ).tolist()
         self._signals = signals
 
     def seen(self, seen: Array) -> Observation:

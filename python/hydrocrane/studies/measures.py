@@ -19,6 +19,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from hydrocrane.arrays import path_length
 from hydrocrane.errors import InputError, check_known, nearest, unknown
 from hydrocrane.results.run import Run
 from hydrocrane.studies.record import CaseRecord
@@ -39,8 +40,7 @@ _STATISTIC = re.compile(r"(\w+)\(([^()]+)\)")
 
 
 def _way(record: CaseRecord) -> float:
-    x, z = record.signal("tip.x"), record.signal("tip.z")
-    return float(np.hypot(x[1:] - x[:-1], z[1:] - z[:-1]).sum())
+    return path_length(record.signal(f"tip.{axis}") for axis in record.machine.tip_axes)
 
 
 def _pump_energy(record: CaseRecord) -> float:

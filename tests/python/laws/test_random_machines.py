@@ -7,7 +7,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from random_machines import CHECKS, SAYS, TIP, accuracy, judged, kinds, random_case
+from machine_generator import SLEWING
+from random_machines import CHECKS, IN_PLANE, SAYS, TIP, accuracy, judged, kinds, random_case
 
 import hydrocrane as hc
 
@@ -17,6 +18,13 @@ SECONDS = 1.0
 @pytest.mark.parametrize("seed", range(20))
 def test_a_machine_that_nobody_tuned_for(seed):
     checks = [check for check in CHECKS if check != "fmu"]
+    failed = [one for one in judged(seed, checks, partial(random_case, seconds=SECONDS)) if not one.holds]
+    assert not failed
+
+
+@pytest.mark.parametrize("seed", range(SLEWING, SLEWING + 8))
+def test_a_slewing_machine_that_nobody_tuned_for(seed):
+    checks = [check for check in CHECKS if check != "fmu" and check not in IN_PLANE]
     failed = [one for one in judged(seed, checks, partial(random_case, seconds=SECONDS)) if not one.holds]
     assert not failed
 

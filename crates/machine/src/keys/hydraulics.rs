@@ -15,10 +15,15 @@ const CONDUCTANCES: &str = "this group, or `leakage-gap` and `gland-length`";
 
 pub static CYLINDER: &[Key] = &[
     Key::text("joint").required().means("The joint that the cylinder moves."),
-    Key::text("barrel").required().means("Pin of the barrel, as `link.point`."),
-    Key::text("rod").otherwise("this, or `linkage`").means("Pin of the rod, as `link.point`."),
+    Key::text("barrel").otherwise("required without `rack-radius`").means("Pin of the barrel, as `link.point`."),
+    Key::text("rod").otherwise("this, `linkage` or `rack-radius`").means("Pin of the rod, as `link.point`."),
+    Key::quantity("rack-radius", &[LENGTH], Positive)
+        .otherwise("this, `rod` or `linkage`")
+        .usual(&[("10 mm", "2 m", 100.0)])
+        .means("Pitch radius of a pinion on a turning joint that the rod moves as a rack: the piston stands at radius times the angle from `zero`, with mid-stroke there. Pins and `closed-length` are left out.")
+        .source("theory/geometry/stroke.md"),
     Key::table("linkage", LINKAGE)
-        .otherwise("this, or `rod`")
+        .otherwise("this, `rod` or `rack-radius`")
         .means("The four-bar through which the rod moves the joint."),
     Key::quantity("count", &[NUMBER], Positive)
         .defaults(&["1"])
@@ -27,10 +32,10 @@ pub static CYLINDER: &[Key] = &[
         .required()
         .usual(&[("10 mm", "600 mm", 1e3)])
         .means("Diameter of the piston."),
-    Key::quantity("rod-diameter", &[LENGTH], Positive)
+    Key::quantity("rod-diameter", &[LENGTH], NonNegative)
         .required()
         .usual(&[("3 mm", "500 mm", 1e3)])
-        .means("Diameter of the rod, below the bore."),
+        .means("Diameter of the rod, below the bore; 0 for a rack between two pistons, whose sides are alike."),
     Key::quantity("barrel-length", &[LENGTH], Positive)
         .otherwise(PARTS)
         .usual(&[("20 mm", "20 m", 50.0)])

@@ -24,7 +24,12 @@ pub static LINK: &[Key] = &[
     Key::quantity("inertia", &[INERTIA], NonNegative)
         .otherwise("with `mass`; the base needs none")
         .usual(&[("0.0001 kg m^2", "1e7 kg m^2", 1e3)])
-        .means("Moment of inertia about the point that `inertia-about` names."),
+        .means("Moment of inertia about the axis y through the point that `inertia-about` names."),
+    MOMENT_X,
+    MOMENT_Z,
+    PRODUCT_XY,
+    PRODUCT_XZ,
+    PRODUCT_YZ,
     Key::choice("inertia-about", &["frame", "centre-of-gravity"])
         .otherwise("with `mass`")
         .means("Whether `inertia` is about the origin of the frame or the centre of gravity."),
@@ -48,19 +53,48 @@ static BODY: &[Key] = &[
     Key::quantity("inertia", &[INERTIA], NonNegative)
         .required()
         .usual(&[("1e-6 kg m^2", "1e7 kg m^2", 1e3)])
-        .means("Moment of inertia of the body about its own centre of gravity."),
+        .means("Moment of inertia of the body about the axis y through its own centre of gravity."),
+    MOMENT_X,
+    MOMENT_Z,
+    PRODUCT_XY,
+    PRODUCT_XZ,
+    PRODUCT_YZ,
 ];
+
+const IN_SPACE: &str = "required where a joint before it has an `axis`";
+
+const MOMENT_X: Key = Key::quantity("inertia-x", &[INERTIA], NonNegative)
+    .otherwise(IN_SPACE)
+    .usual(&[("1e-6 kg m^2", "1e7 kg m^2", 1e3)])
+    .means("Moment of inertia about the axis x through the centre of gravity.");
+const MOMENT_Z: Key = Key::quantity("inertia-z", &[INERTIA], NonNegative)
+    .otherwise(IN_SPACE)
+    .usual(&[("1e-6 kg m^2", "1e7 kg m^2", 1e3)])
+    .means("Moment of inertia about the axis z through the centre of gravity.");
+const PRODUCT_XY: Key = product("inertia-xy");
+const PRODUCT_XZ: Key = product("inertia-xz");
+const PRODUCT_YZ: Key = product("inertia-yz");
+
+const fn product(name: &'static str) -> Key {
+    Key::quantity(name, &[INERTIA], Any)
+        .defaults(&["0 kg m^2"])
+        .usual(&[("1e-6 kg m^2", "1e7 kg m^2", 1e3)])
+        .means("Element of the tensor of inertia about the centre of gravity: the product of inertia with a minus sign, as in a URDF.")
+}
 
 pub static JOINT: &[Key] = &[
     Key::choice("type", &["revolute", "prismatic"]).required().means("Whether the joint turns or slides."),
     Key::text("parent").required().means("The link on the side of the base."),
     Key::text("child").required().means("The link that the joint moves."),
     Key::text("at").required().means("Name of the point of the parent where the joint lies."),
-    Key::choice("convention", &["included", "relative"]).otherwise("required for revolute joints").means(
+    Key::text("axis").otherwise("the joint moves in the plane of x and z").means(
+        "Axis about which a growing angle turns by the right-hand rule, or along which a growing coordinate slides, in the parent's frame: `x`, `y`, `z`, one of these with a minus, or three numbers as `(0, 0.6, 0.8)`. The frames of parent and child are parallel where the coordinate is `zero`.",
+    ).source("theory/geometry/spatial_chain.md"),
+    Key::choice("convention", &["included", "relative"]).otherwise("required for revolute joints without `axis`").means(
         "Angle of a revolute joint: `included` between the axes of the two links, or `relative` to the parent's axis.",
     ),
     Key::quantity("direction", &[ANGLE], Any)
-        .otherwise("required for prismatic joints")
+        .otherwise("required for prismatic joints without `axis`")
         .usual(&[("0 deg", "720 deg", 100.0)])
         .means("Direction, in the parent's frame, in which the coordinate of a prismatic joint grows."),
     Key::quantity("zero", &[ANGLE, LENGTH], Any)
@@ -152,6 +186,6 @@ pub static KEEP_OUT: &[Key] = &[
     Key::new("outline", Value::Points)
         .required()
         .usual(&[("0 m", "50 m", 20.0)])
-        .means("Corners of a polygon in the inertial frame, three or more."),
+        .means("Corners of a polygon in the plane of x and z of the inertial frame, three or more; of machines in space the region extends along y."),
     Key::choice("status", STATUS).defaults(&["active"]).means("`inactive` removes a region that the machine inherits."),
 ];

@@ -142,7 +142,7 @@ fn quantity(kinds: &[Kind], sign: Sign) -> Json {
 }
 
 fn point() -> Json {
-    let pattern = format!(r"^\s*\(\s*[+-]?{UNSIGNED}\s*,\s*[+-]?{UNSIGNED}\s*\)\s*({}|1)", unit(&[LENGTH]));
+    let pattern = format!(r"^\s*\(\s*[+-]?{UNSIGNED}(\s*,\s*[+-]?{UNSIGNED}){{1,2}}\s*\)\s*({}|1)", unit(&[LENGTH]));
     json!({ "type": "string", "pattern": pattern })
 }
 

@@ -24,6 +24,7 @@ pub fn check<T: Number>(table: &Reader, cylinder: &Cylinder<T>, joint: &Joint<T>
             pins.on_link("linkage.coupler-pivot", &linkage.coupler_pivot, pins.parent + 1)?;
             pins.linkage_closes(linkage)
         }
+        RodPin::Rack(_) => Ok(()),
     }
 }
 
@@ -98,18 +99,35 @@ impl<T: Number> Pins<'_, T> {
     /// Least and largest distance of two points, one on each link of the joint, over all positions of the joint, m.
     fn distances(&self, a: &Point<T>, b: &Point<T>) -> [f64; 2] {
         let (on_parent, on_child) = if a.link == self.parent { (a, b) } else { (b, a) };
-        let [place, at, child] =
-            [on_parent.position, self.joint.at, on_child.position].map(|point| point.map(T::plain));
-        let arm = [place[0] - at[0], place[1] - at[1]];
+        let (arm, child) = (from_joint(self.joint, on_parent, true), from_joint(self.joint, on_child, false));
         match self.joint.kind {
             JointKind::Revolute(_) => {
-                let [r1, r2] = [libm::hypot(arm[0], arm[1]), libm::hypot(child[0], child[1])];
-                [(r1 - r2).abs(), r1 + r2]
+                let axis = self.joint.axis.unwrap_or([0.0, 1.0, 0.0]);
+                let [(r1, along1), (r2, along2)] = [arm, child].map(|pin| split(pin, axis));
+                [r1 - r2, r1 + r2].map(|in_plane| libm::hypot(in_plane, along1 - along2))
             }
             JointKind::Prismatic { direction } => {
                 let (sin, cos) = libm::sincos(direction.plain());
-                [((child[0] - arm[0]) * sin - (child[1] - arm[1]) * cos).abs(), f64::INFINITY]
+                let way = [child[0] - arm[0], child[1] - arm[1], child[2] - arm[2]];
+                [split(way, [cos, 0.0, sin]).0, f64::INFINITY]
             }
         }
     }
+}
+
+/// A pin as (x, y, z) from the joint, in the frame of its link, m.
+pub fn from_joint<T: Number>(joint: &Joint<T>, pin: &Point<T>, on_parent: bool) -> [f64; 3] {
+    let place = [pin.position[0], pin.aside, pin.position[1]].map(T::plain);
+    if !on_parent {
+        return place;
+    }
+    let at = [joint.at[0], joint.aside, joint.at[1]].map(T::plain);
+    [place[0] - at[0], place[1] - at[1], place[2] - at[2]]
+}
+
+/// How far a vector leads away from an axis, and along it.
+pub fn split(v: [f64; 3], axis: [f64; 3]) -> (f64, f64) {
+    let along: f64 = v.iter().zip(axis).map(|(v, axis)| v * axis).sum();
+    let away = [v[0] - along * axis[0], v[1] - along * axis[1], v[2] - along * axis[2]];
+    (libm::sqrt(away.iter().map(|x| x * x).sum()), along)
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::errors::ErrorKind;
 use crate::model::{
-    Cylinder, EndStop, Fluid, FourBar, Friction, Joint, JointKind, Leakage, Link, PortValves, RodPin, Valve,
+    Cylinder, EndStop, Fluid, FourBar, Friction, Joint, JointKind, Leakage, Link, Point, PortValves, RodPin, Valve,
 };
 use crate::number::Number;
 use crate::reader::Reader;
@@ -30,11 +30,20 @@ pub fn read<T: Number>(
     for (index, (name, table)) in tables.iter().enumerate() {
         let valve = valve::read(valves[index].0, &valves[index].1)?;
         let friction = friction::read(&frictions[index].1)?;
-        let cylinder = read_cylinder(index, name, table, links, valve, friction)?;
+        let cylinder = read_cylinder(index, name, table, links, &joints[index], valve, friction)?;
         if matches!((&joints[index].kind, &cylinder.rod_pin), (JointKind::Prismatic { .. }, RodPin::FourBar(_))) {
             return Err(table
                 .error(ErrorKind::ConflictingKeys, "linkage", "a prismatic joint cannot have a linkage")
                 .help("give the rod pin as `rod`"));
+        }
+        if joints[index].axis.is_some() && matches!(cylinder.rod_pin, RodPin::FourBar(_)) {
+            let message = format!(
+                "joint `{}` has an axis of its own, and linkages lie in the plane of x and z",
+                joints[index].name
+            );
+            return Err(table
+                .error(ErrorKind::ConflictingKeys, "linkage", message)
+                .help("give the rod pin as `rod`, or `rack-radius`"));
         }
         closure::check(table, &cylinder, &joints[index], links)?;
         cylinders.push(cylinder);
@@ -51,10 +60,12 @@ fn read_cylinder<T: Number>(
     name: &str,
     table: &Reader,
     links: &[Link<T>],
+    joint: &Joint<T>,
     valve: Valve<T>,
     friction: Friction<T>,
 ) -> Result<Cylinder<T>> {
-    let travel = travel(table)?;
+    let rack = rack(table, joint)?;
+    let travel = if rack.is_some() { rack_travel(table)? } else { travel(table)? };
     let [bore, rod_diameter]: [T; 2] = [table.quantity("bore")?, table.quantity("rod-diameter")?];
     if rod_diameter.plain() >= bore.plain() {
         let message = "the rod is not thinner than the bore";
@@ -66,8 +77,12 @@ fn read_cylinder<T: Number>(
         name: name.into(),
         joint: index,
         count: count(table)?,
-        barrel_pin: reference::point(&table.required("barrel", "a point as \"link.point\"")?, links)?,
-        rod_pin: rod_pin(table, links)?,
+        barrel_pin: match rack {
+            // Where pictures show it.
+            Some(_) => Point { link: index, name: joint.name.clone(), position: joint.at, aside: joint.aside },
+            None => reference::point(&table.required("barrel", "a point as \"link.point\"")?, links)?,
+        },
+        rod_pin: rack.map_or_else(|| rod_pin(table, links), |radius| Ok(RodPin::Rack(radius)))?,
         bore,
         rod_diameter,
         stroke: travel.stroke,
@@ -131,6 +146,31 @@ fn travel<T: Number>(table: &Reader) -> Result<Travel<T>> {
         // The rod's eye touches the barrel's end when the rod is fully retracted.
         rod_contact: Some(stroke * 0.5 - rod),
     })
+}
+
+/// Pitch radius of the pinion, m, where the rod is a rack.
+fn rack<T: Number>(table: &Reader, joint: &Joint<T>) -> Result<Option<T>> {
+    let Some(radius) = table.optional_quantity("rack-radius")? else { return Ok(None) };
+    if matches!(joint.kind, JointKind::Prismatic { .. }) {
+        let message = format!("joint `{}` slides, and a pinion turns", joint.name);
+        return Err(table
+            .error(ErrorKind::ConflictingKeys, "rack-radius", message)
+            .help("give the pins `barrel` and `rod`"));
+    }
+    let pins =
+        ["barrel", "rod", "linkage", "closed-length", "barrel-length", "rod-length", "barrel-offset", "rod-offset"];
+    match pins.into_iter().find(|key| table.has(key)) {
+        Some(key) => Err(table
+            .error(ErrorKind::ConflictingKeys, key, "excludes `rack-radius`, which is given too")
+            .help("keep one of the two")),
+        None => Ok(Some(radius)),
+    }
+}
+
+/// The piston of a rack is at mid-stroke where its joint is at zero.
+fn rack_travel<T: Number>(table: &Reader) -> Result<Travel<T>> {
+    table.optional_quantity::<T>("piston-length")?;
+    Ok(Travel { stroke: table.quantity("stroke")?, mid_length: T::c(0.0), rod_contact: None })
 }
 
 fn rod_pin<T: Number>(table: &Reader, links: &[Link<T>]) -> Result<RodPin<T>> {

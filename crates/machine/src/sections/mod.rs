@@ -25,6 +25,7 @@ mod resistance;
 mod return_pressure;
 mod sensor;
 mod signal_chain;
+mod space;
 mod supply;
 mod tank_line;
 mod valve;
@@ -85,6 +86,7 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
     supply::check(&root, &machine)?;
     return_pressure::check(&root, &machine)?;
     priority::check(&root, &machine)?;
+    space::check(&root, &machine)?;
     across::check(&root, &machine)?;
     machine.warnings = log.unusual();
     machine.words = log.words().into();

@@ -6,9 +6,9 @@
 //! The load is a point mass at the tip as everywhere. The impact lasts no time: pressures, spools and bristles stay.
 //! Letting a load go needs no law, its velocity is that of the tip.
 
-use super::Mechanics;
-use crate::geometry::chain::ChainPose;
-use hydrocrane_num::{small, Real, Vec2};
+use super::equations_of_motion::RigidChain;
+use super::space::Space;
+use hydrocrane_num::{small, Real};
 
 /// What follows from an attachment.
 #[derive(Debug, Clone, Copy)]
@@ -19,23 +19,21 @@ pub struct Attachment<T, const N: usize> {
     pub loss: T,
 }
 
-impl<T: Real, const N: usize> Mechanics<T, N> {
-    /// Velocity of the tip, m/s.
-    pub fn tip_velocity(&self, pose: &ChainPose<T, N>, qd: &[T; N]) -> Vec2<T> {
-        let tip = self.tip_position(pose);
-        (0..N).fold(Vec2::default(), |v, j| v + pose.column(j, tip) * qd[j])
-    }
-
-    /// The tip, which moves with joint rates `qd` and carries `payload` kg, takes up `load` kg more that lie still.
-    pub fn attach(&self, pose: &ChainPose<T, N>, qd: &[T; N], payload: T, load: T) -> Attachment<T, N> {
-        let before = self.equations(pose, qd, payload).mass_matrix;
-        let after = self.equations(pose, qd, payload + load).mass_matrix;
-        let rates = small::solve_spd(&after, &momentum(&before, qd));
-        let lost: [T; N] = hydrocrane_num::array::from_fn(|j| qd[j] - rates[j]);
-        let of_crane = dot(&lost, &momentum(&before, &lost));
-        let v = self.tip_velocity(pose, &rates);
-        Attachment { rates, loss: (of_crane + load * v.dot(v)) * 0.5 }
-    }
+/// The tip of the `chain`, which moves with joint rates `qd` and carries `payload` kg, takes up `load` kg more that lie still.
+pub fn attach<T: Real, C: RigidChain<T, N>, const N: usize>(
+    chain: &C,
+    pose: &C::Pose,
+    qd: &[T; N],
+    payload: T,
+    load: T,
+) -> Attachment<T, N> {
+    let before = chain.mass_matrix(pose, payload);
+    let after = chain.mass_matrix(pose, payload + load);
+    let rates = small::solve_spd(&after, &momentum(&before, qd));
+    let lost: [T; N] = hydrocrane_num::array::from_fn(|j| qd[j] - rates[j]);
+    let of_crane = dot(&lost, &momentum(&before, &lost));
+    let v = chain.tip_velocity(pose, &rates);
+    Attachment { rates, loss: (of_crane + load * C::Space::dot(v, v)) * 0.5 }
 }
 
 fn momentum<T: Real, const N: usize>(mass_matrix: &[[T; N]; N], qd: &[T; N]) -> [T; N] {
@@ -49,8 +47,11 @@ fn dot<T: Real, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::Body;
+    use crate::dynamics::energy::kinetic;
+    use crate::dynamics::{Body, Mechanics};
+    use crate::geometry::chain::ChainPose;
     use crate::geometry::frames::Joint;
+    use hydrocrane_num::Vec2;
 
     const PAYLOAD: f64 = 40.0;
     const QD: [f64; 3] = [0.21, -0.34, 0.17];
@@ -79,7 +80,7 @@ mod tests {
     }
 
     fn attached(load: f64) -> Attachment<f64, 3> {
-        crane().attach(&pose(), &QD, PAYLOAD, load)
+        attach(&crane(), &pose(), &QD, PAYLOAD, load)
     }
 
     #[test]
@@ -91,7 +92,7 @@ mod tests {
         let lost: [f64; 3] = hydrocrane_num::array::from_fn(|j| QD[j] - after.rates[j]);
         let gained = m.tip_velocity(&pose, &after.rates) * load;
         for (j, momentum) in momentum(&mass_matrix, &lost).into_iter().enumerate() {
-            let impulse = pose.column(j, m.tip_position(&pose)).dot(gained);
+            let impulse = m.column(&pose, j, m.tip_position(&pose)).dot(gained);
             assert!((momentum - impulse).abs() < 1e-12 * impulse.abs().max(1.0), "joint {j}: {momentum} {impulse}");
         }
     }
@@ -101,13 +102,13 @@ mod tests {
         let (m, pose) = (crane(), pose());
         for load in [1.0, 100.0, 1e4] {
             let after = attached(load);
-            let drop = m.kinetic_energy(&pose, &QD, PAYLOAD) - m.kinetic_energy(&pose, &after.rates, PAYLOAD + load);
+            let drop = kinetic(&m, &pose, &QD, PAYLOAD) - kinetic(&m, &pose, &after.rates, PAYLOAD + load);
             assert!(after.loss > 0.0);
-            assert!((after.loss - drop).abs() < 1e-12 * m.kinetic_energy(&pose, &QD, PAYLOAD), "{load} kg");
+            assert!((after.loss - drop).abs() < 1e-12 * kinetic(&m, &pose, &QD, PAYLOAD), "{load} kg");
 
             // 1/2 v^T (1/m + J M^-1 J^T)^-1 v with v the velocity of the tip past the load.
             let mass_matrix = m.equations(&pose, &QD, PAYLOAD).mass_matrix;
-            let columns: [Vec2<f64>; 3] = hydrocrane_num::array::from_fn(|j| pose.column(j, m.tip_position(&pose)));
+            let columns: [Vec2<f64>; 3] = hydrocrane_num::array::from_fn(|j| m.column(&pose, j, m.tip_position(&pose)));
             let mobility = |along: [f64; 3]| {
                 let rates = small::solve_spd(&mass_matrix, &along);
                 (0..3).fold(Vec2::default(), |v, j| v + columns[j] * rates[j])

@@ -11,7 +11,8 @@
 //! | omega, alpha | angular rate and acceleration of the link before a sliding joint  | rad/s, rad/s^2 |
 //! | F, P         | force on and momentum of all that the joint carries               | N, kg m/s |
 
-use super::equations_of_motion::{Inertia, LinkMotion};
+use super::equations_of_motion::{Inertia, LinkMotion, RigidChain};
+use super::space::Planar;
 use super::Mechanics;
 use crate::geometry::chain::ChainPose;
 use hydrocrane_num::{Real, Vec2};
@@ -25,8 +26,8 @@ pub struct ForceDerivatives<T, const N: usize> {
 
 /// Sums over all that a joint carries, about the origin of its link.
 #[derive(Clone, Copy, Default)]
-struct Carried<T> {
-    inertia: Inertia<T>,
+struct Carried<T: Real> {
+    inertia: Inertia<T, Planar>,
     /// N
     force: Vec2<T>,
     /// kg m/s
@@ -100,7 +101,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     fn carried(
         &self,
         pose: &ChainPose<T, N>,
-        motion: &[LinkMotion<T>; N],
+        motion: &[LinkMotion<T, Planar>; N],
         velocity: &[Vec2<T>; N],
         payload: T,
     ) -> [Carried<T>; N] {

@@ -8,12 +8,12 @@
 //! opposite sign, which points upwards: along z on level ground.
 //! Both sums are gathered from the tip inwards: mass, first and second moment of all that a joint carries give the momentum
 //! at unit rate of that joint, and with it M_jk; the force and torque that move it give M q'' + b.
-//! In the plane angular velocities add up, so rotation contributes nothing to b. Departs from the source:
+//! Written once for the plane and for space (`space.rs`). In the plane angular velocities add up, so rotation contributes nothing to b;
+//! in space turning joints carry each other round, and turning links have gyroscopic torques. Departs from the source:
 //! gravity acts downwards (E1) and inertias are about the centre of gravity after conversion (E2).
 
-use super::Mechanics;
-use crate::geometry::chain::ChainPose;
-use hydrocrane_num::{Real, Vec2};
+use super::space::Space;
+use hydrocrane_num::Real;
 
 /// Mass matrix and bias force at one state.
 #[derive(Debug, Clone, Copy)]
@@ -24,32 +24,51 @@ pub struct Equations<T, const N: usize> {
     pub bias: [T; N],
 }
 
-impl<T: Real, const N: usize> Mechanics<T, N> {
+/// A chain of rigid links at a pose.
+pub trait RigidChain<T: Real, const N: usize> {
+    type Space: Space<T>;
+    type Pose;
+
+    /// Origin of link `j`, m.
+    fn origin(pose: &Self::Pose, j: usize) -> Vector<T, Self::Space>;
+    /// Angular rate and velocity that a unit rate of joint `j` gives to all it carries; one of them is zero.
+    fn turn(pose: &Self::Pose, j: usize) -> Spin<T, Self::Space>;
+    fn slide(pose: &Self::Pose, j: usize) -> Vector<T, Self::Space>;
+    /// Acceleration at which free fall is at rest, m/s^2.
+    fn upwards(&self) -> Vector<T, Self::Space>;
+    /// Place of the tip, m.
+    fn tip_position(&self, pose: &Self::Pose) -> Vector<T, Self::Space>;
+    /// Masses of the chain with their places, payload last.
+    fn masses(&self, pose: &Self::Pose, payload: T, visit: impl FnMut(T, Vector<T, Self::Space>));
+    /// Inertia of link `j` about its origin, that of the last one with the payload at the tip.
+    fn inertia(&self, pose: &Self::Pose, j: usize, payload: T) -> Inertia<T, Self::Space>;
+
     /// `payload`: kg, a point mass at the tip.
     #[inline(always)]
-    pub fn equations(&self, pose: &ChainPose<T, N>, qd: &[T; N], payload: T) -> Equations<T, N> {
+    fn equations(&self, pose: &Self::Pose, qd: &[T; N], payload: T) -> Equations<T, N> {
         Equations { mass_matrix: self.mass_matrix(pose, payload), bias: self.inverse_dynamics(pose, qd, None, payload) }
     }
 
     /// M(q), kg m^2, kg m, kg by the units of the joints.
     #[inline(always)]
-    pub fn mass_matrix(&self, pose: &ChainPose<T, N>, payload: T) -> [[T; N]; N] {
+    fn mass_matrix(&self, pose: &Self::Pose, payload: T) -> [[T; N]; N] {
         let mut out = [[T::c(0.0); N]; N];
-        let mut carried = Inertia::default();
+        let mut carried = Inertia::<T, Self::Space>::default();
         for j in (0..N).rev() {
-            let link = &pose.links[j];
+            let origin = Self::origin(pose, j);
             carried.add(&self.inertia(pose, j, payload));
             // Linear momentum at unit rate of joint j, and angular momentum about its origin.
-            let (turn, slide) = (pose.joints[j].turn, pose.slides[j]);
-            let momentum = carried.moment.perp() * turn + slide * carried.mass;
-            let spin = carried.second * turn + carried.moment.perp().dot(slide);
+            let (turn, slide) = (Self::turn(pose, j), Self::slide(pose, j));
+            let momentum = Self::Space::turned(carried.moment, turn) + slide * carried.mass;
+            let spin = Self::Space::momentum(carried.second, turn) + Self::Space::torque(carried.moment, slide);
             for k in 0..=j {
-                let lever = link.origin - pose.links[k].origin;
-                out[j][k] = pose.joints[k].turn * (spin + lever.perp().dot(momentum)) + pose.slides[k].dot(momentum);
+                let lever = origin - Self::origin(pose, k);
+                out[j][k] = Self::Space::about(Self::turn(pose, k), spin + Self::Space::torque(lever, momentum))
+                    + Self::Space::dot(Self::slide(pose, k), momentum);
                 out[k][j] = out[j][k];
             }
             if j > 0 {
-                carried.shift(link.origin - pose.links[j - 1].origin);
+                carried.shift(origin - Self::origin(pose, j - 1));
             }
         }
         out
@@ -58,93 +77,92 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     /// Inverse dynamics by the recursive Newton-Euler algorithm (Luh, Walker and Paul 1980): generalized forces
     /// M q'' + b for the accelerations `qdd`; `None`: those at q'' = 0, the bias.
     #[inline(always)]
-    pub fn inverse_dynamics(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: Option<&[T; N]>, payload: T) -> [T; N] {
+    fn inverse_dynamics(&self, pose: &Self::Pose, qd: &[T; N], qdd: Option<&[T; N]>, payload: T) -> [T; N] {
         let motion = self.motion(pose, qd, qdd);
+        let turning = qdd.is_some() || !Self::Space::PLANAR;
         let mut out = [T::c(0.0); N];
         // Force and torque on all that a joint carries, about the origin of its link.
-        let (mut force, mut torque) = (Vec2::default(), T::c(0.0));
+        let (mut force, mut torque) = (Vector::<T, Self::Space>::default(), Spin::<T, Self::Space>::default());
         for j in (0..N).rev() {
-            let (link, own) = (&pose.links[j], self.inertia(pose, j, payload));
-            force = force + motion[j].force(&own, qdd.is_some());
-            torque += own.moment.perp().dot(motion[j].acceleration);
-            if qdd.is_some() {
-                torque += own.second * motion[j].angular_acceleration;
+            let (own, m) = (self.inertia(pose, j, payload), &motion[j]);
+            force = force + m.force(&own, turning);
+            torque = torque + Self::Space::torque(own.moment, m.acceleration);
+            if turning {
+                torque = torque + Self::Space::momentum(own.second, m.angular_acceleration);
             }
-            out[j] = pose.joints[j].turn * torque + pose.slides[j].dot(force);
+            if !Self::Space::PLANAR {
+                let momentum = Self::Space::momentum(own.second, m.rate);
+                torque = torque + Self::Space::carried_round(momentum, m.rate);
+            }
+            out[j] = Self::Space::about(Self::turn(pose, j), torque) + Self::Space::dot(Self::slide(pose, j), force);
             if j > 0 {
-                torque += (link.origin - pose.links[j - 1].origin).perp().dot(force);
+                torque = torque + Self::Space::torque(Self::origin(pose, j) - Self::origin(pose, j - 1), force);
             }
         }
         out
     }
 
-    /// Torques that carry the chain at rest, and the slope of each over its own coordinate: turn_j perp(m) . g and -turn_j^2 m . g with
-    /// the first moment m of all that the joint carries; the force at a joint that slides, and no slope.
+    /// How each link moves.
     #[inline(always)]
-    pub fn at_rest(&self, pose: &ChainPose<T, N>, payload: T) -> [[T; N]; 2] {
-        let mut out = [[T::c(0.0); N]; 2];
-        let mut carried = Inertia::default();
-        for j in (0..N).rev() {
-            carried.add(&self.inertia(pose, j, payload));
-            let (turn, weight) = (pose.joints[j].turn, self.gravity * carried.mass);
-            out[0][j] = turn * carried.moment.perp().dot(self.gravity) + pose.slides[j].dot(weight);
-            out[1][j] = -(turn.square() * carried.moment.dot(self.gravity));
-            if j > 0 {
-                carried.shift(pose.links[j].origin - pose.links[j - 1].origin);
-            }
-        }
-        out
-    }
-
-    /// Inertia of link `j` about its origin, that of the last one with the payload at the tip.
-    #[inline(always)]
-    pub(super) fn inertia(&self, pose: &ChainPose<T, N>, j: usize, payload: T) -> Inertia<T> {
-        let body = &self.bodies[j];
-        let mut local = Inertia { second: body.inertia, ..Inertia::default() };
-        local.add(&Inertia::of_point(body.mass, body.centre_of_gravity()));
-        if j == N - 1 {
-            local.add(&Inertia::of_point(payload, self.tip));
-        }
-        Inertia { moment: pose.links[j].vector(local.moment), ..local }
-    }
-
-    #[inline(always)]
-    pub(super) fn motion(&self, pose: &ChainPose<T, N>, qd: &[T; N], qdd: Option<&[T; N]>) -> [LinkMotion<T>; N] {
-        let mut out = [LinkMotion::<T>::default(); N];
-        let mut parent_origin = Vec2::default();
-        let mut m = LinkMotion { acceleration: self.gravity, ..LinkMotion::default() };
+    fn motion(&self, pose: &Self::Pose, qd: &[T; N], qdd: Option<&[T; N]>) -> [LinkMotion<T, Self::Space>; N] {
+        let mut out = [LinkMotion::default(); N];
+        let mut parent_origin = Vector::<T, Self::Space>::default();
+        let mut m = LinkMotion { acceleration: self.upwards(), ..LinkMotion::<T, Self::Space>::default() };
         for i in 0..N {
-            let (joint, slide, r) = (&pose.joints[i], pose.slides[i], pose.links[i].origin - parent_origin);
+            let (turn, slide, origin) = (Self::turn(pose, i), Self::slide(pose, i), Self::origin(pose, i));
+            let r = origin - parent_origin;
             // Centripetal part of the parent's turning, Coriolis part of a sliding joint on a turning parent.
-            m.acceleration = m.acceleration - r * m.rate.square() + slide.perp() * (m.rate * qd[i] * 2.0);
+            m.acceleration = m.acceleration - Self::Space::centripetal(r, m.rate)
+                + Self::Space::turned(slide, Self::Space::twice(m.rate * qd[i]));
             if let Some(qdd) = qdd {
-                m.acceleration = m.acceleration + r.perp() * m.angular_acceleration + slide * qdd[i];
-                m.angular_acceleration += joint.turn * qdd[i];
+                m.acceleration = m.acceleration + Self::Space::turned(r, m.angular_acceleration) + slide * qdd[i];
+                m.angular_acceleration = m.angular_acceleration + turn * qdd[i];
+            } else if !Self::Space::PLANAR {
+                m.acceleration = m.acceleration + Self::Space::turned(r, m.angular_acceleration);
             }
-            m.rate += joint.turn * qd[i];
-            parent_origin = pose.links[i].origin;
+            if !Self::Space::PLANAR {
+                m.angular_acceleration = m.angular_acceleration + Self::Space::carried_round(turn * qd[i], m.rate);
+            }
+            m.rate = m.rate + turn * qd[i];
+            parent_origin = origin;
             out[i] = m;
         }
         out
     }
+
+    /// Thesis (48): derivative, with respect to joint `j`, of the world position `r` of a point on a link that `j` moves.
+    #[inline(always)]
+    fn column(&self, pose: &Self::Pose, j: usize, r: Vector<T, Self::Space>) -> Vector<T, Self::Space> {
+        Self::Space::turned(r - Self::origin(pose, j), Self::turn(pose, j)) + Self::slide(pose, j)
+    }
+
+    /// Velocity of the tip, m/s.
+    #[inline(always)]
+    fn tip_velocity(&self, pose: &Self::Pose, qd: &[T; N]) -> Vector<T, Self::Space> {
+        let tip = self.tip_position(pose);
+        (0..N).fold(Vector::<T, Self::Space>::default(), |v, j| v + self.column(pose, j, tip) * qd[j])
+    }
 }
+
+type Vector<T, S> = <S as Space<T>>::Vector;
+type Spin<T, S> = <S as Space<T>>::Spin;
 
 /// How a link moves: acceleration of its origin less that of gravity (m/s^2), angular rate (rad/s) and angular
 /// acceleration (rad/s^2).
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct LinkMotion<T> {
-    pub acceleration: Vec2<T>,
-    pub rate: T,
-    pub angular_acceleration: T,
+pub struct LinkMotion<T: Real, S: Space<T>> {
+    pub acceleration: S::Vector,
+    pub rate: S::Spin,
+    pub angular_acceleration: S::Spin,
 }
 
-impl<T: Real> LinkMotion<T> {
+impl<T: Real, S: Space<T>> LinkMotion<T, S> {
     /// Force that moves a link of this inertia, N; `accelerated`: with its angular acceleration.
     #[inline(always)]
-    pub fn force(&self, own: &Inertia<T>, accelerated: bool) -> Vec2<T> {
-        let still = self.acceleration * own.mass - own.moment * self.rate.square();
+    pub(super) fn force(&self, own: &Inertia<T, S>, accelerated: bool) -> S::Vector {
+        let still = self.acceleration * own.mass - S::centripetal(own.moment, self.rate);
         if accelerated {
-            still + own.moment.perp() * self.angular_acceleration
+            still + S::turned(own.moment, self.angular_acceleration)
         } else {
             still
         }
@@ -153,33 +171,33 @@ impl<T: Real> LinkMotion<T> {
 
 /// Mass of a part of the chain with its first and second moment about a point.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Inertia<T> {
+pub struct Inertia<T: Real, S: Space<T>> {
     pub mass: T,
     /// kg m
-    pub moment: Vec2<T>,
+    pub moment: S::Vector,
     /// kg m^2
-    pub second: T,
+    pub second: S::Second,
 }
 
-impl<T: Real> Inertia<T> {
+impl<T: Real, S: Space<T>> Inertia<T, S> {
     #[inline(always)]
-    fn of_point(mass: T, arm: Vec2<T>) -> Self {
+    pub(super) fn of_point(mass: T, arm: S::Vector) -> Self {
         let moment = arm * mass;
-        Inertia { mass, moment, second: moment.dot(arm) }
+        Inertia { mass, moment, second: S::second_moment(moment, arm) }
     }
 
     #[inline(always)]
-    pub fn add(&mut self, other: &Self) {
+    pub(super) fn add(&mut self, other: &Self) {
         self.mass += other.mass;
         self.moment = self.moment + other.moment;
-        self.second += other.second;
+        self.second = self.second + other.second;
     }
 
     /// Seen from an origin from which the present one is at `step`.
     #[inline(always)]
-    pub fn shift(&mut self, step: Vec2<T>) {
+    pub(super) fn shift(&mut self, step: S::Vector) {
         let moment = step * self.mass;
-        self.second += step.dot(self.moment + self.moment + moment);
+        self.second = self.second + S::shifted(step, self.moment, moment);
         self.moment = self.moment + moment;
     }
 }

@@ -16,6 +16,7 @@
 //! The spring's energy is k times the integral of D; what damping and friction take becomes heat.
 
 use super::derivatives::ForceDerivatives;
+use super::equations_of_motion::RigidChain;
 use super::Mechanics;
 use crate::geometry::chain::ChainPose;
 use hydrocrane_num::{smooth, Dual, Real, Vec2};
@@ -160,7 +161,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
         let tip = self.tip_position(pose);
         let mut out = [T::c(0.0); N];
         for j in 0..N {
-            out[j] = pose.column(j, tip).dot(force);
+            out[j] = self.column(pose, j, tip).dot(force);
         }
         out
     }
@@ -186,7 +187,7 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
 
         let mut columns = [Vec2::default(); N];
         for j in 0..N {
-            columns[j] = pose.column(j, tip);
+            columns[j] = self.column(pose, j, tip);
         }
         let zero = [[T::c(0.0); N]; N];
         let mut out = ForceDerivatives { by_q: zero, by_qd: zero };

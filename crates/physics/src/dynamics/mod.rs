@@ -5,6 +5,9 @@ pub mod derivatives;
 pub mod energy;
 pub mod equations_of_motion;
 pub mod ground;
+pub mod planar;
+pub mod space;
+pub mod spatial;
 
 use crate::geometry::chain::ChainPose;
 use crate::geometry::frames::Joint;
@@ -65,19 +68,5 @@ impl<T: Real, const N: usize> Mechanics<T, N> {
     #[inline(always)]
     pub fn pose(&self, q: &[T; N]) -> ChainPose<T, N> {
         ChainPose::new(&self.joints, q)
-    }
-
-    /// World position of the tip (34), m.
-    #[inline(always)]
-    pub fn tip_position(&self, pose: &ChainPose<T, N>) -> Vec2<T> {
-        pose.links[N - 1].point(self.tip)
-    }
-
-    /// Masses of the chain at a pose with their world positions, payload last.
-    fn masses(&self, pose: &ChainPose<T, N>, payload: T, mut visit: impl FnMut(T, Vec2<T>)) {
-        for (body, link) in self.bodies.iter().zip(&pose.links) {
-            visit(body.mass, link.point(body.centre_of_gravity()));
-        }
-        visit(payload, self.tip_position(pose));
     }
 }

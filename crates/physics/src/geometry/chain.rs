@@ -1,7 +1,6 @@
 //! Forward kinematics of the chain.                                  theory: docs/theory/geometry/chain.md
 //!
 //! r = r_origin + A r_local, link by link from the base                              thesis (30)-(34)
-//! column j of a point's Jacobian: turn_j perp(r - r_joint j) + A_parent slide_j     thesis (48)
 
 use super::frames::{Joint, JointPose};
 use hydrocrane_num::{Real, Vec2};
@@ -81,11 +80,5 @@ impl<T: Real, const N: usize> ChainPose<T, N> {
         } else {
             self.links[link - 1]
         }
-    }
-
-    /// Derivative, with respect to joint `j`, of the world position `r` of a point on a link that `j` moves.
-    #[inline(always)]
-    pub fn column(&self, j: usize, r: Vec2<T>) -> Vec2<T> {
-        (r - self.links[j].origin).perp() * self.joints[j].turn + self.slides[j]
     }
 }

@@ -1,6 +1,6 @@
 //! A cylinder between two pins.                      theory: docs/theory/geometry/cylinder_triangle.md
 //!
-//! length^2 = |r_moving - r_fixed|^2, the law of cosines of the triangle joint - pin - pin      thesis (9), (12)
+//! length^2 = |r_moving - r_fixed|^2 + aside^2, the law of cosines of the triangle joint - pin - pin      thesis (9), (12)
 //! d length / dq = u . d r_moving / dq, with u the unit vector from the fixed to the moving pin
 //!
 //! slope = atan2(u_z, u_x)                                                                   thesis (15), (28)
@@ -10,13 +10,14 @@
 use super::MovingPoint;
 use hydrocrane_num::{portable, Real, Vec2};
 
-/// Pin-to-pin length (m) and its derivative with respect to the joint coordinate.
+/// Pin-to-pin length (m) and its derivative with respect to the joint coordinate; the pins lie `aside` of each other, m, along the axis.
 #[inline(always)]
-pub fn pin_distance<T: Real>(fixed: Vec2<T>, moving: MovingPoint<T>) -> (T, T) {
+pub fn pin_distance<T: Real>(fixed: Vec2<T>, moving: MovingPoint<T>, aside: T) -> (T, T) {
     let d = moving.position - fixed;
-    let length = d.norm();
+    let square = d.dot(d) + aside.square();
+    let length = square.sqrt();
     // The root and the quotient do not wait for each other.
-    (length, d.dot(moving.rate) / d.dot(d) * length)
+    (length, d.dot(moving.rate) / square * length)
 }
 
 /// Direction from one pin to the other, rad from x towards z.

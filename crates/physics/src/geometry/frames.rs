@@ -35,6 +35,8 @@ pub struct JointPose<T> {
     pub turn: T,
     /// Derivative of `origin` with respect to `q`.
     pub slide: Vec2<T>,
+    /// Coordinate from the neutral position, rad or m.
+    pub travel: T,
 }
 
 hydrocrane_num::stored!([] Joint<f64> {
@@ -82,8 +84,15 @@ impl<T: Real> Joint<T> {
     /// [`Self::pose`] where sine and cosine of the angle are known.
     #[inline(always)]
     pub fn posed(&self, q: T, (sin, cos): (T, T)) -> JointPose<T> {
-        let origin = self.at + self.direction * (q - self.zero);
-        JointPose { cos, sin, origin, turn: self.sense, slide: self.direction }
+        let travel = q - self.zero;
+        JointPose {
+            cos,
+            sin,
+            origin: self.at + self.direction * travel,
+            turn: self.sense,
+            slide: self.direction,
+            travel,
+        }
     }
 }
 
@@ -98,6 +107,7 @@ impl<T: Real> JointPose<T> {
             origin: Vec2::new(by_q(self.origin.x, self.slide.x), by_q(self.origin.z, self.slide.z)),
             turn: Dual::constant(self.turn),
             slide: self.slide.map(&mut |number| Dual::constant(*number)),
+            travel: by_q(self.travel, T::c(1.0)),
         }
     }
 

@@ -4,6 +4,7 @@ pub mod chain;
 pub mod cylinder_triangle;
 pub mod four_bar;
 pub mod frames;
+pub mod spatial_chain;
 pub mod stroke;
 
 use hydrocrane_num::Vec2;

@@ -12,10 +12,13 @@ use hydrocrane_num::{Real, Vec2};
 /// What the rod is pinned to.
 #[derive(Debug, Clone, Copy)]
 pub enum Mounting<T> {
-    /// Pins on the parent and on the child link; the barrel hangs on one of them.
-    Pins { on_parent: Vec2<T>, on_child: Vec2<T>, barrel_on_child: bool },
+    /// Pins on the parent and on the child link; the barrel hangs on one of them. They may lie `aside` of each other, m, along the axis
+    /// of the joint.
+    Pins { on_parent: Vec2<T>, on_child: Vec2<T>, barrel_on_child: bool, aside: T },
     /// Barrel on the parent link, rod on the common pin of a torque linkage.
     FourBar { barrel: Vec2<T>, linkage: FourBar<T> },
+    /// The rod is a rack that turns a pinion of this pitch radius (m) on the joint: x = radius (q - zero).
+    Rack { radius: T },
 }
 
 /// A cylinder as a function of the coordinate of the joint it moves.
@@ -27,8 +30,9 @@ pub struct Actuation<T> {
 }
 
 hydrocrane_num::stored!([] enum Mounting<f64> {
-    0: Pins { on_parent: Vec2<f64>, on_child: Vec2<f64>, barrel_on_child: bool },
+    0: Pins { on_parent: Vec2<f64>, on_child: Vec2<f64>, barrel_on_child: bool, aside: f64 },
     1: FourBar { barrel: Vec2<f64>, linkage: FourBar<f64> },
+    2: Rack { radius: f64 },
 });
 hydrocrane_num::stored!([] Actuation<f64> { mounting: Mounting<f64>, mid_length: f64 });
 
@@ -52,14 +56,16 @@ impl<T: Copy> Actuation<T> {
     /// The same cylinder with `f` of every number.
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Actuation<U> {
         let mounting = match &self.mounting {
-            Mounting::Pins { on_parent, on_child, barrel_on_child } => Mounting::Pins {
+            Mounting::Pins { on_parent, on_child, barrel_on_child, aside } => Mounting::Pins {
                 on_parent: on_parent.map(f),
                 on_child: on_child.map(f),
                 barrel_on_child: *barrel_on_child,
+                aside: f(aside),
             },
             Mounting::FourBar { barrel, linkage } => {
                 Mounting::FourBar { barrel: barrel.map(f), linkage: linkage.map(f) }
             }
+            Mounting::Rack { radius } => Mounting::Rack { radius: f(radius) },
         };
         Actuation { mounting, mid_length: f(&self.mid_length) }
     }
@@ -69,8 +75,12 @@ impl<T: Real> Actuation<T> {
     /// Piston position from mid-stroke (m) and its derivative with respect to the joint coordinate.
     #[inline(always)]
     pub fn stroke(&self, pose: &JointPose<T>) -> (T, T) {
+        if let Mounting::Rack { radius } = &self.mounting {
+            return (*radius * pose.travel - self.mid_length, *radius);
+        }
         let (fixed, moving) = self.pins(pose);
-        let (length, slope) = pin_distance(fixed, moving);
+        let aside = if let Mounting::Pins { aside, .. } = &self.mounting { *aside } else { T::c(0.0) };
+        let (length, slope) = pin_distance(fixed, moving, aside);
         (length - self.mid_length, slope)
     }
 
@@ -84,6 +94,7 @@ impl<T: Real> Actuation<T> {
         match &self.mounting {
             Mounting::Pins { on_parent, on_child, .. } => (*on_parent, pose.carry(*on_child)),
             Mounting::FourBar { barrel, linkage } => (*barrel, linkage.common_pin(pose.carry(linkage.coupler_pivot))),
+            Mounting::Rack { .. } => (pose.origin, MovingPoint { position: pose.origin, rate: pose.slide }),
         }
     }
 
@@ -91,7 +102,7 @@ impl<T: Real> Actuation<T> {
     #[inline(always)]
     pub fn closure(&self, pose: &JointPose<T>) -> T {
         match &self.mounting {
-            Mounting::Pins { .. } => T::c(1.0),
+            Mounting::Pins { .. } | Mounting::Rack { .. } => T::c(1.0),
             Mounting::FourBar { linkage, .. } => linkage.closure(pose.carry(linkage.coupler_pivot).position),
         }
     }

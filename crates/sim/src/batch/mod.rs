@@ -198,7 +198,7 @@ impl Batch {
         let (n, states, width) = (layout.joints(), layout.len(), self.observed());
         let mut rows = vec![0.0; self.statuses.len() * WIDTH * width];
         let work = |(group, (rows, x)): (usize, (&mut [f64], &[Group]))| {
-            let mut tip = [[0.0; WIDTH]; 2];
+            let mut tip = [[0.0; WIDTH]; 3];
             self.kernels.with(|kernel| {
                 for first in (0..WIDTH).step_by(kernel.lanes()) {
                     kernel.load_all(self.own.of(group * WIDTH), first, Needed::Mechanics);
@@ -213,7 +213,9 @@ impl Batch {
                     row[2 * n + 2 * c] = x[layout.p1(c)][lane];
                     row[2 * n + 2 * c + 1] = x[layout.p2(c)][lane];
                 }
-                row[4 * n..].copy_from_slice(&[tip[0][lane], tip[1][lane]]);
+                for (out, axis) in row[4 * n..].iter_mut().zip(self.model.tip_axes()) {
+                    *out = tip[*axis][lane];
+                }
             }
         };
         match self.pool.here().filter(|_| !self.runs_alone()) {
@@ -229,7 +231,7 @@ impl Batch {
 
     /// Length of a row of [`Self::observe`].
     pub fn observed(&self) -> usize {
-        4 * self.model.layout().joints() + 2
+        4 * self.model.layout().joints() + self.model.tip_axes().len()
     }
 
     pub fn state(&self, crane: usize) -> Vec<f64> {

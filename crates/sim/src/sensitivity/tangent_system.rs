@@ -64,8 +64,8 @@ impl<const N: usize> Group<N> {
             let [q, qd] = [layout.q(0), layout.qd(0)];
             let pose: [Differentiated; N] = hydrocrane_num::array::from_fn(|i| state[q + i]);
             let rates: [Differentiated; N] = hydrocrane_num::array::from_fn(|i| state[qd + i]);
-            let mechanics = &self.inputs.plant.mechanics;
-            let attached = mechanics.attach(&mechanics.pose(&pose), &rates, before, after - before);
+            let plant = &self.inputs.plant;
+            let attached = plant.attach(&plant.mechanics.pose(&pose), &rates, before, after - before);
             state[qd..qd + N].copy_from_slice(&attached.rates);
         }
         after

@@ -138,7 +138,7 @@ fn worst_tip(model: &Arc<dyn Model>, tasks: &[Task], tolerance: f64) -> f64 {
         let (rows, width) = (batch.observe(), batch.observed());
         for (crane, one) in alone.iter_mut().enumerate() {
             one.step(&tasks[crane].commands[sample]);
-            let tip = model.tip(&one.state().expect("a state")[..3]);
+            let tip = model.tip_in_plane(&one.state().expect("a state")[..3]);
             let row = &rows[crane * width..][..width];
             worst = worst.max((row[12] - tip[0]).hypot(row[13] - tip[1]));
         }
@@ -218,7 +218,7 @@ fn a_load_taken_up_brakes_the_tip_as_it_does_for_one_crane() {
 fn the_ground_carries_in_lanes_as_it_does_for_one_crane() {
     let free = machine(&[]);
     let tasks = tasks(free.as_ref(), 12, 60);
-    let height = |task: &Task| free.tip(&task.start[..3])[1];
+    let height = |task: &Task| free.tip_in_plane(&task.start[..3])[1];
     // The lowest tip begins in the ground, and some of the others come to it.
     let lowest = tasks.iter().map(height).fold(f64::INFINITY, f64::min);
     let model = machine(&[("ground.height".to_string(), OverrideValue::Number(lowest + 0.02))]);

@@ -95,7 +95,7 @@ fn a_machine_with_other_parts_is_refused() {
 
 /// What a kernel makes of a state: the trial's result and end, the tips.
 fn made(kernel: &mut dyn StepKernel, trial: &Trial, x: &[Group]) -> Vec<u64> {
-    let (mut end, mut tips) = (x.to_vec(), [[0.0; WIDTH]; 2]);
+    let (mut end, mut tips) = (x.to_vec(), [[0.0; WIDTH]; 3]);
     kernel.tips(x, 0, &mut tips);
     let result = kernel.attempt(trial, &mut end);
     let flags = [result.taken, result.exact, result.inside].map(|flags| flags.map(|flag| f64::from(u8::from(flag))));
@@ -139,6 +139,7 @@ fn every_number_that_a_step_reads_can_be_a_cranes_own() {
     for (name, model) in models().chain(models_with_pumps()) {
         match model.layout().joints() {
             1 => takes_every_number::<1>(name, model.as_ref()),
+            4 => takes_every_number::<4>(name, model.as_ref()),
             _ => takes_every_number::<3>(name, model.as_ref()),
         }
     }

@@ -43,7 +43,11 @@ fn to_and_fro() -> Commands {
 fn distance(model: &dyn Model, a: &Run, b: &Run) -> f64 {
     assert_eq!(a.times, b.times, "{} / {}", a.outcome.message, b.outcome.message);
     let n = model.layout().len();
-    let tips = a.states.chunks_exact(n).zip(b.states.chunks_exact(n)).map(|(a, b)| [model.tip(a), model.tip(b)]);
+    let tips = a
+        .states
+        .chunks_exact(n)
+        .zip(b.states.chunks_exact(n))
+        .map(|(a, b)| [model.tip_in_plane(a), model.tip_in_plane(b)]);
     tips.map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
 }
 

@@ -45,7 +45,7 @@ impl Noise {
 /// Chains with sliding joints and without, each with a ground at the height of its tip in `q` less `above` and a support
 /// under it whose edge the tip stands on. The base stands on a `slope`, rad.
 fn touching(name: &str, q: &[f64], above: f64, slope: f64) -> Arc<dyn Model> {
-    let [x, z] = model(name, &[]).tip(q);
+    let [x, z] = model(name, &[]).tip_in_plane(q);
     let number = |key: &str, value: f64| (key.to_string(), OverrideValue::Number(value));
     model(
         name,
@@ -226,12 +226,12 @@ fn steps_of_a_millisecond_follow_the_contact() {
         let exact = run(m, 26.0, &lowering(24.0, -0.02), &options("rodas5p", payload, &[]));
         let even = run(m, 26.0, &lowering(24.0, -0.02), &options("hc-rosenbrock-3", payload, &[]));
         let apart = |i: usize| {
-            let [a, b] = [&exact, &even].map(|run| m.tip(&row(m, run, i)[..3]));
+            let [a, b] = [&exact, &even].map(|run| m.tip_in_plane(&row(m, run, i)[..3]));
             (a[0] - b[0]).hypot(a[1] - b[1])
         };
         let worst = (0..exact.times.len()).map(apart).fold(0.0, f64::max);
         let pressed = (0..exact.times.len()).map(|i| output(m, &exact, "tip.contact.z", i)).fold(0.0, f64::max);
-        let ends = [0, exact.times.len() - 1].map(|i| m.tip(&row(m, &exact, i)[..3]));
+        let ends = [0, exact.times.len() - 1].map(|i| m.tip_in_plane(&row(m, &exact, i)[..3]));
         println!("{ends:?} {payload} kg: {worst} m apart, {pressed} N");
         assert!(pressed > 1000.0 && worst < 1e-3, "{payload} kg: {worst} m apart, {pressed} N");
         assert!(gap(m, &even).0 < 0.01 * gap(m, &even).1.max(100.0), "{:?}", gap(m, &even));
@@ -244,12 +244,12 @@ fn what_is_lowered_comes_to_rest_as_deep_as_the_spring_needs() {
     let m = m.as_ref();
     let done = run(m, 14.0, &lowering(7.0, -0.015), &options("rodas5p", 300.0, &[]));
     let last = done.times.len() - 1;
-    let (tip, force) = (m.tip(&row(m, &done, last)[..3]), output(m, &done, "tip.contact.z", last));
+    let (tip, force) = (m.tip_in_plane(&row(m, &done, last)[..3]), output(m, &done, "tip.contact.z", last));
     let depth = FLOOR + 0.32 + 0.044 * 300f64.sqrt() - tip[1];
     println!("{depth} m deep under {force} N at {} m", tip[0]);
     assert!(tip[0] > 2.1, "beside the bunk: {}", tip[0]);
     assert!(force > 1000.0 && (depth - force / STIFFNESS - SOFT).abs() < 1e-4, "{depth} m under {force} N");
-    assert!(m.tip_velocity(&row(m, &done, last)[..3], &row(m, &done, last)[3..6])[1].abs() < 1e-3);
+    assert!(m.tip_velocity(&row(m, &done, last)[..3], &row(m, &done, last)[3..6])[2].abs() < 1e-3);
 }
 
 #[test]
@@ -276,7 +276,7 @@ fn a_load_is_set_down_and_picked_up_again() {
 #[test]
 fn the_bunk_carries_higher_than_the_ground() {
     let m = lab();
-    let [x, z] = m.tip(&POSE);
+    let [x, z] = m.tip_in_plane(&POSE);
     let under = |height: f64| {
         let mut changed = overrides();
         changed.extend([

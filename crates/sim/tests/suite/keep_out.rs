@@ -99,7 +99,7 @@ impl Finished {
     }
 
     fn tips(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
-        self.postures().map(|q| self.model.tip(&q))
+        self.postures().map(|q| self.model.tip_in_plane(&q))
     }
 
     fn end(&self) -> [f64; 2] {

@@ -6,11 +6,12 @@ use hydrocrane_ode::BlockArrow;
 use hydrocrane_sim::{build, Model};
 use std::sync::Arc;
 
-const MACHINES: [&str; 8] = [
+const MACHINES: [&str; 9] = [
     "rottne-f9-lab",
     "rottne-f9-pump",
     "rottne-f9-mobile",
     "rottne-f9-ls",
+    "rottne-f9-forwarder",
     "hiab-xs031",
     "single-cylinder",
     "rig-rottne",

@@ -198,7 +198,7 @@ fn failing(direction: [f64; 2], fault: SensorFault) -> (Arc<dyn Model>, SampledR
 /// Places of the tip after the fault, from where it was then, along and across `direction`, m.
 fn way(model: &dyn Model, done: &SampledRun, direction: [f64; 2]) -> Vec<[f64; 2]> {
     let n = model.layout().len();
-    let tips: Vec<[f64; 2]> = done.run.states.chunks(n).skip(150).map(|x| model.tip(&x[..3])).collect();
+    let tips: Vec<[f64; 2]> = done.run.states.chunks(n).skip(150).map(|x| model.tip_in_plane(&x[..3])).collect();
     let [x0, z0] = tips[0];
     let [a, b] = direction;
     tips.iter().map(|[x, z]| [(x - x0) * a + (z - z0) * b, (x - x0) * b - (z - z0) * a]).collect()

@@ -23,7 +23,7 @@ fn driven(case: &Case, direction: [f64; 2], faults: &[SensorFault]) -> SampledRu
 fn tips(case: &Case, done: &SampledRun) -> Vec<[f64; 2]> {
     let model = case.model();
     let joints = model.machine().joints.len();
-    done.run.states.chunks(model.layout().len()).map(|x| model.tip(&x[..joints])).collect()
+    done.run.states.chunks(model.layout().len()).map(|x| model.tip_in_plane(&x[..joints])).collect()
 }
 
 /// Largest distance between the tips of two runs until the stick is released, and in all, m.

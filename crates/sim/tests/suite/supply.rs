@@ -238,7 +238,7 @@ fn a_pump_that_never_wants_for_oil_is_the_ideal_supply() {
         rows(ideal.as_ref(), &a).pop().expect("a row").to_vec(),
         rows(huge.as_ref(), &b).pop().expect("a row").to_vec(),
     );
-    let tips = [ideal.tip(&a[..3]), huge.tip(&b[..3])];
+    let tips = [ideal.tip_in_plane(&a[..3]), huge.tip_in_plane(&b[..3])];
     let apart = (tips[0][0] - tips[1][0]).hypot(tips[0][1] - tips[1][1]);
     assert!(apart < 1e-4, "{apart} m");
 }

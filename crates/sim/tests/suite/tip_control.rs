@@ -94,7 +94,7 @@ impl Loop {
     }
 
     fn tip(&self) -> [f64; 2] {
-        self.model.tip(self.joints())
+        self.model.tip_in_plane(self.joints())
     }
 
     fn joints(&self) -> &[f64] {
@@ -355,17 +355,17 @@ fn every_bundled_machine_gets_a_controller_that_moves_its_tip() {
         let mut simulator = Simulator::new(model.clone(), controller.period(), options(model.as_ref(), 0.0));
         simulator.reset(&x0).expect("a state to start from");
         let mut spool = vec![0.0; n];
-        let from = model.tip(&q);
+        let from = model.tip_in_plane(&q);
         let mut aside = 0.0f64;
         for _ in 0..100 {
             let x = simulator.state().expect("a state");
-            aside = aside.max((model.tip(&x[..n])[0] - from[0]).abs());
+            aside = aside.max((model.tip_in_plane(&x[..n])[0] - from[0]).abs());
             let p: Vec<[f64; 2]> = (0..n).map(|c| [x[layout.p1(c)], x[layout.p2(c)]]).collect();
             let m = Measurement { t: simulator.time(), q: &x[..n], p: &p };
             controller.step(&m, Stick::Tip([0.0, 0.15]), &mut spool).expect("a command");
             assert_eq!(simulator.step(&spool).kind, OutcomeKind::Completed);
         }
-        let to = model.tip(&simulator.state().expect("a state")[..n]);
+        let to = model.tip_in_plane(&simulator.state().expect("a state")[..n]);
         println!("{name}: {:.3} m up in 1 s, at most {aside:.4} m aside", to[1] - from[1]);
         assert!(to[1] - from[1] > 0.005 && aside < 0.02, "{name}");
     }

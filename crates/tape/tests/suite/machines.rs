@@ -60,10 +60,10 @@ fn one_by_one(model: &dyn Model, x: &[f64], u: &[f64]) -> Vec<f64> {
         Evaluator::<f64, f64, N>::new(&plant, layout).derivative(layout, x, u, machine.payload.mass, &mut dx);
         dx
     }
-    if model.layout().joints() == 1 {
-        of::<1>(model, x, u)
-    } else {
-        of::<3>(model, x, u)
+    match model.layout().joints() {
+        1 => of::<1>(model, x, u),
+        4 => of::<4>(model, x, u),
+        _ => of::<3>(model, x, u),
     }
 }
 

@@ -37,5 +37,5 @@ pub fn simulated(scenario: &Scenario) -> (f64, [f64; 2]) {
     let done = assembly.run(&[end], &mut |_| true);
     assert_eq!(done.run.outcome.kind, OutcomeKind::Completed, "{}", done.run.outcome.message);
     let model = &assembly.stages[0].model;
-    (end, model.tip(&done.run.states[..model.layout().joints()]))
+    (end, model.tip_in_plane(&done.run.states[..model.layout().joints()]))
 }

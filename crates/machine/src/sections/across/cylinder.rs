@@ -4,6 +4,7 @@ use super::{digits, Sizes};
 use crate::model::{Cylinder, JointKind, Leakage, Machine, RodPin};
 use crate::number::Number;
 use crate::reader::Reader;
+use crate::sections::closure::{from_joint, split};
 use crate::sections::Result;
 use std::f64::consts::PI;
 
@@ -33,6 +34,9 @@ pub fn check<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, 
 }
 
 fn diameters(table: &Reader, sizes: &Sizes) -> Result<()> {
+    if sizes.rod == 0.0 {
+        return Ok(());
+    }
     let ratio = sizes.areas[0] / sizes.areas[1];
     let [low, high] = AREA_RATIOS;
     let word = if ratio < low { "thin" } else { "thick" };
@@ -124,7 +128,7 @@ fn stop<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()
             digits(1e3 * depth),
             digits(1e3 * zone)
         )
-    } else if stiffness > rod {
+    } else if stiffness > rod && sizes.rod > 0.0 {
         format!("stiff: the rod itself, of steel and as long as the stroke, has {} kN/mm", digits(1e-6 * rod))
     } else {
         return Ok(());
@@ -164,8 +168,7 @@ fn levers<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, siz
     let joint = &machine.joints[of.joint];
     let (RodPin::Point(rod), JointKind::Revolute(_)) = (&of.rod_pin, &joint.kind) else { return Ok(()) };
     for (key, pin) in [("barrel", &of.barrel_pin), ("rod", rod)] {
-        let axis = if pin.link == of.joint { joint.at.map(T::plain) } else { [0.0; 2] };
-        let arm = libm::hypot(pin.position[0].plain() - axis[0], pin.position[1].plain() - axis[1]);
+        let (arm, _) = split(from_joint(joint, pin, pin.link == of.joint), joint.axis.unwrap_or([0.0, 1.0, 0.0]));
         if arm < 0.5 * sizes.rod {
             table.required(key, "a point")?.warn(
                 format!(

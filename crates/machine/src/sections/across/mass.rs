@@ -33,7 +33,10 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
         for (_, body) in bodies {
             let matter = Matter {
                 mass: value(&body, "mass")?,
-                centre: body.point::<f64>("centre-of-gravity")?,
+                centre: {
+                    let [x, _, z] = body.point::<f64>("centre-of-gravity")?;
+                    [x, z]
+                },
                 inertia: value(&body, "inertia")?,
             };
             matter.judge(&body, link, spans[index])?;
