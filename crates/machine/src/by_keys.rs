@@ -92,9 +92,11 @@ impl Keys {
         let pair = number.form != Form::One;
         let trouble = match element {
             Some(_) if !pair => Some(format!("`{path}` is one number: omit the brackets")),
-            Some(element) if element >= number.si.len() => {
-                Some(format!("`{path}` holds {} values, counted from `{path}[0]`", number.si.len()))
-            }
+            Some(element) if element >= number.si.len() => Some(format!(
+                "`{path}` holds {} values, `{path}[0]` to `{path}[{}]`",
+                number.si.len(),
+                number.si.len() - 1
+            )),
             None if number.form == Form::Two => {
                 Some(format!("`{path}` holds two values: name one of them, `{path}[0]` or `{path}[1]`"))
             }

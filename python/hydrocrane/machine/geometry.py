@@ -198,7 +198,12 @@ class Geometry(Shaped):
         return tuple(self.core.tip_axes)
 
     def require_plane(self, what: str) -> None:
-        """Raise an error if the machine moves in space, for `what` is worked out in the plane only."""
+        """Raise an error if the machine moves in space, for `what` is worked out in the plane only.
+
+        Examples
+        --------
+        >>> hc.load_machine("rottne-f9-lab").require_plane("a load chart")
+        """
         if "y" in self.tip_axes:
             raise InputError(
                 f"{what}: worked out for machines in the plane of x and z only, and {self.core.name} moves in space; "

@@ -139,6 +139,7 @@ class _Scene:
         self.rope = self.axes.plot([], [], color=INK, lw=1.2, zorder=5.4)[0]
         self.weight = self.axes.text(0, 0, "", ha="center", va="top", zorder=5.6)
         self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
+        self.plan = _Plan(self.axes, run.machine.tip(self.poses)) if "y" in run.machine.tip_axes else None
         corner: dict[str, Any] = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
         self.clock = self.axes.text(0.985, 0.975, "", **corner)
         # Solve the layout once; solving it for every picture would move the axes and take most of the time.
@@ -155,9 +156,12 @@ class _Scene:
         self._hang_load(index)
         self.trail.set_data(self.tips[: index + 1, 0], self.tips[: index + 1, 1])
         self.clock.set_text(f"{self.times[index]:6.2f} s")
+        if self.plan:
+            self.plan.show(index)
         # Drawn from back to front.
         moving = [*self.parts, *self.plates.values(), *self.rod_sides, self.rope, self.load, self.weight]
-        return sorted([self.trail, *moving, self.clock], key=Artist.get_zorder)
+        plan = self.plan.parts if self.plan else []
+        return sorted([self.trail, *moving, self.clock, *plan], key=Artist.get_zorder)
 
     def _fill_cylinders(self, index: int, barrels: list[int]) -> None:
         """The barrels in the colours of the pressures at both sides of their pistons."""
@@ -232,6 +236,26 @@ def _write_mp4(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
 
 
 _WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
+
+
+class _Plan:
+    """A machine in space from above, in a corner of the side view: a line to the tip, and the way of the tip."""
+
+    def __init__(self, axes: Axes, tips: Array) -> None:
+        self.places = tips[:, :2]
+        reach = 1.15 * float(np.linalg.norm(self.places, axis=1).max())
+        inset = axes.inset_axes((0.02, 0.66, 0.28, 0.28))
+        inset.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xticks=[], yticks=[])
+        inset.set_title("from above", fontsize=8, pad=2)
+        inset.plot(0.0, 0.0, "o", ms=4, color=INK)
+        self.trail = inset.plot([], [], color=ACCENT, lw=1.2)[0]
+        self.arm = inset.plot([], [], color=INK, lw=2.2, solid_capstyle="round")[0]
+        self.parts: list[Artist] = [self.trail, self.arm]
+
+    def show(self, index: int) -> None:
+        x, y = self.places[: index + 1].T
+        self.trail.set_data(x, y)
+        self.arm.set_data([0.0, x[-1]], [0.0, y[-1]])
 
 
 def _pictures(run: Record, fps: int, speed: float) -> tuple[Array, Array, Array]:

@@ -92,7 +92,7 @@ def without_comments(text: str) -> str:
     return re.sub(r"//.*", "", text)
 
 
-SERVING = ("mod.rs", "lib.rs", "parameters.rs", "parts.rs", "edge_flows.rs")
+SERVING = ("mod.rs", "lib.rs", "parameters.rs", "parts.rs", "edge_flows.rs", "planar.rs", "space.rs")
 
 
 def laws() -> list[Path]:
@@ -188,7 +188,7 @@ PLATFORM = "acos|asin|atan|atan2|cbrt|cos|cosh|exp_m1|hypot|ln_1p|log|log10|log2
 AMBIGUOUS = "exp|ln|sin|cos|sin_cos|tanh"
 # Crates and files whose numbers are all `f64`, and the second, independent right-hand side, which is a test's oracle.
 PLAIN = ("crates/machine/", "crates/control/", "crates/web/")
-ORACLES = {f"crates/plant/src/reference{file}.rs" for file in ("", "/laws", "/supply")}
+ORACLES = {f"crates/plant/src/reference{file}.rs" for file in ("", "/laws", "/space", "/supply")}
 
 
 def test_runs_have_the_same_bits_on_every_platform():

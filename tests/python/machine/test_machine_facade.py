@@ -128,6 +128,10 @@ def test_strokes_and_joints_are_inverse(name):
 @pytest.mark.parametrize("name", [name for name in MACHINES if hc.load_machine(name).joint_units[0] == "rad"])
 def test_inverse_kinematics_reaches_the_tip(name):
     crane = hc.load_machine(name)
+    if "y" in crane.tip_axes:
+        with pytest.raises(hc.InputError, match="in the plane"):
+            crane.inverse_kinematics([2.0, 1.0])
+        return
     low, high = crane.joint_limits.T
     hit = 0
     for pose in some_poses(crane, 20):

@@ -248,7 +248,7 @@ def test_the_command_line_answers_mistakes_before_it_runs(tmp_path, monkeypatch,
     for arguments, word in (
         (["rampe"], "ramp"),
         (["ramp", "-o", "log.xls"], ".csv"),
-        (["ramp", "--rig", "rig"], "rig-"),
+        (["ramp", "--rig", "rig"], "no bundled machine `rig`"),
     ):
         assert command("run", *arguments) == 2
         assert word in capsys.readouterr().err

@@ -7,7 +7,7 @@
 //!     B_k(y)  = I_k (y x V_k) + y x* (I_k V_k) + V_k x* (I_k y)
 //! The first part turns with the joint's own axis, so that no joint behind j feels it.
 //!
-//! Featherstone 2008, Rigid Body Dynamics Algorithms, chapters 2 and 5, for x and x*.
+//! Featherstone (2008), Rigid Body Dynamics Algorithms, chapters 2 and 5, for x and x*.
 
 use super::derivatives::ForceDerivatives;
 use super::equations_of_motion::{Inertia, RigidChain};

@@ -8,16 +8,16 @@
 //! The thesis builds its cylinder frames (13), (16), (29) on the slope angles; forces here need only u itself.
 
 use super::MovingPoint;
-use hydrocrane_num::{portable, Real, Vec2};
+use hydrocrane_num::{portable, Real, Vec2, Vec3};
 
 /// Pin-to-pin length (m) and its derivative with respect to the joint coordinate; the pins lie `aside` of each other, m, along the axis.
 #[inline(always)]
 pub fn pin_distance<T: Real>(fixed: Vec2<T>, moving: MovingPoint<T>, aside: T) -> (T, T) {
     let d = moving.position - fixed;
-    let square = d.dot(d) + aside.square();
-    let length = square.sqrt();
+    let between = Vec3::of(d, aside);
+    let length = between.norm();
     // The root and the quotient do not wait for each other.
-    (length, d.dot(moving.rate) / square * length)
+    (length, d.dot(moving.rate) / between.dot(between) * length)
 }
 
 /// Direction from one pin to the other, rad from x towards z.

@@ -1,7 +1,7 @@
 //! Forward kinematics of a chain in space.                          theory: docs/theory/geometry/spatial_chain.md
 //!
 //! A joint turns about an axis n of its parent or slides along a direction of it:
-//!     R_child = R_parent (cos 1 + sin [n] + (1 - cos) n n^T)                        Rodrigues' formula
+//!     R_child = R_parent (cos 1 + sin [n] + (1 - cos) n n^T)                        Featherstone (2008), 2.8
 //!     r_child = r_parent + R_parent (at + direction (q - zero))
 //!
 //! Where the joint stands at zero, the frames of parent and child are parallel. Angle and sliding way are those of the joint in
