@@ -45,8 +45,8 @@ that slew: [random machines](random-machines.md).
 
 ## Agreement with other programs
 
-At {states} random poses and rates with {payload:g} kg at the tip; the largest difference, relative to the largest entry of
-its sample. Pinocchio reads our URDF, MuJoCo our MJCF. Random chains about skew axes, built in Pinocchio from numbers
+At {states} random poses and rates with {payload:g} kg at the tip; the largest difference, relative to the largest entry
+of its sample. Pinocchio reads our URDF, MuJoCo our MJCF. Random chains about skew axes, built in Pinocchio from numbers
 alone, are in `tests/python/laws/test_space_pinocchio.py`.
 
 """
@@ -54,8 +54,8 @@ COSTS = """
 
 ## What space costs
 
-Time of one call, one core, median of {rounds} rounds in which both cranes take turns; *ratio* is the median of the ratios
-within a round. The state derivative and its Jacobian are called from Python for {batch} states at once.
+Time of one call, one core, median of {rounds} rounds in which both cranes take turns; *ratio* is the median of the
+ratios within a round. The state derivative and its Jacobian are called from Python for {batch} states at once.
 
 """
 RUNS = """
