@@ -140,8 +140,8 @@ pub struct Joint<T = f64> {
     /// Position of the child frame's origin on the parent link (prismatic: at coordinate `zero`), m, and its place y beside the plane.
     pub at: [T; 2],
     pub aside: T,
-    /// Unit vector (x, y, z) in the parent frame about which a growing angle turns, or along which a growing coordinate slides, before
-    /// `sense`; `None`: the joint moves in the plane. At `zero` the frames of parent and child are then parallel.
+    /// Unit vector (x, y, z) in the parent frame about which a growing angle turns, before `sense`; at `zero` the frames of parent and
+    /// child are then parallel. `None`: the joint moves in the plane.
     pub axis: Option<[f64; 3]>,
     /// Coordinate (rad or m) at which the joint is in its neutral position.
     pub zero: T,

@@ -88,13 +88,13 @@ pub static JOINT: &[Key] = &[
     Key::text("child").required().means("The link that the joint moves."),
     Key::text("at").required().means("Name of the point of the parent where the joint lies."),
     Key::text("axis").otherwise("the joint moves in the plane of x and z").means(
-        "Axis about which a growing angle turns by the right-hand rule, or along which a growing coordinate slides, in the parent's frame: `x`, `y`, `z`, one of these with a minus, or three numbers as `(0, 0.6, 0.8)`. The frames of parent and child are parallel where the coordinate is `zero`.",
+        "Axis of a revolute joint, about which a growing angle turns by the right-hand rule, in the parent's frame: `x`, `y`, `z`, one of these with a minus, or three numbers as `(0, 0.6, 0.8)`. The frames of parent and child are parallel where the coordinate is `zero`.",
     ).source("theory/geometry/spatial_chain.md"),
     Key::choice("convention", &["included", "relative"]).otherwise("required for revolute joints without `axis`").means(
         "Angle of a revolute joint: `included` between the axes of the two links, or `relative` to the parent's axis.",
     ),
     Key::quantity("direction", &[ANGLE], Any)
-        .otherwise("required for prismatic joints without `axis`")
+        .otherwise("required for prismatic joints")
         .usual(&[("0 deg", "720 deg", 100.0)])
         .means("Direction, in the parent's frame, in which the coordinate of a prismatic joint grows."),
     Key::quantity("zero", &[ANGLE, LENGTH], Any)

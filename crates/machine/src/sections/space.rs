@@ -17,7 +17,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
                 joint.name, link.name
             );
             return Err(table.place.error(ErrorKind::MissingKey, &table.path, message).help(
-                "give `inertia-x` and `inertia-z` beside every `inertia`; a slender beam along x has about none and as much as `inertia`",
+                "give `inertia-x` and `inertia-z` beside every `inertia`; of a slender beam along x the first is about zero and the second as large as `inertia`",
             ));
         }
     }
