@@ -237,7 +237,8 @@ HEADS = (
 
 def bundled() -> list[Crane]:
     """Cranes whose tip moves in a plane."""
-    names = [name for name in hc.bundled_machines() if len(hc.load_machine(name).joint_names) > 1]
+    machines = {name: hc.load_machine(name) for name in hc.bundled_machines()}
+    names = [name for name, own in machines.items() if len(own.joint_names) > 1 and "y" not in own.tip_axes]
     names = [name for name in names if name not in LEFT_OUT]
     return [Crane(name, next(kg for start, kg in RATED.items() if name.startswith(start))) for name in names]
 

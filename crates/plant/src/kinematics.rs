@@ -50,7 +50,7 @@ pub trait Kinematics {
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 3];
     /// Centre of gravity of each moving link, (x, y, z) in the inertial frame.
     fn centres_of_gravity(&self, q: &[f64], centres: &mut [f64]);
-    /// Closed curves around the area that the tip of a chain in the plane can reach.
+    /// Closed curves around the area that the tip of a chain in the plane can reach; none in space.
     fn workspace(&self) -> Vec<Vec<[f64; 2]>>;
     fn drawing(&self, q: &[f64]) -> Vec<Shape>;
 }
@@ -138,6 +138,9 @@ impl<const N: usize> Kinematics for Crane<N> {
     }
 
     fn workspace(&self) -> Vec<Vec<[f64; 2]>> {
+        if self.plant().space().is_some() {
+            return Vec::new();
+        }
         workspace::boundary(&self.plant().mechanics, &self.limit_pairs())
     }
 

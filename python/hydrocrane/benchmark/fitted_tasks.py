@@ -180,6 +180,7 @@ def tuning_cases(machine: Machine) -> list[Case]:
     sensors and a payload that the controller does not know. They are not faster than those of the benchmark. The last
     case is the first one with valves that answer 20 ms later than the controller knows.
     """
+    machine.require_plane("tip control")
     cases = quick_cases() if fits_the_benchmark(machine) else _fitted_cases(machine)
     return [*cases, replace(cases[0], condition=LATER)]
 

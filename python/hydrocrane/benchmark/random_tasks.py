@@ -53,6 +53,7 @@ def random_lines(machine: Machine, count: int, *, seed: int = 0, condition: Cond
     """
     if count < 1:
         raise InputError(f"count must be at least 1, got {count}")
+    machine.require_plane("lines of the tip")
     random = np.random.default_rng(seed_number(seed))
     laden = machine.changed({"payload.mass": condition.payload}) if condition.payload else machine
     cases: list[Case] = []

@@ -125,6 +125,7 @@ def benchmark(
         Called with (runs done, all runs) before each run.
     """
     machine = as_machine(machine)
+    machine.require_plane("the benchmark of tip control")
     cases = all_cases(machine) if cases is None else list(cases)
     drivers = list(controllers)
     for controller in drivers:

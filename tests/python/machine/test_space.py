@@ -7,6 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hydrocrane as hc
+from hydrocrane.benchmark import benchmark, random_lines
+from hydrocrane.benchmark.fitted_tasks import tuning_cases
 
 NAME = "rottne-f9-forwarder"
 POSE = [0.4, 1.9, 2.0, 0.1]
@@ -205,6 +207,9 @@ def test_episodes_in_space():
         lambda crane: crane.workspace(),
         lambda crane: hc.load_chart(crane, samples=3),
         lambda crane: hc.mode_map(crane, samples=3),
+        lambda crane: random_lines(crane, 1),
+        lambda crane: tuning_cases(crane),
+        lambda crane: benchmark(["lever"], machine=crane),
     ],
 )
 def test_what_is_worked_out_in_the_plane_only_says_so(crane, what):
