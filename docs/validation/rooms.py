@@ -35,8 +35,8 @@ TAIL = """
 The code became larger, not smaller. The parts to be reduced: `sim` with 62 files is now `ode`, `plant`, `lanes` and
 `sim`, and the 28 loose files of the Python package are 8. Identification was to shrink and did not: it now chooses the
 form of the map and judges it on levels left out. Most of the growth in the last column is new: hydraulics of mobile
-machines, `fitting`, `linear`, `export`, FMUs, controllers in C, the benchmark, readers of foreign logs, and chains in space
-(some 1,900 lines: the laws of space with their tests, keys and checks of files, the second right-hand side).
+machines, `fitting`, `linear`, `export`, FMUs, controllers in C, the benchmark, readers of foreign logs, and chains in
+space (some 1,900 lines: the laws with their tests, keys and checks of files, the second right-hand side).
 """
 
 
