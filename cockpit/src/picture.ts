@@ -59,6 +59,8 @@ export class Picture {
   private description: Description | null = null;
   private reach: Reach = reachOf([]);
   private trail: Point[] = [];
+  /** Whether the view fits the machine: one without a reach is fitted once it is drawn. */
+  private framed = true;
   /** A path to be followed. */
   task: Task | null = null;
   /** Where the tip is told to go. */
@@ -79,7 +81,9 @@ export class Picture {
     this.reach = reachOf(description.workspace);
     if (!keep) this.trail = [];
     this.stale = true;
-    if (other) this.view.frame(worthSeeing(description));
+    if (!other) return;
+    this.view.frame(worthSeeing(description));
+    this.framed = description.workspace.length > 0;
   }
 
   follow(tip: Point): void {
@@ -105,10 +109,14 @@ export class Picture {
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.fillStyle = colours.ground;
     c.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    const figures = figuresOf(description, row.subarray(description.signals.length));
+    if (!this.framed) {
+      this.view.frame(around(figures));
+      this.framed = true;
+    }
     const { scale, x, z } = this.view;
     c.setTransform(ratio * scale, 0, 0, -ratio * scale, ratio * x, ratio * z);
     c.lineJoin = c.lineCap = "round";
-    const figures = figuresOf(description, row.subarray(description.signals.length));
     const brush: Brush = { c, colours, pixels: (count) => this.pixels(count), shown: this.view.shown };
     this.drawReach(colours);
     this.drawGrid(colours);
@@ -492,6 +500,17 @@ function worthSeeing(description: Description): Point[] {
   const free = description.workspace.flat().filter((point) => !inside(point));
   const depth = (extent(free)?.[0][1] ?? 0) - BELOW;
   return [...free, [-ROOM, 0], [0, depth]];
+}
+
+/** The machine as it stands, with as much room again on every side as it takes itself. */
+function around(figures: Figure[]): Point[] {
+  const box = extent(figures.flatMap(({ line }) => line));
+  if (!box) return [];
+  const [[left, bottom], [right, top]] = box;
+  return [
+    [2 * left - right, bottom],
+    [2 * right - left, 2 * top - bottom],
+  ];
 }
 
 function polyline(line: Point[]): Path2D {
