@@ -159,7 +159,7 @@ def test_every_machine_can_be_driven(browser, address, machine):
         assert page.tab.title().startswith(machine)
         page.tab.keyboard.press("2")
         page.tab.locator(".lever").first.wait_for(timeout=STARTS)
-        for key in ("KeyQ", "KeyW", "KeyE")[: page.tab.locator(".lever").count()]:
+        for key in ("KeyQ", "KeyW", "KeyE", "KeyR")[: page.tab.locator(".lever").count()]:
             hold(page, key, 0.8)
         page.tab.keyboard.down("KeyA")
         page.wait(0.8)
