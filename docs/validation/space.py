@@ -26,7 +26,9 @@ import pinocchio as pin
 import hydrocrane as hc
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT))
+sys.path += [str(ROOT), str(ROOT / "tests/python/export")]
+
+from multibody import in_mujoco, in_pinocchio, pinocchio_model  # noqa: E402
 
 from benches.tables import table  # noqa: E402
 
@@ -71,10 +73,9 @@ def poses(crane: hc.Machine) -> tuple[np.ndarray, np.ndarray]:
     return low + (high - low) * rng.uniform(0.02, 0.98, (STATES, len(low))), rng.normal(size=(STATES, len(low)))
 
 
-def apart(ours: np.ndarray, theirs: list[np.ndarray]) -> str:
-    theirs_ = np.array(theirs).reshape(STATES, -1)
-    difference = np.abs(ours.reshape(STATES, -1) - theirs_).max(axis=1)
-    return f"{(difference / np.abs(theirs_).max(axis=1)).max():.1e}"
+def apart(ours: np.ndarray, theirs: np.ndarray) -> str:
+    ours, theirs = ours.reshape(STATES, -1), theirs.reshape(STATES, -1)
+    return f"{(np.abs(ours - theirs).max(axis=1) / np.abs(theirs).max(axis=1)).max():.1e}"
 
 
 def agreement(crane: hc.Machine) -> list[list[str]]:
@@ -83,31 +84,14 @@ def agreement(crane: hc.Machine) -> list[list[str]]:
     with tempfile.TemporaryDirectory() as folder:
         urdf = hc.export_urdf(crane, Path(folder) / "crane.urdf", payload=PAYLOAD)
         mjcf = hc.export_mjcf(crane, Path(folder) / "crane.xml", payload=PAYLOAD)
-        model, other = pin.buildModelFromUrdf(str(urdf)), mujoco.MjModel.from_xml_path(str(mjcf))
-    model.gravity.linear = np.array([0.0, 0.0, -crane.value("environment.gravity").si])
-    data, its = model.createData(), mujoco.MjData(other)
-    tip, n = model.getFrameId("tip"), len(crane.joint_names)
-    found: dict[str, tuple[list[np.ndarray], list[np.ndarray]]] = {name: ([], []) for name in ("mass", "bias", "tip")}
-    for pose, rate in zip(q, qd, strict=True):
-        upper = np.triu(pin.crba(model, data, pose))
-        pin.framesForwardKinematics(model, data, pose)
-        its.qpos[:], its.qvel[:] = pose, rate
-        mujoco.mj_forward(other, its)
-        full = np.zeros((n, n))
-        for column in range(n):
-            mujoco.mj_mulM(other, its, full[column], np.eye(n)[column])
-        found["mass"][0].append(upper + np.triu(upper, 1).T)
-        found["bias"][0].append(pin.nonLinearEffects(model, data, pose, rate))
-        found["tip"][0].append(data.oMf[tip].translation.copy())
-        found["mass"][1].append(full)
-        found["bias"][1].append(its.qfrc_bias.copy())
-        found["tip"][1].append(its.site("tip").xpos.copy())
+        answers = [in_pinocchio(pin, pinocchio_model(pin, urdf, crane), q, qd)]
+        answers.append(in_mujoco(mujoco, mujoco.MjModel.from_xml_path(str(mjcf)), q, qd))
     ours = {
-        "mass": ("mass matrix", crane.mass_matrix(q, payload=PAYLOAD)),
-        "bias": ("bias force", crane.bias_force(q, qd, payload=PAYLOAD)),
-        "tip": ("place of the tip", crane.tip(q)),
+        "mass matrix": ("mass", crane.mass_matrix(q, payload=PAYLOAD)),
+        "bias force": ("bias", crane.bias_force(q, qd, payload=PAYLOAD)),
+        "place of the tip": ("tip", crane.tip(q)),
     }
-    return [[name, *(apart(value, theirs) for theirs in found[key])] for key, (name, value) in ours.items()]
+    return [[name, *(apart(own, getattr(of, key)) for of in answers)] for name, (key, own) in ours.items()]
 
 
 def seconds(call: object) -> float:

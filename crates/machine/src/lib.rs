@@ -6,6 +6,7 @@
 mod at_cylinder;
 mod bundled;
 pub mod by_keys;
+mod chain;
 mod circuit;
 mod disk;
 mod document;

@@ -2,7 +2,7 @@
 //! turn about -y.
 
 use crate::{Real, Vec2};
-use core::ops::{Add, Mul, Neg, Sub};
+use core::ops::{Add, Mul, Sub};
 
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Vec3<T> {
@@ -38,7 +38,7 @@ impl<T: Real> Vec3<T> {
     pub fn norm(self) -> T {
         self.dot(self).sqrt()
     }
-    /// The velocity of `arm` turning at the rate `self`.
+    /// The velocity of the arm `o` turning at the rate `self`.
     #[inline(always)]
     pub fn cross(self, o: Self) -> Self {
         Vec3 { x: self.y * o.z - self.z * o.y, y: self.z * o.x - self.x * o.z, z: self.x * o.y - self.y * o.x }
@@ -65,14 +65,6 @@ impl<T: Real> Sub for Vec3<T> {
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
         Vec3 { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
-    }
-}
-
-impl<T: Real> Neg for Vec3<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Vec3 { x: -self.x, y: -self.y, z: -self.z }
     }
 }
 

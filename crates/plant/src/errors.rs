@@ -9,10 +9,10 @@ pub enum BuildError {
     /// Unsupported number of joints.
     #[error("the machine has {0} joints; chains of {chains} joints can be simulated", chains = CHAINS)]
     Chain(usize),
-    /// Hydraulics of mobile machines in a build for the smallest chains only.
+    /// Hydraulics of mobile machines, or a chain in space, in a build for the smallest chains only.
     #[error(
-        "the machine has a pump, a measured supply, compensators, curves of metering edges, separate meter-out, load-holding or port valves, for which this \
-         program has no laws; plain spool valves at a constant pressure can be simulated"
+        "the machine has a pump, a measured supply, compensators, curves of metering edges, separate meter-out, load-holding or port valves, or a joint with an axis \
+         of its own, for which this program has no laws; plain spool valves at a constant pressure can be simulated"
     )]
     Pump,
     #[error("machine.tip lies on link `{0}`; it must lie on the last link of the chain, `{1}`")]

@@ -146,6 +146,10 @@ fn vector<T: Real>([x, z]: [T; 2]) -> Vec2<T> {
     Vec2::new(x, z)
 }
 
+fn in_space<T: Real>([x, y, z]: [T; 3]) -> Vec3<T> {
+    Vec3::new(x, y, z)
+}
+
 /// Unit vector against gravity in the frame of the base, which a slope turns.
 fn up<T: Number>(m: &file::Machine<T>) -> Vec2<T> {
     let (sin, cos) = m.slope.stated_sin_cos();
@@ -213,17 +217,16 @@ fn spatial<T: Number, const N: usize>(m: &file::Machine<T>) -> Result<SpatialMec
         let inertia = Tensor { xx: of.xx, yy, zz: of.zz, xy: of.xy, xz: of.xz, yz: of.yz };
         solids.push(Solid { mass, centre_of_gravity: Vec3::new(x, of.y, z), inertia });
     }
-    let plane = Vec3::c([0.0, -1.0, 0.0]);
     let stance = |i: usize| Stance {
-        at: Vec3::of(vector(m.joints[i].at), m.joints[i].aside),
-        axis: m.joints[i].axis.map_or(plane, Vec3::c),
+        at: in_space(m.joints[i].at_in_space()),
+        axis: Vec3::c(m.joints[i].turning_axis()),
         direction: Vec3::of(joint(m, i).direction, T::c(0.0)),
         leaves_plane: m.joints[i].axis.is_some(),
     };
     Ok(SpatialMechanics {
         stances: hydrocrane_num::array::from_fn(stance),
         solids: hydrocrane_num::array::from_fn(|i| solids[i]),
-        tip: Vec3::of(vector(m.tip.position), m.tip.aside),
+        tip: in_space(m.tip.in_space()),
         gravity: Vec3::of(gravity(m), T::c(0.0)),
     })
 }
@@ -272,9 +275,8 @@ fn actuation<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Result<A
 fn beside<T: Number>(joint: &file::Joint<T>, pin: &file::Point<T>, on_parent: bool) -> (Vec2<T>, T) {
     let from = if on_parent { joint.aside } else { T::c(0.0) };
     let Some(axis) = joint.axis else { return (vector(pin.position), from - pin.aside) };
-    let [x, z] = pin.position;
-    let place = Vec3::new(x, pin.aside, z);
-    let place = if on_parent { place - Vec3::of(vector(joint.at), joint.aside) } else { place };
+    let place = in_space(pin.in_space());
+    let place = if on_parent { place - in_space(joint.at_in_space()) } else { place };
     let axis = Vec3::<f64>::c(axis);
     // The nearer of x and y to a right angle with the axis, as that across the plane of x and z has x.
     let near =

@@ -11,15 +11,6 @@ use crate::workspace;
 use hydrocrane_num::portable;
 use hydrocrane_physics::geometry::frames::Joint;
 
-/// Which of x, y and z the tip of a machine moves along.
-pub fn tip_axes(spatial: bool) -> &'static [usize] {
-    if spatial {
-        &[0, 1, 2]
-    } else {
-        &[0, 2]
-    }
-}
-
 pub trait Kinematics {
     fn joint_limits(&self) -> &[JointLimits];
     /// Piston positions at the joint limits, ascending.
@@ -29,12 +20,8 @@ pub trait Kinematics {
     fn joints_from_strokes(&self, x: &[f64], q: &mut [f64]) -> Result<(), StrokeError>;
     /// Direction of each cylinder from its barrel pin to its rod pin, rad from x towards z in the inertial frame.
     fn cylinder_angles(&self, q: &[f64], angles: &mut [f64]);
-    /// Whether a joint moves out of the plane of x and z.
-    fn is_spatial(&self) -> bool;
     /// Which of x, y and z the tip moves along.
-    fn tip_axes(&self) -> &'static [usize] {
-        tip_axes(self.is_spatial())
-    }
+    fn tip_axes(&self) -> &'static [usize];
     /// (x, y, z) in the inertial frame, m; y is 0 in the plane.
     fn tip(&self, q: &[f64]) -> [f64; 3];
     /// (x, z) of a tip in the plane, m.
@@ -89,8 +76,12 @@ impl<const N: usize> Kinematics for Crane<N> {
         }
     }
 
-    fn is_spatial(&self) -> bool {
-        self.machine.is_spatial()
+    fn tip_axes(&self) -> &'static [usize] {
+        if self.machine.is_spatial() {
+            &[0, 1, 2]
+        } else {
+            &[0, 2]
+        }
     }
 
     fn tip(&self, q: &[f64]) -> [f64; 3] {
@@ -108,20 +99,17 @@ impl<const N: usize> Kinematics for Crane<N> {
     }
 
     fn reach(&self) -> f64 {
-        let mechanics = &self.plant().mechanics;
-        let link = |(joint, limits): (&Joint<f64>, &JointLimits)| {
+        let (mechanics, space) = (&self.plant().mechanics, self.plant().space());
+        let link = |(i, (joint, limits)): (usize, (&Joint<f64>, &JointLimits))| {
             let slid = if joint.revolute {
                 0.0
             } else {
                 (limits.lower - joint.zero).abs().max((limits.upper - joint.zero).abs())
             };
-            joint.at.norm() + slid
+            space.map_or(joint.at.norm(), |space| space.stances[i].at.norm()) + slid
         };
-        let all = mechanics.joints.iter().zip(&self.limits).map(link).sum::<f64>() + mechanics.tip.norm();
-        // In the plane `at` is that of the joints; what is left of a joint with an axis of its own is its way.
-        self.plant().space().map_or(all, |space| {
-            all + space.stances.iter().map(|stance| stance.at.norm()).sum::<f64>() + space.tip.y.abs()
-        })
+        let links = mechanics.joints.iter().zip(&self.limits).enumerate().map(link).sum::<f64>();
+        links + space.map_or(mechanics.tip.norm(), |space| space.tip.norm())
     }
 
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 3] {

@@ -45,7 +45,7 @@ pub use drawing::{Shape, ShapeKind};
 pub use dynamics::Dynamics;
 pub use errors::{BuildError, PoseError, StrokeError};
 pub use hydraulics::{Hydraulics, Passivity};
-pub use kinematics::{tip_axes, Kinematics};
+pub use kinematics::Kinematics;
 pub use layout::Layout;
 pub use ledger::{shared_terms, Term, LEDGER_PER_CYLINDER, LEDGER_TERMS};
 pub use limits::{JointLimits, LimitReason};

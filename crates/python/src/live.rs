@@ -118,8 +118,7 @@ impl LiveSimulator {
 
     /// Loads picked up and released so far.
     fn payload_changes(&self) -> Vec<PayloadEntry> {
-        let live = &self.playback().live;
-        live.loads().1.iter().map(|event| payload_entry(event, live.model().tip_axes())).collect()
+        self.playback().live.loads().1.iter().map(payload_entry).collect()
     }
 
     fn warnings(&self) -> Vec<WarningEntry> {

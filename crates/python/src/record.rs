@@ -25,9 +25,8 @@ pub fn stopper(should_stop: Option<&Py<PyAny>>) -> impl FnMut(f64) -> bool + '_ 
 /// Time, masses and tip velocities before and after, loss.
 pub type PayloadEntry = (f64, [f64; 2], [Vec<f64>; 2], f64);
 
-/// `axes`: those of x, y and z along which the tip moves.
-pub fn payload_entry(event: &PayloadEvent, axes: &[usize]) -> PayloadEntry {
-    let along = |velocity: [f64; 3]| axes.iter().map(|axis| velocity[*axis]).collect();
+pub fn payload_entry(event: &PayloadEvent) -> PayloadEntry {
+    let along = |velocity: [f64; 3]| event.tip_axes.iter().map(|axis| velocity[*axis]).collect();
     (event.time, event.mass, event.tip_velocity.map(along), event.loss)
 }
 
@@ -39,8 +38,7 @@ pub fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<
     out.set_item("states", matrix(py, run.states, layout.len())?)?;
     out.set_item("ledger", matrix(py, run.ledger, ledger_width)?)?;
     out.set_item("payloads", vector(py, run.payloads))?;
-    let events: Vec<PayloadEntry> =
-        run.payload_events.iter().map(|event| payload_entry(event, machine.model.tip_axes())).collect();
+    let events: Vec<PayloadEntry> = run.payload_events.iter().map(payload_entry).collect();
     out.set_item("payload_changes", events)?;
     out.set_item("commands", matrix(py, run.commands, layout.joints())?)?;
     out.set_item("warnings", warnings_of(run.warnings))?;

@@ -8,7 +8,7 @@ use crate::record::{payload_entry, statistics_of, PayloadEntry, MAX_STEPS};
 use crate::scenario::{self, supply_pressure, SolverEntry};
 use hydrocrane_machine::scenario::BurstEntry;
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
-use hydrocrane_sim::{tip_axes, Commands, PayloadChange};
+use hydrocrane_sim::{Commands, PayloadChange};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -119,8 +119,7 @@ impl SensitivityExperiment {
         out.set_item("sensitivities", tensor(py, done.sensitivities, (signals, parameters))?)?;
         out.set_item("commands", matrix(py, done.commands, self.cylinders)?)?;
         out.set_item("payloads", vector(py, done.payloads))?;
-        let axes = tip_axes(done.signals.iter().any(|signal| signal.name == "tip.y"));
-        let events: Vec<PayloadEntry> = done.payload_events.iter().map(|event| payload_entry(event, axes)).collect();
+        let events: Vec<PayloadEntry> = done.payload_events.iter().map(payload_entry).collect();
         out.set_item("payload_changes", events)?;
         let names: Vec<_> = done.signals.into_iter().map(|s| (s.name, s.unit, s.long_name)).collect();
         out.set_item("signals", names)?;

@@ -136,7 +136,7 @@ impl Simulator {
     /// Time, masses and tip velocities before and after, loss.
     fn set_payload(&mut self, mass: f64) -> PyResult<PayloadEntry> {
         let event = self.inner.set_payload(mass).ok_or_else(not_reset)?;
-        Ok(payload_entry(&event, self.inner.model().tip_axes()))
+        Ok(payload_entry(&event))
     }
 
     #[getter]

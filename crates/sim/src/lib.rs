@@ -50,9 +50,8 @@ pub use hydrocrane_num::Archive;
 #[cfg(feature = "reference")]
 pub use hydrocrane_plant::reference;
 pub use hydrocrane_plant::{
-    map_point, tip_axes, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits, Kinematics, Layout,
-    LimitReason, MapPoint, OutputInfo, Passivity, Plant, PoseError, Shape, ShapeKind, StateSpace, StrokeError,
-    MAP_PARAMETERS,
+    map_point, BuildError, Crane, Dynamics, EquilibriumMode, Hydraulics, JointLimits, Kinematics, Layout, LimitReason,
+    MapPoint, OutputInfo, Passivity, Plant, PoseError, Shape, ShapeKind, StateSpace, StrokeError, MAP_PARAMETERS,
 };
 pub use ledger::{ledger_terms, ledger_totals, total_terms};
 pub use live::Live;

@@ -20,8 +20,9 @@ pub struct PayloadEvent {
     pub time: f64,
     /// Payload before and after, kg.
     pub mass: [f64; 2],
-    /// Velocity (x, z) of the tip before and after, m/s.
+    /// Velocity (x, y, z) of the tip before and after, m/s, and along which of these it moves.
     pub tip_velocity: [[f64; 3]; 2],
+    pub tip_axes: &'static [usize],
     /// Kinetic energy that became heat, J.
     pub loss: f64,
     /// Mechanical energy of the load, J; negative for a release.
@@ -119,7 +120,8 @@ pub fn change_payload(model: &dyn Model, time: f64, x: &mut [f64], mass: [f64; 2
     // A load that is picked up is at rest; a released one has the tip's velocity.
     let carried_off = 0.5 * (-load).max(0.0) * before.iter().fold(0.0, |sum, v| sum + v * v);
     let brought = potential(mass[1]) - potential(mass[0]) - carried_off;
-    PayloadEvent { time, mass, tip_velocity: [before, model.tip_velocity(q, qd)], loss, brought }
+    let tip_velocity = [before, model.tip_velocity(q, qd)];
+    PayloadEvent { time, mass, tip_velocity, tip_axes: model.tip_axes(), loss, brought }
 }
 
 /// The reason if a payload cannot change like this.

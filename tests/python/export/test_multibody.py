@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from command_line import run
+from multibody import in_mujoco, in_pinocchio, pinocchio_model
 
 import hydrocrane as hc
 from hydrocrane import _core
@@ -25,9 +26,9 @@ def poses(crane, random_poses):
     return q, np.random.default_rng(4).normal(size=q.shape)
 
 
-def along(crane, place):
-    """Of a place (x, y, z) what the crane's tip has."""
-    return place[["xyz".index(axis) for axis in crane.tip_axes]].copy()
+def along(crane, places):
+    """Of places (x, y, z) what the crane's tip has."""
+    return places[:, ["xyz".index(axis) for axis in crane.tip_axes]]
 
 
 def assert_close(ours, theirs, bound):
@@ -43,25 +44,16 @@ def assert_close(ours, theirs, bound):
 def test_pinocchio_reads_the_machine(crane, poses, payload, tmp_path):
     pin = pytest.importorskip("pinocchio")
     path = hc.export_urdf(crane, tmp_path / "crane.urdf", payload=payload)
-    model = pin.buildModelFromUrdf(str(path))
-    model.gravity.linear = np.array([0.0, 0.0, -crane.value("environment.gravity").si])
-    data = model.createData()
+    model = pinocchio_model(pin, path, crane)
     assert tuple(model.names)[1:] == crane.joint_names
     np.testing.assert_allclose(
         np.stack([model.lowerPositionLimit, model.upperPositionLimit], axis=-1), crane.joint_limits, rtol=1e-14
     )
-    tip = model.getFrameId("tip")
-    mass, bias, place = [], [], []
-    for q, qd in zip(*poses, strict=True):
-        upper = np.triu(pin.crba(model, data, q))
-        mass.append(upper + np.triu(upper, 1).T)
-        bias.append(pin.nonLinearEffects(model, data, q, qd))
-        pin.framesForwardKinematics(model, data, q)
-        place.append(along(crane, data.oMf[tip].translation))
     q, qd = poses
+    mass, bias, place = in_pinocchio(pin, model, q, qd)
     assert_close(crane.mass_matrix(q, payload=payload), mass, 1e-9)
     assert_close(crane.bias_force(q, qd, payload=payload), bias, 1e-9)
-    assert_close(crane.tip(q), place, 1e-9)
+    assert_close(crane.tip(q), along(crane, place), 1e-9)
 
 
 @pytest.mark.parametrize("payload", [0.0, PAYLOAD])
@@ -72,16 +64,10 @@ def test_mujoco_reads_the_machine(crane, poses, payload, tmp_path):
     data = mujoco.MjData(model)
     np.testing.assert_allclose(model.jnt_range, crane.joint_limits, rtol=1e-12)
     n = len(crane.joint_names)
-    mass, bias, place, lever = [], [], [], []
+    mass, bias, place = in_mujoco(mujoco, model, *poses)
+    lever = []
     for q, qd in zip(*poses, strict=True):
         data.qpos[:], data.qvel[:] = q, qd
-        mujoco.mj_forward(model, data)
-        full = np.zeros((n, n))
-        for column in range(n):
-            mujoco.mj_mulM(model, data, full[column], np.eye(n)[column])
-        mass.append(full)
-        bias.append(data.qfrc_bias.copy())
-        place.append(along(crane, data.site("tip").xpos))
         # A unit force at every cylinder between pins gives a row of the stroke Jacobian.
         rows = []
         for cylinder in range(n):
@@ -92,7 +78,7 @@ def test_mujoco_reads_the_machine(crane, poses, payload, tmp_path):
     q, qd = poses
     assert_close(crane.mass_matrix(q, payload=payload), mass, 1e-6)
     assert_close(crane.bias_force(q, qd, payload=payload), bias, 1e-6)
-    assert_close(crane.tip(q), place, 1e-6)
+    assert_close(crane.tip(q), along(crane, place), 1e-6)
     ours = crane.stroke_jacobian(q)
     for i in range(n):
         by_tendon = model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_TENDON

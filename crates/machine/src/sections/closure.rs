@@ -102,7 +102,7 @@ impl<T: Number> Pins<'_, T> {
         let (arm, child) = (from_joint(self.joint, on_parent, true), from_joint(self.joint, on_child, false));
         match self.joint.kind {
             JointKind::Revolute(_) => {
-                let axis = self.joint.axis.unwrap_or([0.0, 1.0, 0.0]);
+                let axis = self.joint.turning_axis();
                 let [(r1, along1), (r2, along2)] = [arm, child].map(|pin| split(pin, axis));
                 [r1 - r2, r1 + r2].map(|in_plane| libm::hypot(in_plane, along1 - along2))
             }
@@ -117,11 +117,11 @@ impl<T: Number> Pins<'_, T> {
 
 /// A pin as (x, y, z) from the joint, in the frame of its link, m.
 pub fn from_joint<T: Number>(joint: &Joint<T>, pin: &Point<T>, on_parent: bool) -> [f64; 3] {
-    let place = [pin.position[0], pin.aside, pin.position[1]].map(T::plain);
+    let place = pin.in_space().map(T::plain);
     if !on_parent {
         return place;
     }
-    let at = [joint.at[0], joint.aside, joint.at[1]].map(T::plain);
+    let at = joint.at_in_space().map(T::plain);
     [place[0] - at[0], place[1] - at[1], place[2] - at[2]]
 }
 

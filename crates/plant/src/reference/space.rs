@@ -38,29 +38,43 @@ struct Part {
     moment: V,
 }
 
-/// Distance of the pins of cylinder `c` less that at mid-stroke, m, and its derivative by the coordinate of its joint.
-pub fn stroke(m: &Machine, c: &Cylinder, rod: &Point, q: f64) -> (f64, f64) {
-    let joint = &m.joints[c.joint];
-    let of = |p: &Point| [p.position[0], p.aside, p.position[1]];
-    let (on_parent, on_child) = if rod.link == c.joint { (rod, &c.barrel_pin) } else { (&c.barrel_pin, rod) };
-    let travel = joint.sense * (q - joint.zero);
-    let at = [joint.at[0], joint.aside, joint.at[1]];
-    let (arm, rate) = match joint.kind {
+/// A joint at a coordinate, in the frame of its parent: where the child's origin lies, the angle by which it is turned about the axis,
+/// and what a unit rate gives, as an angular rate and as a velocity.
+struct Standing {
+    at: V,
+    axis: V,
+    angle: f64,
+    spin: V,
+    slide: V,
+}
+
+fn standing(m: &Machine, i: usize, q: f64) -> Standing {
+    let joint = &m.joints[i];
+    let (at, axis, travel) = (joint.at_in_space(), joint.turning_axis(), joint.sense * (q - joint.zero));
+    match joint.kind {
         JointKind::Revolute(convention) => {
-            let (axis, mut angle) = (joint.axis.unwrap_or([0.0, -1.0, 0.0]), travel);
+            let mut angle = travel;
             if joint.axis.is_none() {
                 let folded = if convention == AngleConvention::Included { std::f64::consts::PI } else { 0.0 };
-                angle += m.links[c.joint].axis - m.links[c.joint + 1].axis - joint.sense * folded;
+                angle += m.links[i].axis - m.links[i + 1].axis - joint.sense * folded;
             }
-            let arm = turned(of(on_child), axis, angle);
-            (arm, scale(cross(axis, arm), joint.sense))
+            Standing { at, axis, angle, spin: scale(axis, joint.sense), slide: [0.0; 3] }
         }
         JointKind::Prismatic { direction } => {
             let along = [direction.cos(), 0.0, direction.sin()];
-            (add(of(on_child), scale(along, travel)), scale(along, joint.sense))
+            let at = add(at, scale(along, travel));
+            Standing { at, axis, angle: 0.0, spin: [0.0; 3], slide: scale(along, joint.sense) }
         }
-    };
-    let between = add(add(at, arm), scale(of(on_parent), -1.0));
+    }
+}
+
+/// Distance of the pins of cylinder `c` less that at mid-stroke, m, and its derivative by the coordinate of its joint.
+pub fn stroke(m: &Machine, c: &Cylinder, rod: &Point, q: f64) -> (f64, f64) {
+    let (on_parent, on_child) = if rod.link == c.joint { (rod, &c.barrel_pin) } else { (&c.barrel_pin, rod) };
+    let Standing { at, axis, angle, spin, slide } = standing(m, c.joint, q);
+    let arm = turned(on_child.in_space(), axis, angle);
+    let rate = add(slide, cross(spin, arm));
+    let between = add(add(at, arm), scale(on_parent.in_space(), -1.0));
     let length = dot(between, between).sqrt();
     (length - c.mid_length, dot(between, rate) / length)
 }
@@ -73,27 +87,9 @@ pub fn joint_forces(m: &Machine, q: &[f64], qd: &[f64], qdd: &[f64], up: V, payl
     let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let (mut origin, mut rate, mut spin_up, mut a) = ([0.0; 3], [0.0; 3], [0.0; 3], up);
     let (mut links, mut parts): (Vec<Placed>, Vec<Part>) = (Vec::new(), Vec::new());
-    for (i, joint) in m.joints.iter().enumerate() {
-        let travel = joint.sense * (q[i] - joint.zero);
-        let mut at = [joint.at[0], joint.aside, joint.at[1]];
-        let mut turn = (joint.axis.unwrap_or([0.0, -1.0, 0.0]), travel);
-        let (mut spin, mut slide) = ([0.0; 3], [0.0; 3]);
-        match joint.kind {
-            JointKind::Revolute(convention) => {
-                if joint.axis.is_none() {
-                    let folded = convention == AngleConvention::Included;
-                    turn.1 += m.links[i].axis - m.links[i + 1].axis;
-                    turn.1 -= if folded { joint.sense * std::f64::consts::PI } else { 0.0 };
-                }
-                spin = scale(vector(&axes, turn.0), joint.sense);
-            }
-            JointKind::Prismatic { direction } => {
-                let along = [direction.cos(), 0.0, direction.sin()];
-                at = add(at, scale(along, travel));
-                slide = scale(vector(&axes, along), joint.sense);
-                turn.1 = 0.0;
-            }
-        }
+    for i in 0..m.joints.len() {
+        let Standing { at, axis, angle, spin, slide } = standing(m, i, q[i]);
+        let [spin, slide, about] = [spin, slide, axis].map(|local| vector(&axes, local));
         let r = vector(&axes, at);
         origin = add(origin, r);
         let inwards = cross(rate, cross(rate, r));
@@ -101,8 +97,7 @@ pub fn joint_forces(m: &Machine, q: &[f64], qd: &[f64], qdd: &[f64], up: V, payl
         a = add(a, add(scale(slide, qdd[i]), scale(cross(rate, slide), 2.0 * qd[i])));
         spin_up = add(spin_up, add(scale(spin, qdd[i]), scale(cross(rate, spin), qd[i])));
         rate = add(rate, scale(spin, qd[i]));
-        let about = vector(&axes, turn.0);
-        axes = axes.map(|axis| turned(axis, about, turn.1));
+        axes = axes.map(|axis| turned(axis, about, angle));
         links.push(Placed { spin, slide, origin });
 
         let link = &m.links[i + 1];
@@ -124,7 +119,7 @@ pub fn joint_forces(m: &Machine, q: &[f64], qd: &[f64], qdd: &[f64], up: V, payl
         };
         carry(link.mass, [x, solid.y, z], add(times(spin_up), cross(rate, times(rate))));
         if i == m.joints.len() - 1 {
-            carry(payload, [m.tip.position[0], m.tip.aside, m.tip.position[1]], [0.0; 3]);
+            carry(payload, m.tip.in_space(), [0.0; 3]);
         }
     }
     let joint_force = |(j, link): (usize, &Placed)| -> f64 {

@@ -168,7 +168,7 @@ fn levers<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, siz
     let joint = &machine.joints[of.joint];
     let (RodPin::Point(rod), JointKind::Revolute(_)) = (&of.rod_pin, &joint.kind) else { return Ok(()) };
     for (key, pin) in [("barrel", &of.barrel_pin), ("rod", rod)] {
-        let (arm, _) = split(from_joint(joint, pin, pin.link == of.joint), joint.axis.unwrap_or([0.0, 1.0, 0.0]));
+        let (arm, _) = split(from_joint(joint, pin, pin.link == of.joint), joint.turning_axis());
         if arm < 0.5 * sizes.rod {
             table.required(key, "a point")?.warn(
                 format!(
