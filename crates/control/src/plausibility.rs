@@ -282,7 +282,7 @@ impl<const N: usize> Monitor<N> {
         let joint =
             judge(Signal::Joint(c), q, within(q, s.joints[c]) && within(now.stroke, s.strokes[c])).or_else(|| {
                 let known = known.filter(|known| !known.reach(now.stroke, scatter, cylinder, &model.fluid, highest))?;
-                Some((Signal::Joint(c), Kind::Jump(q - known.q)))
+                (!self.carried_beyond(model, t, c, now)).then_some((Signal::Joint(c), Kind::Jump(q - known.q)))
             });
         if !s.reads_pressures {
             return joint.into_iter().collect();
@@ -319,6 +319,13 @@ impl<const N: usize> Monitor<N> {
             let oil = self.estimates(model, t, c, &before, now)[side].displacement();
             oil.gap(&Interval::at(now.stroke - before.moment.stroke)) <= self.settings.jump[c]
         })
+    }
+
+    /// Whether the oil of a chamber says that the piston is where it reads, at a pressure beyond those within which its reach is counted.
+    fn carried_beyond(&self, model: &ControllerModel<N>, t: f64, c: usize, now: &Moment) -> bool {
+        let [_, highest] = self.settings.pressures[c];
+        let was = |side: usize| self.tracks[c].map_or(f64::NAN, |before| before.moment.p[side]);
+        (0..2).any(|side| was(side).max(now.p[side]) > highest && self.rises(model, t, c, side, now))
     }
 
     /// Displacements by the oil since the sample `before`.
