@@ -29,8 +29,8 @@ def test_a_slewing_machine_that_nobody_tuned_for(seed):
     assert not failed
 
 
-# Hose-burst valves; masses that a closing valve stops; swings between samples; a compensator that follows late; pistons that compress
-# their oil to several times the rated pressure.
+# Hose-burst valves; masses that a closing valve stops; swings between samples; a compensator that follows late;
+# pistons that compress their oil to several times the rated pressure.
 @pytest.mark.parametrize("seed", [8, 28, 36, 43, 48, 80, 216, 262])
 def test_the_monitor_accuses_no_sensor_in_order(seed):
     (found,) = judged(seed, ["tip"], random_case)
