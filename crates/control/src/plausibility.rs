@@ -288,7 +288,7 @@ impl<const N: usize> Monitor<N> {
             return joint.into_iter().collect();
         }
         let pressure = |i: usize| {
-            let possible = within(now.p[i], limits) || now.p[i] > lowest && self.rises(model, t, c, i, now);
+            let possible = within(now.p[i], limits) || now.p[i] > lowest && self.confirms(model, t, c, i, now);
             judge(Signal::Pressure(c, i), now.p[i], possible)
         };
         let vanished = self.vanished(model, t, c, now);
@@ -313,8 +313,9 @@ impl<const N: usize> Monitor<N> {
         })
     }
 
-    /// Whether piston and oil say how a pressure came to be so high: masses that a closing valve stops know no limit.
-    fn rises(&self, model: &ControllerModel<N>, t: f64, c: usize, side: usize, now: &Moment) -> bool {
+    /// Whether the oil of a chamber says that the piston has moved as it reads: so a pressure may be beyond its limit, since masses that a
+    /// closing valve stops know none.
+    fn confirms(&self, model: &ControllerModel<N>, t: f64, c: usize, side: usize, now: &Moment) -> bool {
         self.tracks[c].is_some_and(|before| {
             let oil = self.estimates(model, t, c, &before, now)[side].displacement();
             oil.gap(&Interval::at(now.stroke - before.moment.stroke)) <= self.settings.jump[c]
@@ -324,8 +325,9 @@ impl<const N: usize> Monitor<N> {
     /// Whether the oil of a chamber says that the piston is where it reads, at a pressure beyond those within which its reach is counted.
     fn carried_beyond(&self, model: &ControllerModel<N>, t: f64, c: usize, now: &Moment) -> bool {
         let [_, highest] = self.settings.pressures[c];
-        let was = |side: usize| self.tracks[c].map_or(f64::NAN, |before| before.moment.p[side]);
-        (0..2).any(|side| was(side).max(now.p[side]) > highest && self.rises(model, t, c, side, now))
+        let beyond = |before: Track, side: usize| before.moment.p[side].max(now.p[side]) > highest;
+        self.tracks[c]
+            .is_some_and(|before| (0..2).any(|side| beyond(before, side) && self.confirms(model, t, c, side, now)))
     }
 
     /// Displacements by the oil since the sample `before`.
