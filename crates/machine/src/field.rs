@@ -347,15 +347,17 @@ impl<'a> Field<'a> {
         place.error(ErrorKind::MissingUnit, &self.path, "the unit is missing").help(help)
     }
 
-    /// The nearest known symbol with which `text` is this quantity, of a usual size if there is one.
+    /// The nearest known symbol with which `text` is this quantity, or another that the key holds; of a usual size if there is one.
     fn meant(&self, text: &str, symbol: &str, quantity: &Quantity) -> String {
         let mut fitting = units::meant(text, symbol);
-        fitting.retain(|meant| meant.unit.dimension == quantity.dimension);
+        fitting.retain(|meant| self.key.kinds().iter().any(|kind| kind.quantity().dimension == meant.unit.dimension));
         if fitting.is_empty() {
             return format!("give {}", quantity.example());
         }
-        let usual =
-            fitting.iter().filter(|of| plausible::is_usual(self.key, quantity.dimension, of.unit.to_si(of.number)));
+        let usual = fitting.iter().filter(|of| {
+            let (dimension, si) = (of.unit.dimension, of.unit.to_si(of.number));
+            dimension == quantity.dimension && plausible::is_usual(self.key, dimension, si)
+        });
         suggestion_among(symbol, usual.map(|of| of.symbol), fitting.iter().map(|of| of.symbol))
     }
 

@@ -73,8 +73,10 @@ pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Plausibili
     if magnitude == 0.0 {
         return Plausibility::Usual;
     }
-    let Some(range) = range_of(key, quantity.dimension) else {
-        if magnitude <= MOST && !(positive && magnitude < LEAST) {
+    let too_small = positive && magnitude < LEAST;
+    let range = range_of(key, quantity.dimension).filter(|range| range.low > 0.0 || !too_small);
+    let Some(range) = range else {
+        if magnitude <= MOST && !too_small {
             return Plausibility::Usual;
         }
         let unit = if quantity.is_number() { String::new() } else { format!(" {}", quantity.unit) };
@@ -88,7 +90,7 @@ pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Plausibili
         return Plausibility::Usual;
     }
     let usual = format!("usual is {} to {}", range.texts[0], range.texts[1]);
-    let cure = likely(&range, quantity.dimension, number).unwrap_or_else(|| "check the value and its unit".into());
+    let cure = likely(&range, quantity, number).unwrap_or_else(|| "check the value and its unit".into());
     if (too_large || positive) && outside(range.margin) {
         return Plausibility::Refused(usual, cure);
     }
@@ -106,14 +108,14 @@ pub fn is_usual(key: &Key, dimension: Dimension, si: f64) -> bool {
     range_of(key, dimension).is_none_or(|range| (range.low..=range.high).contains(&si.abs()))
 }
 
-/// The number with the probably intended unit, for which it is nearest to the middle of the range.
-fn likely(range: &Range, dimension: Dimension, number: f64) -> Option<String> {
+/// The number with the probably intended unit: the one that people write most, or that for which it is nearest to the middle of the range.
+fn likely(range: &Range, quantity: &Quantity, number: f64) -> Option<String> {
     let distance = |si: f64| libm::log(si * si / (range.low.max(1e-3 * range.high) * range.high)).abs();
     let meant = units::usual_symbols().chain(WRITTEN_UNITS).filter_map(|symbol| {
         let unit = units::own_unit(symbol);
         let si = unit.to_si(number).abs();
-        let fits = unit.dimension == dimension && (range.low..=range.high).contains(&si);
-        fits.then_some((symbol, distance(si)))
+        let fits = unit.dimension == quantity.dimension && (range.low..=range.high).contains(&si);
+        fits.then_some((symbol, if symbol == quantity.written() { 0.0 } else { distance(si) }))
     });
     let (symbol, _) = meant.min_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(format!("did you mean \"{} {symbol}\"?", short(number)))
@@ -171,7 +173,7 @@ mod tests {
     #[test]
     fn keys_without_a_range_are_bounded_too() {
         for (number, refused) in [(1e-300, true), (0.5, false), (1e300, true)] {
-            let found = judge(declared("sensor.lift.noise"), &Quantity::number(), number, number);
+            let found = judge(declared("sensor.lift.live-zero"), &Quantity::number(), number, number);
             assert_eq!(matches!(found, Plausibility::Refused(..)), refused, "{number}");
         }
     }

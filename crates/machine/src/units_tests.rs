@@ -160,3 +160,12 @@ fn a_suggestion_is_of_the_expected_dimension() {
     }
     assert!(!quantity("40 lxm", Some("kg")).unwrap_err().contains("rpm"));
 }
+
+#[test]
+fn the_reference_lists_every_unit() {
+    let page = include_str!("../../../docs/reference/machine-file.md");
+    let (_, list) = page.split_once("\nUnits: ").unwrap();
+    let listed: Vec<&str> = list.split(". ").next().unwrap().split([' ', ',', '\n']).collect();
+    let missing: Vec<&str> = symbols().filter(|symbol| !listed.contains(symbol)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}

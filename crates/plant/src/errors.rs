@@ -27,6 +27,8 @@ pub enum BuildError {
     Unresolvable(String),
     #[error("joint.{0}.limits: the cylinder `{1}` reverses inside these limits, so one stroke would belong to two joint coordinates; narrow them")]
     DeadCentreInside(String, String),
+    #[error("joint.{0}.limits: nowhere inside these limits is the piston of `{1}` between its ends; check the limits, the pins and the lengths of the cylinder, with their units")]
+    LimitsBeyondStroke(String, String),
     #[error("the derivative of `{0}` is not finite in the middle of the joint limits; some value of this machine is extreme")]
     NotFinite(String),
 }

@@ -1,4 +1,4 @@
-//! Joint limits from strokes: the nearest of stroke end, rod contact and dead centre.
+//! Joint limits: the nearest of the file's own, stroke end, rod contact and dead centre.
 
 use crate::errors::BuildError;
 use hydrocrane_machine::model as file;
@@ -81,7 +81,7 @@ impl JointActuation<'_> {
     pub fn limits(&self) -> Result<JointLimits, BuildError> {
         if let Some([lower, upper]) = self.description.limits {
             let limits = JointLimits { lower, upper, reasons: [LimitReason::File; 2] };
-            return self.require_one_branch(limits);
+            return self.within_stroke(self.require_one_branch(limits)?);
         }
         let geometry = self.geometry();
         let found = KNOWN.with_borrow(|known| known.iter().find(|(of, _)| *of == geometry).map(|(_, limits)| *limits));
@@ -196,6 +196,26 @@ impl JointActuation<'_> {
         } else {
             Err(BuildError::DeadCentreInside(self.description.name.clone(), self.cylinder.name.clone()))
         }
+    }
+
+    /// The part of the file's range that the stroke allows.
+    fn within_stroke(&self, file: JointLimits) -> Result<JointLimits, BuildError> {
+        let ([low, high], (least, most, low_reason)) = (self.stroke_range(&file), self.stroke_limits());
+        if low >= most || high <= least {
+            return Err(BuildError::LimitsBeyondStroke(self.description.name.clone(), self.cylinder.name.clone()));
+        }
+        let mut limits = file;
+        let rising = self.stroke(file.lower) < self.stroke(file.upper);
+        for (beyond, end, x, reason) in
+            [(low < least, !rising, least, low_reason), (high > most, rising, most, LimitReason::StrokeEnd)]
+        {
+            if beyond {
+                let q = self.joint_from_stroke(&file, x);
+                *(if end { &mut limits.upper } else { &mut limits.lower }) = q;
+                limits.reasons[usize::from(end)] = reason;
+            }
+        }
+        Ok(limits)
     }
 
     /// Strokes at the joint limits, in ascending order.

@@ -6,7 +6,7 @@ use hydrocrane_machine::model::{Sensor, Unusual};
 
 impl<const N: usize> Crane<N> {
     /// Sensors whose range leaves out a part of what they measure: joint coordinates and piston positions between their limits, pressures
-    /// up to that of the supply.
+    /// up to that of the supply, and the force that a cylinder holds at rest in the middle of all joint ranges.
     pub(crate) fn short_ranges(&self) -> Vec<Unusual> {
         self.machine.sensors.iter().filter_map(|sensor| self.short_range(sensor)).collect()
     }
@@ -19,10 +19,16 @@ impl<const N: usize> Crane<N> {
             "joint" => machine.joints.iter().position(|joint| joint.name == name)?,
             _ => machine.cylinders.iter().position(|cylinder| cylinder.name == name)?,
         };
-        let stop = &self.plant().cylinders[index].end_stop;
+        let plant = self.plant();
+        let stop = &plant.cylinders[index].end_stop;
         let ([least, most], words): ([f64; 2], &dyn Fn(f64) -> String) = match signal {
             "q" => ([self.limits[index].lower, self.limits[index].upper], &|q| in_words(&machine.joints[index], q)),
             "x" => ([stop.lower, stop.upper], &|x| format!("{:.1} mm", 1e3 * x)),
+            "force" => {
+                let q = hydrocrane_num::array::from_fn(|i| 0.5 * (self.limits[i].lower + self.limits[i].upper));
+                let held = plant.static_force(&q, machine.payload.mass)[index];
+                ([held.min(0.0), held.max(0.0)], &|f| format!("{:.3} kN", 1e-3 * f))
+            }
             "p1" | "p2" => ([0.0, machine.supply.rated], &|p| format!("{:.0} bar", 1e-5 * p)),
             _ => return None,
         };

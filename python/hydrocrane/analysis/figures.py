@@ -16,10 +16,14 @@ from hydrocrane.result_warning import ResultWarning
 
 # Poses per joint for that share, fewer with many joints; all of them are a few thousand at most.
 _POSES, _MOST = 13, 3000
-# Least range of a joint, in the unit of its SHOWN entry, and least share of its cylinder's stroke in it: no crane has
-# less.
+# Least range of a joint, in the unit of its SHOWN entry, and least share of its cylinder's stroke in it, unless the
+# file says so: nobody buys a cylinder of twice the stroke that its pins allow. All bundled machines use nine tenths.
 _LEAST = {"rad": 5.0, "m": 10.0}
-_SHARE = 0.1
+_SHARE = 0.5
+# A linkage that would turn so many times as far on its other side is on the wrong one.
+_MIRRORED = 3.0
+# Share of a stated range that a stroke may cut: limits are written with two or three digits.
+_ROUNDED = 0.01
 # Share of its reach by which a tip may give way under the weight, because oil is compressed.
 _SAG = 0.25
 
@@ -35,7 +39,7 @@ class Figures:
     pressure : (n_cyl,) array
         Pressure that this needs with the other side at that of the tank, Pa.
     carried : (n_cyl,) array
-        Share of poses over all joint ranges in which the supply pressure holds as much.
+        Share of poses over all joint ranges in which the supply and the relief valves hold as much.
     speed : (n_cyl, 2) array
         Lowest and highest steady piston speed at full stroke of the valve, m/s.
     time : tuple of float or None
@@ -74,12 +78,11 @@ def figures(machine: Machine) -> Figures:
     slowest = np.where((speed[:, 0] < 0.0) & (speed[:, 1] > 0.0), np.abs(speed).min(axis=1), 0.0)
     mode = _lowest(machine)
     gravity = float(np.asarray(machine.value("environment.gravity").si))
+    everywhere = machine.static_cylinder_force(_grid(machine))
     return Figures(
         force=force,
         pressure=_pressure(machine, force),
-        carried=(_pressure(machine, machine.static_cylinder_force(_grid(machine))) <= machine.supply_pressure).mean(
-            axis=0
-        ),
+        carried=(_pressure(machine, everywhere) <= _most(machine, everywhere)).mean(axis=0),
         speed=speed,
         time=tuple(float(s / v) if v > 0.0 else None for s, v in zip(strokes, slowest, strict=True)),
         mode=mode,
@@ -97,6 +100,12 @@ def _pressure(machine: Machine, force: Array) -> Array:
     return np.where(force >= 0.0, pushed, pulled)
 
 
+def _most(machine: Machine, force: Array) -> Array:
+    """Highest pressure that the side which bears `force` (..., n_cyl) can be held at, Pa."""
+    piston_side, rod_side = machine.holdable_pressures.T
+    return np.where(force >= 0.0, piston_side, rod_side)
+
+
 def _grid(machine: Machine) -> Array:
     """Poses over all joint ranges, with their ends."""
     n = len(machine.joint_names)
@@ -111,7 +120,8 @@ def _lowest(machine: Machine) -> float | None:
         found = modes(machine, machine.home, friction="released")
     except HydrocraneError:
         return None
-    of_joints = [f for f, state in zip(found.frequency, found.state, strict=True) if state.startswith("joint.")]
+    swings = zip(found.frequency, found.damping, found.state, strict=True)
+    of_joints = [f for f, damping, state in swings if damping < 1.0 and state.startswith("joint.")]
     return float(min(of_joints)) if of_joints else None
 
 
@@ -122,8 +132,28 @@ def _oil(machine: Machine) -> str:
 
 def doubts(machine: Machine, found: Figures) -> tuple[ResultWarning, ...]:
     """What no machine of this kind has, with its cure; kind ``implausible-value``."""
-    texts = [*_narrow(machine), *_weak(machine, found), *_soft(machine, found)]
+    texts = [*_cut(machine), *_narrow(machine), *_weak(machine, found), *_soft(machine, found)]
     return tuple(ResultWarning("implausible-value", text, cure) for text, cure in texts)
+
+
+def _cut(machine: Machine) -> list[tuple[str, str]]:
+    """Joints whose cylinders do not reach the limits that the file states."""
+    texts = []
+    for i, joint in enumerate(machine.joint_names):
+        if f"joint.{joint}.limits" not in machine.keys:
+            continue
+        shown, size = SHOWN[machine.joint_units[i]]
+        stated, (low, high) = np.asarray(machine.value(f"joint.{joint}.limits").si), machine.joint_limits[i]
+        if high - low >= (1.0 - _ROUNDED) * (stated[1] - stated[0]):
+            continue
+        cylinder = machine.cylinder_names[i]
+        texts.append((
+            f"joint.{joint}.limits are {stated[0] / size:.4g} and {stated[1] / size:.4g} {shown}, but cylinder "
+            f"`{cylinder}` has {1e3 * _stroke(machine, i):.4g} mm of stroke, which are {low / size:.4g} to "
+            f"{high / size:.4g} {shown}",
+            f"check the stroke, the lengths and the pins of cylinder.{cylinder}, `limits` and their units",
+        ))  # fmt: skip
+    return texts
 
 
 def _narrow(machine: Machine) -> list[tuple[str, str]]:
@@ -134,7 +164,16 @@ def _narrow(machine: Machine) -> list[tuple[str, str]]:
         width = float(machine.joint_limits[i, 1] - machine.joint_limits[i, 0])
         moved = float(machine.stroke_limits[i, 1] - machine.stroke_limits[i, 0])
         stroke, cylinder = _stroke(machine, i), machine.cylinder_names[i]
-        if width / size >= _LEAST[machine.joint_units[i]] and moved >= _SHARE * stroke:
+        mirrored = _mirrored(machine, i)
+        if mirrored is not None and mirrored > _MIRRORED * width:
+            texts.append((
+                f"joint.{joint} moves by {width / size:.3g} {shown} only, with the linkage on its other side by "
+                f"{mirrored / size:.3g} {shown}",
+                f"check cylinder.{cylinder}.linkage.side",
+            ))  # fmt: skip
+            continue
+        stated = "machine file" in machine.joint_limit_reasons[i]
+        if width / size >= _LEAST[machine.joint_units[i]] and (stated or moved >= _SHARE * stroke):
             continue
         reasons = " and ".join(dict.fromkeys(machine.joint_limit_reasons[i]))
         texts.append((
@@ -143,6 +182,19 @@ def _narrow(machine: Machine) -> list[tuple[str, str]]:
             f"check the pins and lengths of cylinder.{cylinder}, the `side` of its linkage, `limits` and their units",
         ))  # fmt: skip
     return texts
+
+
+def _mirrored(machine: Machine, cylinder: int) -> float | None:
+    """Range of the joint with its linkage on the other side, rad; None without one, or where that cannot close."""
+    key = f"cylinder.{machine.cylinder_names[cylinder]}.linkage.side"
+    side = dict(machine.core.words).get(key)
+    if side is None:
+        return None
+    try:
+        low, high = machine.changed({key: "left" if side == "right" else "right"}).joint_limits[cylinder]
+    except HydrocraneError:
+        return None
+    return float(high - low)
 
 
 def _stroke(machine: Machine, cylinder: int) -> float:
@@ -156,16 +208,19 @@ def _stroke(machine: Machine, cylinder: int) -> float:
 
 def _weak(machine: Machine, found: Figures) -> list[tuple[str, str]]:
     """Cylinders that cannot carry the crane in the middle of all ranges."""
-    supply = machine.supply_pressure
+    there_is = _most(machine, found.force)
     return [
         (
             f"cylinder.{name} needs {1e-5 * pressure:.4g} bar to hold {1e-3 * force:.3g} kN in the middle of all joint "
-            f"ranges, with {machine.payload_mass:g} kg at the tip, and supply.pressure is {1e-5 * supply:.4g} bar: "
-            "it cannot lift",
-            "check the supply pressure, the bore, the pins, the masses and the payload, with their units",
+            f"ranges, with {machine.payload_mass:g} kg at the tip, and supply and relief valves hold {1e-5 * most:.4g} "
+            "bar there: it cannot lift",
+            "check the supply pressure, the settings of relief valves, the bore, the pins, the masses and the payload, "
+            "with their units",
         )
-        for name, force, pressure in zip(machine.cylinder_names, found.force, found.pressure, strict=True)
-        if pressure > supply
+        for name, force, pressure, most in zip(
+            machine.cylinder_names, found.force, found.pressure, there_is, strict=True
+        )
+        if pressure > most
     ]
 
 

@@ -83,7 +83,7 @@ def _in_the_middle(machine: Machine, figures: Figures) -> list[Text | Table]:
     return [
         Text(
             f"at rest with {machine.payload_mass:g} kg at {in_words(machine, machine.home)}; "
-            "the supply carries the crane in so many of all poses:"
+            "supply and relief valves carry the crane in so many of all poses:"
         ),
         table,
         Text(f"lowest natural frequency of links on oil: {mode}; oil: {figures.oil}"),

@@ -8,7 +8,9 @@ from command_line import run
 import hydrocrane as hc
 from hydrocrane.analysis.figures import doubts, figures
 
-MINI = Path(__file__).parents[3] / "crates/machine/tests/suite/mini.toml"
+ROOT = Path(__file__).parents[3]
+MINI = ROOT / "crates/machine/tests/suite/mini.toml"
+SMALL, MANY = (ROOT / f"tests/data/{name}.toml" for name in ("small-excavator", "many-parts"))
 
 # Base, wrong values, what `check` says.
 WRONG = [
@@ -20,6 +22,31 @@ WRONG = [
     (MINI, {"environment.gravity": "98.1 m/s^2"}, "it cannot lift"),
     (MINI, {"cylinder.boom.bore": "35 mm", "cylinder.boom.rod-diameter": "20 mm"}, "it cannot lift"),
     (MINI, {"joint.arm.limits": ["-2.57 deg", "-0.51 deg"]}, "cylinder"),
+    (SMALL, {"cylinder.arm.stroke": "51 mm"}, "cylinder `arm` has 51 mm of stroke, which are"),
+    ("rottne-f9-forwarder", {"cylinder.slew.rack-radius": "90 cm"}, "joint.slew.limits are"),
+    ("rottne-f9-forwarder", {"cylinder.slew.stroke": "62 mm"}, "cylinder `slew` has 62 mm of stroke"),
+    ("hiab-xs031", {"cylinder.lift.stroke": "59 mm"}, "cylinder `lift` has 59 mm of stroke"),
+    (
+        SMALL,
+        {"cylinder.arm.stroke": "51 mm", "joint.arm.limits": ["-140 deg", "-120 deg"]},
+        "nowhere inside these limits",
+    ),
+    (SMALL, {"cylinder.bucket.linkage.side": "right"}, "with the linkage on its other side by 209 deg"),
+    (SMALL, {"cylinder.boom.closed-length": "1305 mm"}, "of the 400 mm stroke of cylinder `boom`"),
+    (SMALL, {"valve.boom.nominal-edge-pressure-drop": "35 MPa"}, "usual is 0.5 bar to 120 bar"),
+    ("rottne-f9-lab", {"cylinder.lift.port-diameter": "10 cm"}, "wider than half the bore"),
+    ("rottne-f9-lab", {"control.period": "1 s"}, "usual is 0.2 ms to 0.2 s"),
+    ("rottne-f9-mobile", {"valve.lift.nominal-flow": "12 ml/s"}, "large beside the 0.720 l/min of valve.lift"),
+    ("rottne-f9-mobile", {"counterbalance.lift.nominal-flow": "0.4 l/min"}, "small beside the"),
+    (MANY, {"port-relief.cylinder2-piston.nominal-flow": "227 ml/min"}, "small beside the"),
+    (MANY, {"crossover-relief.cylinder2.setting": "20 bar"}, "cylinder.cylinder2 needs"),
+    ("rottne-f9-lab", {"sensor.lift-p1.accuracy": "0.3"}, "usual is 0 to 0.05"),
+    ("rottne-f9-lab", {"sensor.lift-force.linearity": "0.25"}, "usual is 0 to 0.05"),
+    ("rottne-f9-lab", {"sensor.lift-force.range": "50 N"}, "the sensor reads -0.050 kN to 0.050 kN"),
+    ("rottne-f9-lab", {"sensor.lift-p1.rise-time": "4 s"}, 'did you mean "4 ms"?'),
+    ("rottne-f9-lab", {"sensor.lift-p1.bits": "1"}, "usual is 6 to 32"),
+    ("rottne-f9-lab", {"sensor.boom-angle.pulses": "1"}, "1 pulses a turn have counts of 90.0000 deg"),
+    ("rottne-f9-lab", {"sensor.boom-angle.resolution": "0.09 rad"}, "1000 pulses a turn have counts of 0.0900 deg"),
     (MINI, {"joint.arm.limits": ["-60 deg", "-58 deg"]}, "joint.arm moves by 2 deg only"),
     (MINI, {"cylinder.boom.stroke": "20 mm", "cylinder.boom.end-stop.zone": "5 mm"}, "joint.boom moves by"),
     (MINI, {"fluid.bulk-modulus": "12 MPa", "payload.mass": "500 kg"}, "would let the tip give way"),
@@ -34,7 +61,7 @@ def test_what_the_plant_shows_is_named(base, values, said):
     except hc.MachineFileError as error:
         assert said in str(error)
         return
-    assert said in " ".join(str(doubt) for doubt in doubts(machine, figures(machine)))
+    assert said in " ".join(str(doubt) for doubt in (*machine.warnings, *doubts(machine, figures(machine))))
 
 
 @pytest.mark.parametrize("base", [*hc.bundled_machines(), MINI])

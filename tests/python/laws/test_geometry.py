@@ -64,3 +64,12 @@ def test_telescope_joins_the_corners_of_the_boundary(crane: hc.Machine) -> None:
         ends = np.linalg.norm(path[-1] - path[0])
         along = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
         np.testing.assert_allclose([ends, along], np.ptp(crane.joint_limits[2]), rtol=1e-12)
+
+
+def test_limits_of_a_file_end_at_the_stroke() -> None:
+    short = hc.load_machine("tests/data/small-excavator.toml", {"cylinder.arm.stroke": "51 mm"})
+    assert short.joint_limit_reasons[1] == ("stroke end", "machine file")
+    assert short.stroke_limits[1][1] == pytest.approx(0.0255, abs=1e-12)
+    turned = hc.load_machine("rottne-f9-forwarder", {"cylinder.slew.stroke": "62 mm"})
+    assert turned.joint_limit_reasons[0] == ("stroke end", "stroke end")
+    np.testing.assert_allclose(turned.stroke_limits[0], [-0.031, 0.031], atol=1e-12)

@@ -13,7 +13,7 @@ pub const PLAUSIBILITY: (&str, &[Key]) = ("plausibility", THRESHOLDS);
 pub static CONTROL: &[Key] = &[
     Key::quantity("period", &[TIME], Positive)
         .otherwise("the controller's own")
-        .usual(&[("0.2 ms", "1 s", 2.0)])
+        .usual(&[("0.2 ms", "0.2 s", 10.0)])
         .means("Time between samples."),
     Key::table(CONTROLLERS[0].0, CONTROLLERS[0].1).means("Gains of tip control.").source("theory/control/tip.md"),
     Key::table(CONTROLLERS[1].0, CONTROLLERS[1].1)

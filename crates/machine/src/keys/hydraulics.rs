@@ -159,12 +159,12 @@ pub static VALVE: &[Key] = &[
         .means("Flow at full stroke and nominal pressure drop."),
     Key::quantity("nominal-pressure-drop", &[PRESSURE], Positive)
         .otherwise("this, or `nominal-edge-pressure-drop`")
-        .usual(&[("0.5 bar", "400 bar", 100.0)])
+        .usual(&[("0.5 bar", "240 bar", 150.0)])
         .means("Nominal pressure drop over both edges in series.")
         .source("thesis (65)"),
     Key::quantity("nominal-edge-pressure-drop", &[PRESSURE], Positive)
         .otherwise("this, or `nominal-pressure-drop`; with a compensator before the spool its setting")
-        .usual(&[("0.5 bar", "400 bar", 100.0)])
+        .usual(&[("0.5 bar", "120 bar", 300.0)])
         .means("Nominal pressure drop over one edge."),
     Key::quantity("transition-pressure", &[PRESSURE], Positive)
         .required()

@@ -1,11 +1,13 @@
 //! `[sensor]`.
 
 use super::Sign::{Any, Positive};
-use super::{Key, Kind};
+use super::{Key, Kind, Usual};
 use crate::quantities::{ANGLE, FORCE, LENGTH, NUMBER, PRESSURE, TIME, VOLTAGE};
 
 /// What analogue sensors measure.
 const MEASURED: &[Kind] = &[PRESSURE, FORCE, LENGTH];
+/// No sensor in use is off by more of its range, or needs longer; a position that comes in larger steps is of no use.
+const SHARE: &[Usual] = &[("0", "0.05", 20.0)];
 const RANGE: &str = "one of `range`, `full-scale`, `span`";
 
 pub static SENSOR: &[Key] = &[
@@ -30,28 +32,38 @@ pub static SENSOR: &[Key] = &[
         .source("theory/sensor/wire_potentiometer.md"),
     Key::quantity("pulses", &[NUMBER], Positive)
         .otherwise("this, or `resolution`")
-        .usual(&[("1", "1e7", 10.0)])
+        .usual(&[("50", "1e7", 500.0)])
         .means("Encoders: pulses per turn.")
         .source("theory/sensor/encoder.md"),
     Key::quantity("resolution", &[ANGLE], Positive)
         .otherwise("this, or `pulses`")
+        .usual(&[("0 deg", "1.8 deg", 500.0)])
         .means("Encoders: angle of one count.")
         .source("theory/sensor/encoder.md"),
     Key::quantity("division-error", &[ANGLE], Positive)
         .otherwise("none")
         .means("Encoders: error of the division, in electrical degrees, 360 to a pulse.")
         .source("theory/sensor/encoder.md"),
-    Key::quantity("accuracy", &[NUMBER], Positive).otherwise("none").means("Accuracy, share of the range."),
-    Key::quantity("linearity", &[NUMBER], Positive).otherwise("none").means("Linearity error, share of the range."),
+    Key::quantity("accuracy", &[NUMBER], Positive)
+        .otherwise("none")
+        .usual(SHARE)
+        .means("Accuracy, share of the range."),
+    Key::quantity("linearity", &[NUMBER], Positive)
+        .otherwise("none")
+        .usual(SHARE)
+        .means("Linearity error, share of the range."),
     Key::quantity("repeatability", &[NUMBER], Positive)
         .otherwise("none")
+        .usual(SHARE)
         .means("Repeatability, share of the range; of wire potentiometers a hysteresis."),
     Key::quantity("noise", &[NUMBER], Positive)
         .otherwise("none")
+        .usual(SHARE)
         .means("Analogue sensors: standard deviation of the noise, share of the range.")
         .source("theory/sensor/analogue.md"),
     Key::quantity("bits", &[NUMBER], Positive)
         .otherwise("no converter")
+        .usual(&[("6", "32", 10.0)])
         .means("Analogue sensors: bits of the converter, a whole number up to 32.")
         .source("theory/sensor/converter.md"),
     Key::quantity("live-zero", &[NUMBER], Positive)
@@ -62,7 +74,7 @@ pub static SENSOR: &[Key] = &[
         .means("Output per supply voltage, at full scale or (wire potentiometers) per length; kept for the record."),
     Key::quantity("rise-time", &[TIME], Positive)
         .otherwise("none")
-        .usual(&[("0.001 ms", "10 s", 10.0)])
+        .usual(&[("0.001 ms", "0.2 s", 500.0)])
         .means("Pressure transmitters: time from 10 to 90 % of a step."),
     Key::quantity("supply-voltage", &[VOLTAGE], Positive)
         .otherwise("none")

@@ -8,6 +8,7 @@ use crate::quantities::{ANGLE, FORCE, LENGTH, PRESSURE, TIME, VOLTAGE};
 use crate::reader::{Field, Reader};
 use crate::sections::Result;
 use crate::units::Quantity;
+use std::f64::consts::TAU;
 
 /// Kinds, and the property keys of each besides the common ones.
 const KINDS: [(&str, &[&str]); 4] = [
@@ -60,6 +61,7 @@ fn check_complete(table: &Reader, kind: &str) -> Result<()> {
         if !table.has("pulses") && !table.has("resolution") {
             return Err(table.missing("pulses", "give the pulses per turn, for example 1000"));
         }
+        counts_agree(table)?;
     } else if !RANGES.iter().any(|key| table.has(key)) {
         return Err(table.missing("range", format!("give {}", property(kind, "range").example())));
     }
@@ -76,6 +78,22 @@ fn check_complete(table: &Reader, kind: &str) -> Result<()> {
     Err(table.error(ErrorKind::OutOfRange, "bits", message).help("give for example 12"))
 }
 
+/// A pulse is four counts.
+fn counts_agree(table: &Reader) -> Result<()> {
+    let [pulses, resolution] = ["pulses", "resolution"].map(|key| table.optional_quantity::<f64>(key));
+    let (Some(pulses), Some(resolution)) = (pulses?, resolution?) else { return Ok(()) };
+    let counted = TAU / (COUNTS * pulses);
+    if (resolution / counted - 1.0).abs() <= ROUNDED {
+        return Ok(());
+    }
+    let degrees = [resolution, counted].map(f64::to_degrees);
+    let message = format!("{:.4} deg, but {pulses} pulses a turn have counts of {:.4} deg", degrees[0], degrees[1]);
+    Err(table.error(ErrorKind::ConflictingKeys, "resolution", message).help("give one of the two"))
+}
+
+/// Counts of a pulse, and the share by which a data sheet's resolution may be rounded.
+const COUNTS: f64 = 4.0;
+const ROUNDED: f64 = 0.1;
 /// Half of the output below zero and half above full scale.
 const MOST_LIVE_ZERO: f64 = 0.5;
 /// Finer than any converter.

@@ -54,7 +54,7 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("mini", "cylinder.boom.dead-volume", "60 l", "usual is"),
     ("mini", "cylinder.arm.dead-volume", "40 l", "compresses"),
     ("rottne-f9-lab", "cylinder.lift.port-diameter", "1 mm", "m/s"),
-    ("rottne-f9-lab", "cylinder.extension.port-diameter", "10 cm", "wider than the bore"),
+    ("rottne-f9-lab", "cylinder.extension.port-diameter", "10 cm", "wider than half the bore"),
     ("rottne-f9-ls", "pump.main.displacement", "28 l", "28 ml"),
     ("rottne-f9-lab", "cylinder.lift.leakage-gap", "0.1 mm", "leak"),
     ("mini", "cylinder.boom.internal-leakage", "1e-10 m^3/(s Pa)", "leak"),

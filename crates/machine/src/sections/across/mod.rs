@@ -1,6 +1,7 @@
 //! Judgement across values: each may be usual alone and impossible beside the others. Every bound is one of matter or of a
 //! stated promise, far enough from real machines that factors of 1000, or of 10 where a bound is sharp, are what it finds.
 
+mod beside;
 mod cylinder;
 mod friction;
 mod mass;
@@ -21,6 +22,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     if common.into_iter().collect::<Result<Vec<_>>>()?.iter().any(Reader::is_doubted) {
         return Ok(());
     }
+    beside::check(root, machine)?;
     let [cylinders, valves, frictions] = ["cylinder", "valve", "friction"].map(|key| root.named_tables(key));
     let [cylinders, valves, frictions] = [cylinders?, valves?, frictions?];
     for of in &machine.cylinders {
