@@ -11,6 +11,7 @@ import numpy as np
 
 import hydrocrane as hc
 from hydrocrane.arrays import Array
+from hydrocrane.control.controllers import tip_read
 from hydrocrane.errors import InputError
 
 
@@ -188,9 +189,8 @@ class Control:
         n = len(self.machine.joint_names)
         read = np.array(values[: len(self._signals)])
         q, p = read[:n], read[n:].reshape(-1, 2)
-        tip = self.machine.tip(q) if np.isfinite(q).all() else np.full(len(self.machine.tip_axes), np.nan)
         measured = dict(zip(self._signals, read.tolist(), strict=True))
-        obs = hc.Observation(t=time, q=q, qd=np.full(n, np.nan), p=p, tip=tip, measured=measured)
+        obs = hc.Observation(t=time, q=q, qd=np.full(n, np.nan), p=p, tip=tip_read(self.machine, q), measured=measured)
         if self.time == -math.inf:
             self._controller.reset(self.machine, obs)
         self.time = time

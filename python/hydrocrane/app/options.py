@@ -64,7 +64,7 @@ def pose(machine: Machine, settings: list[str]) -> Array:
             raise InputError(
                 f"--at takes JOINT=VALUE with a unit, such as {name}='100 {shown}'; got `{setting}`: {error}"
             ) from None
-    return poses(machine, q, "--at")
+    return poses(machine, q, "--at", units_stated=True)
 
 
 def tip_height(text: str | None) -> Height | None:

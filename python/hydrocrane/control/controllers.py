@@ -192,10 +192,16 @@ class SampledController:
         if self._last is not None and t > self._last[0]:
             qd = (q - self._last[1]) / (t - self._last[0])
         self._last = (t, q)
-        # Without a sensor reading there is no tip position.
-        tip = self._crane.tip(q) if np.isfinite(q).all() else np.full(len(self._crane.tip_axes), np.nan)
         readings = dict(zip(self._signals, [*q, *p.ravel()], strict=True))
-        return Observation(t=t, q=q, qd=qd, p=p, tip=tip, measured={k: float(v) for k, v in readings.items()})
+        measured = {name: float(value) for name, value in readings.items()}
+        return Observation(t=t, q=q, qd=qd, p=p, tip=tip_read(self._crane, q), measured=measured)
+
+
+def tip_read(machine: Machine, q: Array) -> Array:
+    """Tip by readings (n,) of the joints, which may lie anywhere; NaN if one is missing."""
+    if not np.isfinite(q).all():
+        return np.full(len(machine.tip_axes), np.nan)
+    return np.asarray(machine.core.tip(q[np.newaxis])[0])
 
 
 def _told(error: BaseException) -> str:

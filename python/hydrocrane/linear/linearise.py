@@ -14,6 +14,7 @@ from hydrocrane.errors import InputError, check_known
 from hydrocrane.linear.command_path import path_warnings
 from hydrocrane.linear.outputs import ASIDE, known_outputs, output_rows
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.poses import states
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.state_space.model import LinearModel, chosen
 from hydrocrane.state_space.options import Friction, Side
@@ -183,7 +184,7 @@ def _working_point(
     if q is not None:
         point, doubts = machine.rest(q, mode, payload=payload)
     else:
-        point, doubts = vectors(np.asarray(state), "state", machine.state_names).copy(), ()
+        point, doubts = states(machine, np.asarray(state)).copy(), ()
     if point.ndim != 1:
         raise InputError(f"linearise takes one pose or one state, got a batch of shape {point.shape[:-1]}")
     given = point[spools].copy() if command is None else vectors(command, "command", machine.cylinder_names)

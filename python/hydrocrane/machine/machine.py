@@ -1,7 +1,7 @@
 """A crane as Python sees it: geometry, mechanics, hydraulics and the full right-hand side.
 
 Units are SI and radians, pressures are gauge. Every method takes single vectors or batches with any leading axes.
-A pose far outside the joint ranges is refused, as it is in degrees or millimetres: :mod:`hydrocrane.machine.poses`.
+A pose or state far outside the joint ranges is refused, as in degrees or millimetres: :mod:`hydrocrane.machine.poses`.
 A cylinder force is net of friction and end stop; positive pushes the piston out. A spool command is in metres of
 spool stroke; positive extends the piston. Equation numbers are those of Heinze (2007).
 """

@@ -24,7 +24,7 @@ class Mechanics(Geometry):
         >>> print(np.diagonal(crane.mass_matrix(q, payload=100)).round(1))
         [1255.7  251.3  110.1]
         """
-        return self._over(self.core.mass_matrix, self._joints(q), payload=payload)
+        return self._over(self.core.mass_matrix, self._moving(q), payload=payload)
 
     def bias_force(self, q: ArrayLike, qd: ArrayLike, *, payload: float | None = None) -> Array:
         """Coriolis, centrifugal and gravity terms h (..., n): M qdd + h = J_l^T f_cyl.
@@ -38,7 +38,7 @@ class Mechanics(Geometry):
         >>> print(crane.bias_force(q, np.zeros(3)).round(1))
         [1647.5  107.5  -93.2]
         """
-        return self._over(self.core.bias_force, self._joints(q), self._joints(qd, "qd"), payload=payload)
+        return self._over(self.core.bias_force, self._moving(q), self._joints(qd, "qd"), payload=payload)
 
     def forward_dynamics(
         self, q: ArrayLike, qd: ArrayLike, cylinder_force: ArrayLike, *, payload: float | None = None
@@ -54,7 +54,7 @@ class Mechanics(Geometry):
         True
         """
         force = vectors(cylinder_force, "cylinder_force", self.cylinder_names)
-        return self._over(self.core.forward_dynamics, self._joints(q), self._joints(qd, "qd"), force, payload=payload)
+        return self._over(self.core.forward_dynamics, self._moving(q), self._joints(qd, "qd"), force, payload=payload)
 
     def static_cylinder_force(self, q: ArrayLike, *, payload: float | None = None) -> Array:
         """Net cylinder forces (..., n_cyl) that hold the crane at rest, N.
@@ -109,7 +109,7 @@ class Mechanics(Geometry):
         >>> print(crane.kinetic_energy(q, [0.5, 0.0, 0.0]).round(2))
         46.42
         """
-        return self._over(self.core.kinetic_energy, self._joints(q), self._joints(qd, "qd"), payload=payload)
+        return self._over(self.core.kinetic_energy, self._moving(q), self._joints(qd, "qd"), payload=payload)
 
     def potential_energy(self, q: ArrayLike, *, payload: float | None = None) -> Array:
         """Potential energy (...), J   (52), increasing upwards.
@@ -122,7 +122,7 @@ class Mechanics(Geometry):
         >>> print((crane.potential_energy(lifted) - crane.potential_energy(q)).round(2))
         163.64
         """
-        return self._over(self.core.potential_energy, self._joints(q), payload=payload)
+        return self._over(self.core.potential_energy, self._moving(q), payload=payload)
 
     # --- hydraulics and friction --------------------------------------------------------------------------------
 

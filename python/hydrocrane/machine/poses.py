@@ -14,7 +14,10 @@ from hydrocrane.errors import InputError
 
 # The unit that people read, with its SI value, by the SI unit; and the larger of the wrong ones that people give.
 SHOWN = {"rad": ("deg", math.pi / 180.0), "m": ("mm", 1e-3)}
-# A sliding coordinate may lie outside its range by so many ranges: what is to be found are factors of 100 and 1000.
+# A pose may lie outside the range of a joint by this share of the range: for readings with a wrong zero, and for
+# searches. An angle in degrees or a length in millimetres, unless it is small, lies further outside.
+_BEYOND = 0.5
+# In a motion without end stops a sliding coordinate may lie outside its range by so many ranges.
 _RANGES = 10.0
 # Digits below the leading one of a joint's range that are printed at most.
 _DIGITS = 5
@@ -32,43 +35,71 @@ class Jointed(Protocol):
     @property
     def joint_limits(self) -> Array: ...
 
+    @property
+    def state_names(self) -> Sequence[str]: ...
 
-def poses(machine: Jointed, value: ArrayLike, name: str = "q") -> Array:
-    """`value` as joint coordinates (..., n), rad or m, that may be meant so.
 
-    Geometry and mechanics hold outside the joint ranges too, and what searches a pose may leave them. Refused is what
-    no search reaches: an angle more than a full turn outside its range, or more than half a turn if it fits as
-    degrees, since every pose has an angle nearer than that; a length outside its range by ten times the range.
+def poses(machine: Jointed, value: ArrayLike, name: str = "q", *, units_stated: bool = False) -> Array:
+    """`value` as poses (..., n), rad or m, of which each joint lies at most half its range outside it.
 
     Raises
     ------
     InputError
-        With joint, range and the likely unit.
+        With joint, range and, unless `units_stated`, the likely unit.
     """
     q = vectors(value, name, machine.joint_names)
     low, high = machine.joint_limits.T
-    outside = np.maximum(np.maximum(low - q, q - high), 0.0)
+    return _within(machine, q, name, np.broadcast_to(_BEYOND * (high - low), q.shape), hint=not units_stated)
+
+
+def in_motion(machine: Jointed, value: ArrayLike, name: str = "q") -> Array:
+    """`value` as joint coordinates (..., n), rad or m, to which a motion without end stops may lead.
+
+    Refused is an angle more than a full turn outside its range, or more than half a turn if it fits as degrees, since
+    every pose has an angle nearer than that; and a length outside its range by ten times the range.
+
+    Raises
+    ------
+    InputError
+        As :func:`poses`.
+    """
+    q = vectors(value, name, machine.joint_names)
+    low, high = machine.joint_limits.T
     turning = np.array([unit == "rad" for unit in machine.joint_units])
     smaller = np.array([SHOWN[unit][1] for unit in machine.joint_units])
     fits = (q * smaller >= low) & (q * smaller <= high)
-    allowed = np.where(turning, np.where(fits, np.pi, 2.0 * np.pi), _RANGES * (high - low))
-    far = np.argwhere(outside > allowed)
-    if far.size:
-        raise InputError(_far(machine, name, q, tuple(int(i) for i in far[0])))
-    return q
+    return _within(
+        machine, q, name, np.where(turning, np.where(fits, np.pi, 2.0 * np.pi), _RANGES * (high - low)), hint=True
+    )
 
 
-def _far(machine: Jointed, name: str, q: Array, place: tuple[int, ...]) -> str:
-    joint = place[-1]
+def states(machine: Jointed, value: ArrayLike, name: str = "state") -> Array:
+    """`value` as states (..., n_states) with joint coordinates as those of :func:`in_motion`."""
+    state = vectors(value, name, machine.state_names)
+    in_motion(machine, state[..., : len(machine.joint_names)], name)
+    return state
+
+
+def _within(machine: Jointed, q: Array, name: str, allowed: Array, *, hint: bool) -> Array:
+    """`q`, unless a joint lies outside its range by more than `allowed`."""
+    low, high = machine.joint_limits.T
+    far = np.argwhere(np.maximum(low - q, q - high) > allowed)
+    if not far.size:
+        return q
+    place = tuple(int(i) for i in far[0])
+    joint, value = place[-1], q[place]
     unit = machine.joint_units[joint]
     shown, size = SHOWN[unit]
     low, high = machine.joint_limits[joint]
-    meant = {"deg": "degrees", "mm": "millimetres"}[shown]
-    return (
-        f"{name}: joint {machine.joint_names[joint]} is at {q[place]:g} {unit} and its range is {low:.4g} to "
-        f"{high:.4g} {unit} ({low / size:.4g} to {high / size:.4g} {shown}); did you mean {meant}? {name} is in "
-        f"{'radians: np.deg2rad(...)' if unit == 'rad' else 'metres'}"
+    text = (
+        f"{name}: joint {machine.joint_names[joint]} is at {value:g} {unit} ({value / size:.4g} {shown}) and its range "
+        f"is {low:.4g} to {high:.4g} {unit} ({low / size:.4g} to {high / size:.4g} {shown})"
     )
+    if hint:
+        meant = {"deg": "degrees", "mm": "millimetres"}[shown]
+        cure = "radians: np.deg2rad(...)" if unit == "rad" else "metres"
+        text = f"{text}; did you mean {meant}? {name} is in {cure}"
+    raise InputError(text)
 
 
 def in_words(machine: Jointed, q: ArrayLike) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from hydrocrane.arrays import Array, real_array, rows, scalars, vectors
 from hydrocrane.errors import HydrocraneError, InputError, translated, unknown
-from hydrocrane.machine.poses import poses
+from hydrocrane.machine.poses import in_motion, poses, states
 from hydrocrane.machine.stated import Stated
 
 
@@ -116,8 +116,11 @@ class Shaped(Stated):
     def _joints(self, value: ArrayLike, name: str = "q") -> Array:
         return poses(self, value) if name == "q" else vectors(value, name, self.joint_names)
 
+    def _moving(self, q: ArrayLike) -> Array:
+        return in_motion(self, q)
+
     def _plant(self, state: ArrayLike, spool_command: ArrayLike) -> tuple[Array, Array]:
-        return vectors(state, "state", self.state_names), vectors(spool_command, "spool_command", self.cylinder_names)
+        return states(self, state), vectors(spool_command, "spool_command", self.cylinder_names)
 
     def payload(self, payload: float | None = None) -> float:
         """A mass at the tip in kg, checked; the machine's own if none is given.

@@ -13,6 +13,7 @@ from hydrocrane import _core
 from hydrocrane.arrays import Array, brief, positive_number, real_array, vectors, whole_number
 from hydrocrane.errors import HydrocraneError, InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.poses import states
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.record_size import check_size, row_numbers
 from hydrocrane.simulation.crane_parameters import CraneParameters, CraneValues
@@ -252,11 +253,11 @@ class BatchSimulator:
             raise InputError("reset takes either q, poses to rest in, or state, full states")
         chosen = self._chosen(cranes)
         table = self._parameters.changed(parameters or {}, chosen)
-        names = self.machine.joint_names if state is None else self.machine.state_names
         given: Array | None = None
-        if not callable(q):
-            starts, name = (q, "q") if state is None else (state, "state")
-            given = _table(vectors(cast(ArrayLike, starts), name, names), len(chosen), name)
+        if state is not None:
+            given = _table(states(self.machine, state), len(chosen), "state")
+        elif not callable(q):
+            given = _table(vectors(cast(ArrayLike, q), "q", self.machine.joint_names), len(chosen), "q")
         for first in range(0, len(chosen), BLOCK):
             part = chosen[first : first + BLOCK]
             machines = self._machines(part, table)

@@ -14,6 +14,7 @@ from hydrocrane.arrays import Array, positive_number, seed_number, vectors
 from hydrocrane.control.controllers import Observation
 from hydrocrane.errors import InputError, SimulationError, check_known, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.machine.poses import states
 from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.outcome import Outcome
@@ -160,7 +161,7 @@ class Simulator:
         if q is not None:
             start, doubts = self.machine.rest(q, payload=self._start_payload)
         else:
-            start, doubts = vectors(cast(ArrayLike, state), "state", self.machine.state_names), ()
+            start, doubts = states(self.machine, cast(ArrayLike, state)), ()
         if start.ndim != 1:
             raise InputError(f"reset takes one pose or one state, got a batch of shape {start.shape[:-1]}")
         with translated():

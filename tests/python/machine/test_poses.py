@@ -1,4 +1,4 @@
-"""Poses in degrees or millimetres are refused by everything that takes a pose; what a search tries is not."""
+"""Poses in degrees or millimetres are refused by everything that takes a pose; what a motion may reach is not."""
 
 import numpy as np
 import pytest
@@ -49,10 +49,73 @@ def test_one_wrong_pose_of_a_batch_is_found_and_millimetres_too():
         LAB.tip(many)
 
 
-def test_what_a_search_tries_is_not_refused():
-    """Random angles of a full turn, and steps beyond the limits, stay allowed."""
+# What a motion without end stops needs; everything else takes poses of the crane.
+MOTION = ("mass_matrix", "bias_force", "forward_dynamics", "kinetic_energy", "potential_energy")
+
+
+@pytest.mark.parametrize("name", [name for name in TAKES_Q if name not in MOTION])
+def test_a_pose_lies_at_most_half_a_range_outside(name):
+    low, high = LAB.joint_limits.T
+    for side, sign in ((low, -1.0), (high, 1.0)):
+        for joint in range(3):
+            q = LAB.home.copy()
+            q[joint] = side[joint] + sign * 0.51 * (high - low)[joint]
+            with pytest.raises(hc.InputError, match=f"joint {LAB.joint_names[joint]} is at .*did you mean"):
+                TAKES_Q[name](q)
+
+
+def test_a_reading_with_a_wrong_zero_is_a_pose():
+    low, high = LAB.joint_limits.T
+    for q in (low - 0.49 * (high - low), high + 0.49 * (high - low)):
+        assert np.isfinite(LAB.tip(q)).all() and np.isfinite(LAB.tip_jacobian(q)).all()
+
+
+def test_small_degrees_and_decimetres_are_refused():
+    """Less than a turn outside the ranges, as many angles in degrees are."""
+    loader = hc.load_machine("hiab-xs031")
+    for take in (loader.tip, loader.strokes, loader.static_cylinder_force, loader.piston_speeds):
+        with pytest.raises(hc.InputError, match="lift is at 5 rad .*did you mean degrees"):
+            take([5.0, -3.0, 0.5])
+        with pytest.raises(hc.InputError, match="extension is at 12 m .*did you mean millimetres"):
+            take([1.0, -1.0, 12.0])
+
+
+def test_where_a_motion_leads_is_not_refused():
+    """Random angles of a full turn, and beyond the ends of a telescope."""
     rng = np.random.default_rng(1)
     q = np.concatenate([rng.uniform(-np.pi, np.pi, (500, 2)), rng.uniform(-1.0, 1.0, (500, 1))], axis=1)
-    assert np.isfinite(LAB.mass_matrix(q)).all()
-    LAB.tip(LAB.joint_limits[:, 1] + 1.0)
-    LAB.tip(LAB.joint_limits[:, 0] - 1.0)
+    for name in MOTION:
+        assert np.isfinite(TAKES_Q[name](q)).all()
+    states = np.tile(LAB.equilibrium(GOOD), (500, 1))
+    states[:, :3] = q
+    assert np.isfinite(LAB.state_derivative(states, HOLD)).all()
+
+
+@pytest.mark.parametrize("batch", [False, True])
+def test_a_state_that_no_motion_reaches_is_refused(batch):
+    state = LAB.equilibrium(GOOD)
+    state[:2] = 80.0, 90.0
+    states = np.stack([LAB.equilibrium(GOOD), state]) if batch else state
+    takes = [LAB.state_derivative, LAB.reference_state_derivative, LAB.jacobian, LAB.outputs]
+    takes.append(lambda x, _: hc.BatchSimulator(LAB, 2).reset(state=x))
+    if not batch:
+        takes.append(lambda x, _: hc.Simulator(LAB, sample_time=0.01).reset(state=x))
+        takes.append(lambda x, _: LAB.linearise(state=x))
+    for take in takes:
+        with pytest.raises(hc.InputError, match="state: joint boom is at 80 rad .*did you mean degrees"):
+            take(states, HOLD)
+
+
+def test_a_reading_may_lie_anywhere():
+    """A sensor with a fault gives no error in the loop: the controller gets the tip by what is read."""
+    seen = []
+
+    def control(obs, stick):
+        seen.append(obs.tip)
+        return HOLD
+
+    fault = hc.SensorFault("joint.boom.q", "jump", 0.05, size=20.0)
+    start = dict(zip(LAB.joint_names, GOOD, strict=True))
+    plan = hc.Scenario(joints=start, duration=0.1, controller=control, sensor_faults=[fault])
+    assert hc.simulate(plan).outcome.completed
+    assert np.isfinite(seen).all()
