@@ -16,6 +16,7 @@ import pytest
 import hydrocrane as hc
 from hydrocrane import _core
 from hydrocrane.app.cli import app, main
+from hydrocrane.results.outcome import Outcome
 
 ROOT = Path(__file__).resolve().parents[3]
 TOP = ("README.md", "NOTATION.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
@@ -130,6 +131,19 @@ def test_the_reference_names_every_error():
     slugs |= set(re.findall(r"\[(cannot-[\w-]+)\]", text_of("crates/python/src/errors.rs")))
     rows = re.findall(r"^\| `([a-z-]+)` \|", text_of("docs/reference/errors.md"), re.MULTILINE)
     assert len(slugs) > 20 and slugs == set(rows)
+
+
+def test_the_reference_names_every_warning():
+    """The kinds in the sources: of each `Warning` in Rust and `ResultWarning` in Python, and that of Ctrl-C."""
+    kinds = {doubt.kind for doubt in Outcome.stopped(0.0).doubts(1.0)}
+    for path in sorted((ROOT / "crates").glob("*/src/**/*.rs")):
+        text = path.read_text(encoding="utf-8")
+        if re.search(r"\bWarning \{", text):
+            kinds |= set(re.findall(r'(?:\bkind: |\(\s*)"([a-z]+(?:-[a-z]+)*)",', text))
+    for path in sorted((ROOT / "python").rglob("*.py")):
+        kinds |= set(re.findall(r'\bResultWarning\(\s*"([a-z-]+)"', path.read_text(encoding="utf-8")))
+    rows = re.findall(r"^\| `([a-z-]+)` \|", text_of("docs/reference/warnings.md"), re.MULTILINE)
+    assert "tip-off-path" in kinds and kinds == set(rows)
 
 
 def test_the_reference_names_every_exception():
