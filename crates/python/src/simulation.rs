@@ -23,6 +23,8 @@ pub fn method_for(machine: &Machine, solver: SolverEntry) -> String {
 #[pyclass(module = "hydrocrane._core")]
 pub struct Simulator {
     inner: hydrocrane_sim::Simulator,
+    /// Why the last sample failed; empty if it did not.
+    reason: String,
 }
 
 impl Simulator {
@@ -71,6 +73,7 @@ impl Simulator {
         let sensors = sensors::sensors(machine, sensors, seed, &faults)?;
         Ok(Simulator {
             inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
+            reason: String::new(),
         })
     }
 
@@ -85,8 +88,15 @@ impl Simulator {
             return Err(PyValueError::new_err("spool_command must be finite"));
         }
         let u = u.to_vec();
-        let kind = py.detach(|| self.inner.step(&u)).kind;
-        Ok((kind.name(), self.observation(py)?))
+        let outcome = py.detach(|| self.inner.step(&u));
+        self.reason = if outcome.kind == OutcomeKind::Completed { String::new() } else { outcome.message };
+        Ok((outcome.kind.name(), self.observation(py)?))
+    }
+
+    /// Why the last sample failed, with the cure; empty if it did not.
+    #[getter]
+    fn reason(&self) -> &str {
+        &self.reason
     }
 
     /// As [`seen`] tells it.

@@ -419,9 +419,10 @@ impl Found {
                 let off = match self.what {
                     Finding::PressureInexact(at) => {
                         let name = &machine.cylinders[at / 2].name;
-                        format!("the pressure on the {} of cylinder `{name}` off by an estimated {:.1} bar", SIDES[at % 2], 1e-5 * value)
+                        let off = estimated(1e-5 * value, bar(machine.supply.pressure), "bar");
+                        format!("the pressure on the {} of cylinder `{name}` off by {off}", SIDES[at % 2])
                     }
-                    _ => format!("the tip off by an estimated {:.1} mm", 1e3 * value),
+                    _ => format!("the tip off by {}", estimated(1e3 * value, 1e3 * watch.reach, "mm")),
                 };
                 (
                     "tolerance-too-loose",
@@ -557,6 +558,15 @@ fn not_held(machine: &Machine, unheld: &Unheld) -> Warning {
         kind: "start-not-held",
         text: format!("the load at the start needs {needed:.0} bar in the {side} of cylinder `{cylinder}`; {what} {there_is:.0} bar"),
         cure: cure.to_string(),
+    }
+}
+
+/// An estimated error in words. The estimate is linear in the errors of the steps: as large as `most` it says no size.
+fn estimated(error: f64, most: f64, unit: &str) -> String {
+    if error < most {
+        format!("an estimated {error:.1} {unit}")
+    } else {
+        format!("more than {most:.0} {unit}")
     }
 }
 

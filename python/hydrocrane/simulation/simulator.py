@@ -199,7 +199,7 @@ class Simulator:
 
     def _end(self) -> str:
         """Message of a step that failed."""
-        return f"the simulation ended with `{self._ended}` at {self.time:.4g} s"
+        return f"the simulation ended with `{self._ended}` at {self.time:.4g} s: {self._core.reason}"
 
     def _checked(self, spool_command: ArrayLike) -> Array:
         """One finite command per cylinder, in the form of the core."""

