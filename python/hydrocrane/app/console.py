@@ -61,11 +61,17 @@ def _fitted(table: Table, console: Console) -> Table:
     from rich.text import Text
 
     # A measure is cut to the width that it is given: only a very wide one tells what the words need.
-    if console.measure(table, options=console.options.update(width=10_000)).minimum <= console.width:
-        # Columns share what is too little by their widths; none may fall below its longest word.
-        for column in table.columns:
-            words = " ".join(str(cell) for cell in (column.header, *column.cells)).split()
-            column.min_width = max(map(len, words), default=0)
+    needed = console.measure(table, options=console.options.update(width=10_000))
+    if needed.minimum <= console.width:
+        # What is too little is taken from the column with the most room, and from none below its longest word.
+        texts = [[str(cell) for cell in (column.header, *column.cells)] for column in table.columns]
+        least = [max(len(word) for text in of for word in text.split() or [""]) for of in texts]
+        widths = [max(len(line) for text in of for line in text.splitlines() or [""]) for of in texts]
+        for _ in range(needed.maximum - console.width):
+            roomiest = max(range(len(widths)), key=lambda at: widths[at] - least[at])
+            widths[roomiest] -= 1
+        for column, width in zip(table.columns, widths, strict=True):
+            column.min_width = column.max_width = width
         return table
     blocks = Table(title=table.title, title_justify="left", box=None, pad_edge=False, show_header=False)
     blocks.add_column(style="bold", no_wrap=True)
