@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,16 +12,39 @@ from hydrocrane.app.console import say, waiting
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from typer.models import OptionInfo
 
     from hydrocrane.machine.machine import Machine
     from hydrocrane.results.run import Run
+
+
+def number(help: str, kind: type = float, least: float = -math.inf, most: float = math.inf) -> OptionInfo:
+    """An option that is a number as in a file: an underscore, which Python would take, is a misprint."""
+
+    def read(text: str) -> float:
+        from hydrocrane.units import plain_number
+
+        try:
+            plain_number(str(text))
+            value: float = kind(text)
+        except ValueError:
+            value = math.nan
+        if least <= value <= most:
+            return value
+        ends = f"{least:g} to {most:g}" if most < math.inf else f"{least:g} or more"
+        of = "" if least == -math.inf else f", {ends}"
+        raise typer.BadParameter(f"`{text}` is not {'a whole' if kind is int else 'a'} number{of}")
+
+    option: OptionInfo = typer.Option(help=help, parser=read, metavar=f"<{kind.__name__}>")
+    return option
+
 
 MachineName = Annotated[str, typer.Argument(help="Bundled machine or path of a machine file.", metavar="MACHINE")]
 RunName = Annotated[str, typer.Argument(help="Saved run (.nc), bundled scenario or scenario file.", metavar="RUN")]
 Settings = Annotated[
     list[str], typer.Option("--set", help='Override a machine key: KEY=VALUE, e.g. supply.pressure="100 bar".')
 ]
-Payload = Annotated[float | None, typer.Option(help="Mass at the tip, kg.")]
+Payload = Annotated[float | None, number("Mass at the tip, kg.")]
 Output = Annotated[
     Path | None, typer.Option("-o", "--output", help="File to write; by default named after the target, here.")
 ]

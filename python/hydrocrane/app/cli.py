@@ -21,6 +21,7 @@ from hydrocrane.app.arguments import (
     headless,
     named_machine,
     named_run,
+    number,
     picture_path,
     write_figure,
 )
@@ -77,13 +78,13 @@ def simulate(
         Path | None, typer.Option(help="CSV file with a measured supply pressure; its column is `supply.pressure`.")
     ] = None,
     payload: Payload = None,
-    duration: Annotated[float | None, typer.Option(help="s.")] = None,
+    duration: Annotated[float | None, number("s.")] = None,
     method: Annotated[
         str | None,
         typer.Option(help="auto; rodas5p, hc-exponential-4, hc-rosenbrock-3 (stiff); tsit5 (explicit)."),
     ] = None,
-    rtol: Annotated[float | None, typer.Option(help="Relative tolerance.")] = None,
-    step: Annotated[float | None, typer.Option(help="Fixed steps of this size, s.")] = None,
+    rtol: Annotated[float | None, number("Relative tolerance.")] = None,
+    step: Annotated[float | None, number("Fixed steps of this size, s.")] = None,
     record_limit: Annotated[str | None, typer.Option(help="Most memory of the record; default is 2 GB.")] = None,
     verify: Annotated[bool, typer.Option("--verify", help="Run again, tighter, and report the difference.")] = False,
     also: Annotated[list[str], typer.Option(help="Also write mat, csv, parquet, xlsx, mf4 or mcap.")] = [],  # noqa: B006
@@ -189,8 +190,8 @@ def _write_run(run: Run, folder: Path, suffixes: list[str], film: str) -> Iterat
 def animate(
     run: RunName,
     output: Output = None,
-    fps: Annotated[int, typer.Option(help="Pictures per second.", min=1)] = 20,
-    speed: Annotated[float, typer.Option(help="1 is real time.", min=1e-6)] = 1.0,
+    fps: Annotated[int, number("Pictures per second.", int, least=1)] = 20,
+    speed: Annotated[float, number("1 is real time.", least=1e-6)] = 1.0,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Write a film of the moving crane: .gif, or .mp4 where ffmpeg is found."""
@@ -243,7 +244,7 @@ def loadchart(
         str | None,
         typer.Option(help="Height of the tip: best, worst, or such as '1.5 m'; default: both."),
     ] = None,
-    samples: Annotated[int, typer.Option(help="Poses per turning joint of the map, not of the curves.", min=2)] = 50,
+    samples: Annotated[int, number("Poses per turning joint of the map, not of the curves.", int, least=2)] = 50,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Payload against reach: what the cylinders hold at supply pressure."""
@@ -271,7 +272,7 @@ def modes(
     ] = [],  # noqa: B006
     payload: Payload = None,
     output: Output = None,
-    samples: Annotated[int, typer.Option(help="Poses per turning joint of the map; 0 draws none.", min=0)] = 16,
+    samples: Annotated[int, number("Poses per turning joint of the map; 0 draws none.", int, least=0)] = 16,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Natural frequencies and damping in a pose, with and without friction, and their map over the workspace."""

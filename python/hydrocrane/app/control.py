@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from hydrocrane.app.arguments import Settings, headless, named_machine
+from hydrocrane.app.arguments import Settings, headless, named_machine, number
 from hydrocrane.app.console import bar, plain_table, say
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def run_benchmark(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for table and picture.")] = Path("results"),
     machine: Annotated[str, typer.Option(help="Bundled machine or path of a machine file.")] = "rottne-f9-lab",
     settings: Settings = [],  # noqa: B006
-    seed: Annotated[int, typer.Option(help="Seed of the sensors' errors.")] = 0,
+    seed: Annotated[int, number("Seed of the sensors' errors.", int)] = 0,
     quick: Annotated[bool, typer.Option("--quick", help="A few cases in place of all.")] = False,
 ) -> None:
     """Run the tasks of the tip-control benchmark; print a table, write it as CSV and JSON, and draw a page."""
@@ -76,8 +76,8 @@ def run_tune(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the block of gains.")] = None,
     controller: Annotated[str, typer.Option(help="tip, or pi, which the benchmark compares with.")] = "tip",
     settings: Settings = [],  # noqa: B006
-    trials: Annotated[int, typer.Option(help="Largest number of sets of gains to simulate.")] = 60,
-    seed: Annotated[int, typer.Option(help="Seed of the sensors' errors.")] = 0,
+    trials: Annotated[int, number("Largest number of sets of gains to simulate.", int)] = 60,
+    seed: Annotated[int, number("Seed of the sensors' errors.", int)] = 0,
 ) -> None:
     """Search the gains of a controller by simulation, and report them before and after."""
     from hydrocrane.benchmark import tuning

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.arguments import MachineName, Output, Payload, Settings, named_machine
+from hydrocrane.app.arguments import MachineName, Output, Payload, Settings, named_machine, number
 from hydrocrane.app.console import say
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def fmu(
         Path | None,
         typer.Option("-o", "--output", help="File to write, ending in .fmu; by default named after the target, here."),
     ] = None,
-    fmi: Annotated[int, typer.Option(help="Version of the standard, 2 or 3; most tools take 2.")] = 2,
+    fmi: Annotated[int, number("Version of the standard, 2 or 3; most tools take 2.", int)] = 2,
     controller: Annotated[
         str | None, typer.Option(help="Export this controller of the machine: tip, heinze-pid, lever.")
     ] = None,

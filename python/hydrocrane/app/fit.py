@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.arguments import Payload, Settings, headless
+from hydrocrane.app.arguments import Payload, Settings, headless, number
 from hydrocrane.app.console import reporting, say
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def fit(
     interpolation: Annotated[
         InterpolationChoice, typer.Option(help="Interpolation of a logged command between samples.")
     ] = InterpolationChoice.linear,
-    bandwidth: Annotated[float, typer.Option(help="Bandwidth of a measured motion, Hz.")] = 2.0,
+    bandwidth: Annotated[float, number("Bandwidth of a measured motion, Hz.")] = 2.0,
     window: Annotated[str | None, typer.Option(help="Part of the logs, FROM:TO, s.")] = None,
     hold_out: Annotated[str | None, typer.Option(help="Compared, not fitted: last share, 0.3, or FROM:TO, s.")] = None,
     prior: Annotated[
@@ -49,8 +49,8 @@ def fit(
     ] = [],  # noqa: B006
     settings: Settings = [],  # noqa: B006
     payload: Payload = None,
-    starts: Annotated[int, typer.Option(help="Number of searches; all but the first start from drawn values.")] = 1,
-    seed: Annotated[int, typer.Option(help="Draws the starts.")] = 0,
+    starts: Annotated[int, number("Number of searches; all but the first start from drawn values.", int)] = 1,
+    seed: Annotated[int, number("Draws the starts.", int)] = 0,
     report: Annotated[Path | None, typer.Option(help="Page with values, quality, pictures: .html.")] = None,
     write: Annotated[Path | None, typer.Option(help="Part of a machine file: .toml.")] = None,
 ) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from hydrocrane.app.arguments import headless
+from hydrocrane.app.arguments import headless, number
 from hydrocrane.app.console import complain, reporting, say
 
 if TYPE_CHECKING:
@@ -33,11 +33,11 @@ def identify_friction(
     mapping: Annotated[Path | None, typer.Option(help="Mapping of columns to signals, TOML.")] = None,
     ramp: Annotated[list[Path], typer.Option(help="Log of a slowly opening valve, from rest.")] = [],  # noqa: B006
     step: Annotated[list[Path], typer.Option(help="Log of small steps, from rest.")] = [],  # noqa: B006
-    payload: Annotated[float | None, typer.Option(help="Load on the rod, kg; default: as the logs state.")] = None,
+    payload: Annotated[float | None, number("Load on the rod, kg; default: as the logs state.")] = None,
     zero: Annotated[str | None, typer.Option(help="Seconds at zero pressure, FROM:TO, e.g. 0:1.")] = None,
     window: Annotated[str | None, typer.Option(help="Seconds of every log to use, FROM:TO, e.g. 2:60.")] = None,
     load_cell: Annotated[bool, typer.Option("--load-cell", help="Take the load's weight from `force`.")] = False,
-    rod_mass: Annotated[float, typer.Option(help="Moving mass on the cylinder's side of the load cell, kg.")] = 0.0,
+    rod_mass: Annotated[float, number("Moving mass on the cylinder's side of the load cell, kg.")] = 0.0,
     exponents: Annotated[
         str,
         typer.Option(help="chosen (by likelihood), fixed (as in the rig's file), free, or e.g. viscous-exponent=1."),

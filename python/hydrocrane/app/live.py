@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from hydrocrane.app.arguments import Settings
+from hydrocrane.app.arguments import Settings, number
 from hydrocrane.app.console import say
 from hydrocrane.errors import InputError
 
@@ -72,7 +72,7 @@ def live(
         str, typer.Argument(help="Machine or scenario: file or bundled name.", metavar="[MACHINE|SCENARIO]")
     ] = "rottne-f9-lab",
     settings: Settings = [],  # noqa: B006
-    port: Annotated[int, typer.Option(help="Port on this computer; 0 takes any free one.", min=0, max=65535)] = 0,
+    port: Annotated[int, number("Port on this computer; 0 takes any free one.", int, least=0, most=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
     bridge: Annotated[
         str | None,

@@ -9,7 +9,7 @@ from hydrocrane import _core
 from hydrocrane.errors import InputError, ResultFileError, check_known
 from hydrocrane.files.toml_file import parsed
 from hydrocrane.machine.poses import SHOWN, poses
-from hydrocrane.units import converted
+from hydrocrane.units import converted, plain_number
 
 if TYPE_CHECKING:
     from hydrocrane.analysis.capacity import Height
@@ -86,7 +86,7 @@ def stretch(option: str, text: str | None, example: str) -> tuple[float, float] 
         return None
     first, _, last = text.partition(":")
     try:
-        start, end = float(first), float(last)
+        start, end = plain_number(first), plain_number(last)
     except ValueError:
         raise InputError(f"{option} takes two times in s, FROM:TO, for example {example}; got `{text}`") from None
     if not start < end:

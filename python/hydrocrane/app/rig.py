@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.arguments import Settings
+from hydrocrane.app.arguments import Settings, number
 from hydrocrane.app.console import plain_table, say, waiting
 
 if TYPE_CHECKING:
@@ -42,15 +42,15 @@ def run_experiment(
     output: Annotated[Path, typer.Option("-o", "--output", help="Log: .csv, .mat, .nc, .h5 or .mf4.")] = Path(
         "log.csv"
     ),
-    payload: Annotated[float | None, typer.Option(help="Load on the rod, kg.")] = None,
+    payload: Annotated[float | None, number("Load on the rod, kg.")] = None,
     supply: Annotated[str | None, typer.Option(help='Supply pressure with its unit, e.g. "100 bar".')] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the sensors' errors.")] = 0,
+    seed: Annotated[int, number("Seed of the sensors' errors.", int)] = 0,
     sensors: Annotated[str, typer.Option(help="data-sheet or ideal.")] = "data-sheet",
-    bits: Annotated[int | None, typer.Option(help="Resolution of the converters.")] = None,
+    bits: Annotated[int | None, number("Resolution of the converters.", int)] = None,
     load_cell: Annotated[bool, typer.Option("--load-cell/--no-load-cell", help="Log the force on the rod.")] = True,
-    calibration: Annotated[float, typer.Option(help="Seconds at zero pressure before the run.")] = 0.0,
+    calibration: Annotated[float, number("Seconds at zero pressure before the run.")] = 0.0,
     slips: Annotated[
-        float | None, typer.Option(help="Length of each level, in slips of the bristles; of constant-velocity.")
+        float | None, number("Length of each level, in slips of the bristles; of constant-velocity.")
     ] = None,
     settings: Settings = [],  # noqa: B006
 ) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from hydrocrane.app.arguments import headless
+from hydrocrane.app.arguments import headless, number
 from hydrocrane.app.console import complain, plain_table, say
 from hydrocrane.result_warning import DoubtfulResult
 
@@ -29,7 +29,7 @@ def sweep(
     store: Annotated[
         Path | None, typer.Option(help="Folder for the results; by default the study's own, or named after it.")
     ] = None,
-    workers: Annotated[int | None, typer.Option(help="Cases at a time; by default one per core.")] = None,
+    workers: Annotated[int | None, number("Cases at a time; by default one per core.", int)] = None,
     scheduler: Annotated[
         str | None, typer.Option(help="`threads`, `processes`, or a Dask scheduler, e.g. tcp://host:8786.")
     ] = None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.arguments import RunName, Settings, named_run
+from hydrocrane.app.arguments import RunName, Settings, named_run, number
 from hydrocrane.app.console import say
 from hydrocrane.app.live import Request, machine_request, serve
 from hydrocrane.errors import InputError
@@ -75,7 +75,7 @@ def viewer_server(run: Run, port: int = 0) -> Server:
 def view(
     run: RunName,
     settings: Settings = [],  # noqa: B006
-    port: Annotated[int, typer.Option(help="Port on this computer; 0 takes any free one.", min=0, max=65535)] = 0,
+    port: Annotated[int, number("Port on this computer; 0 takes any free one.", int, least=0, most=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
 ) -> None:
     """Look at a run in the browser: moving crane, charts, replay at any speed; Ctrl-C ends."""

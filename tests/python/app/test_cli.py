@@ -1,5 +1,6 @@
 """The command line: what it answers, writes and refuses."""
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -213,3 +214,28 @@ def test_cite_prints_bibtex():
 )
 def test_wrong_input_is_one_clean_message(tmp_path, arguments, words):
     assert words in fails(*arguments, folder=tmp_path)
+
+
+NUMBERS = (
+    ("simulate", "vertical-lift-open-loop", "--duration", "1_0"),
+    ("simulate", "vertical-lift-open-loop", "--payload", "1_0"),
+    ("control", "benchmark", "--seed", "1_0"),
+    ("animate", "vertical-lift-open-loop", "--fps", "2_0"),
+    ("sweep", "study.toml", "--workers", "1_0"),
+    ("live", "rottne-f9-lab", "--port", "80_80"),
+    ("rig", "run", "friction-rig", "--seed", "1_0"),
+)
+
+
+@pytest.mark.parametrize("command", NUMBERS, ids=" ".join)
+def test_a_number_with_an_underscore_is_a_misprint(command):
+    done = run(*command)
+    assert done.returncode == 2
+    assert command[-2] in done.stderr and f"`{command[-1]}` is not a" in done.stderr
+
+
+def test_no_option_reads_numbers_by_itself():
+    # They have one reader, which takes what files take.
+    for path in Path(hc.__file__).parent.joinpath("app").glob("*.py"):
+        plain = re.search(r"Annotated\[\s*(int|float)( \| None)?,\s*typer", path.read_text())
+        assert plain is None, f"{path.name}: {plain.group()}"
