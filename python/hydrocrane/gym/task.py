@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TypeAlias, cast
 
 import gymnasium
@@ -22,6 +24,10 @@ Numbers = NDArray[np.float32]
 MARGIN = 0.15
 # Bounds to which an observation is clipped: share of a range, rad/s or m/s, share of the supply pressure, m.
 SHARE, RATE, PRESSURE, WAY = 2.0, 20.0, 20.0, 100.0
+# Distance from the nearest place within reach at which a target is out of reach, m.
+WITHIN_REACH = 1e-3
+# Larger lengths would overflow as squares, m.
+FAR = 1e6
 # What the options of a reset may state.
 OPTIONS = ("q", "target", "parameters")
 # Draws values of machine keys, (n,) each, with the random numbers of n cranes.
@@ -109,7 +115,10 @@ class TipTask:
             done = len(targets)
             start, target = starts_and_targets(machines, [next(generator) for _ in numbers])
             rows = slice(done, done + len(numbers))
-            targets.extend(wished["target"][rows] if "target" in wished else target)
+            if "target" in wished:
+                target = wished["target"][rows]
+                _check_reach(machines, target)
+            targets.extend(target)
             return wished["q"][rows] if "q" in wished else start
 
         cranes.reset(q=poses, cranes=numbers, parameters=parameters)
@@ -153,3 +162,39 @@ def starts_and_targets(machines: Sequence[Machine], randoms: Sequence[np.random.
     for own in of_machine.values():
         target[own] = machines[own[0]].tip(end[own])
     return start, target
+
+
+def _check_reach(machines: Sequence[Machine], targets: Array) -> None:
+    """Refuse the first of the targets that the machine in its row cannot reach."""
+    unlike = {(id(machine), *target): machine for machine, target in zip(machines, targets, strict=True)}
+    for (_, *place), machine in unlike.items():
+        near = _nearest(machine, np.clip(place, -FAR, FAR))
+        if math.dist(place, near) > WITHIN_REACH:
+            wanted, found = (", ".join(f"{x:.7g}" for x in of) for of in (place, near))
+            axes = ", ".join(machine.tip_axes)
+            raise InputError(
+                f"the option `target`: ({axes}) = ({wanted}) m is out of reach of {machine.name}; the nearest place "
+                f"within reach is ({found}) m; give that one, or leave the option out to have a target drawn"
+            )
+
+
+def _nearest(machine: Machine, place: Array) -> Array:
+    """The place of the tip within the joint limits that is nearest to `place`: the best from several poses."""
+    from scipy.optimize import least_squares
+
+    lower, upper = machine.joint_limits.T
+    best = np.full_like(place, np.inf)
+    for share in product((0.5, 0.1, 0.9), repeat=len(lower)):
+        found = least_squares(
+            lambda q: machine.tip(q) - place,
+            lower + (upper - lower) * share,
+            machine.tip_jacobian,
+            bounds=(lower, upper),
+            x_scale=upper - lower,
+            max_nfev=40,
+        )
+        tip = machine.tip(found.x)
+        best = min(best, tip, key=lambda of: math.dist(of, place))
+        if math.dist(best, place) < WITHIN_REACH:
+            break
+    return best

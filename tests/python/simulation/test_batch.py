@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import re
 import sys
 
 import numpy as np
@@ -253,3 +254,36 @@ def test_a_forked_process_has_threads_of_its_own(crane):
     child.join(60.0)
     assert child.exitcode == 0
     np.testing.assert_array_equal(found, batch.step(u).q)
+
+
+def test_environments_refuse_targets_that_are_none():
+    pytest.importorskip("gymnasium")
+    from hydrocrane.gym import CraneTipEnv, CraneTipVectorEnv
+
+    worlds = (CraneTipEnv(), CraneTipVectorEnv(2))
+    for world in worlds:
+        with pytest.raises(
+            hc.InputError, match=r"`target`: \(x, z\) = \(4000, 0.5\) m is out of reach of .*; the nearest"
+        ) as caught:
+            world.reset(seed=1, options={"target": [4000.0, 0.5]})
+        near = [float(x) for x in re.search(r"reach is \((.*), (.*)\) m", str(caught.value)).groups()]
+        _, told = world.reset(seed=1, options={"target": near})
+        np.testing.assert_allclose(np.atleast_2d(told["target"])[0], near)
+        with pytest.raises(hc.InputError, match="target must be finite"):
+            world.reset(options={"target": [np.nan, 0.5]})
+        with pytest.raises(hc.InputError, match=r"`target` must have shape \(2,\)"):
+            world.reset(options={"target": [1.0, 2.0, 3.0]})
+    with pytest.raises(hc.InputError, match="out of reach"):
+        worlds[1].reset(options={"target": [[2.5, 0.5], [9.0, 0.5]]})
+
+
+def test_every_target_that_is_drawn_is_within_reach():
+    pytest.importorskip("gymnasium")
+    from hydrocrane.gym import CraneTipEnv
+
+    for name in ("rottne-f9-lab", "hiab-xs031", "rottne-f9-forwarder"):
+        world = CraneTipEnv(machine=name)
+        for seed in range(5):
+            _, drawn = world.reset(seed=seed)
+            _, stated = world.reset(seed=seed, options={"target": drawn["target"]})
+            np.testing.assert_array_equal(stated["target"], drawn["target"])
