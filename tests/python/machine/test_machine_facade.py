@@ -318,3 +318,14 @@ def test_limits_are_those_of_the_machine_whatever_was_built_before():
         other = crane.changed({key: 0.99 * crane.value(key).si})
         assert not np.array_equal(other.joint_limits, first), key
     np.testing.assert_array_equal(crane.changed({"cylinder.lift.bore": 0.101}).joint_limits, first)
+
+
+def test_drawn_links_of_the_loader_crane_go_through_its_pins():
+    crane = hc.load_machine("hiab-xs031")
+    lines = crane.drawing(crane.home)
+    corners = [corner for kind, _, line in lines if kind == "link" for corner in line]
+    ends = {"cylinder-barrel": 0, "cylinder-rod": -1}
+    pins = [line[ends[kind]] for kind, _, line in lines if kind in ends]
+    assert len(pins) == 6
+    for pin in pins:
+        assert min(np.linalg.norm(pin - corner) for corner in corners) < 1e-6
