@@ -208,6 +208,7 @@ impl Template {
     pub fn to_toml(&self, changes: &[(String, OverrideValue)]) -> Result<String> {
         let tree = overridden(Cow::Borrowed(&self.tree), &placed(changes))?;
         let machine: Machine = sections::machine(&tree, &[])?;
+        let tree = overridden(tree, &placed(&rated_speeds(&machine)))?;
         Ok(whole::text(&tree, &machine.provenance))
     }
 
@@ -236,6 +237,15 @@ impl Template {
     ) -> Result<Machine<T>> {
         sections::machine(&*overridden(Cow::Borrowed(&self.tree), &placed(changes))?, variables)
     }
+}
+
+/// The rated speeds of pumps that follow from a speed which was overridden since.
+fn rated_speeds(machine: &Machine) -> Vec<(String, OverrideValue)> {
+    let pumps = machine.supply.mains.iter().flat_map(|mains| mains.pumps());
+    let changed = pumps.filter(|pump| pump.rated_speed != pump.speed);
+    let keys = changed.map(|pump| (format!("pump.{}.rated-speed", pump.name), pump.rated_speed));
+    let followed = keys.filter(|(key, _)| machine.provenance.iter().all(|stated| stated.key != *key));
+    followed.map(|(key, speed)| (key, OverrideValue::Text(format!("{speed} rad/s")))).collect()
 }
 
 /// The files that are read for one machine.

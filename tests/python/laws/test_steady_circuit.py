@@ -154,15 +154,21 @@ def test_shared_flow_deep_in_saturation_states_its_error_and_its_speed(tmp_path)
     assert machine.piston_speeds([0.0, 0.0])[0, 1] == pytest.approx(run.data["cylinder.first.v"].values[-20], rel=0.02)
 
 
-def test_the_leakage_stays_when_the_speed_changes():
-    def leaked(speed):
-        machine = two(**{"pump_main_rated__speed": "1500 rpm", "pump_main_speed": speed})
+@pytest.mark.parametrize("stated", [{}, {"pump_main_rated__speed": "1500 rpm"}])
+def test_the_leakage_stays_when_the_speed_changes(stated, tmp_path):
+    """It belongs to the rated speed, or to that of the file; also after the machine was written to a file."""
+
+    def leaked(machine):
         state = machine.equilibrium([0.0, 0.0])
         state[machine.state_names.index("pump.main.displacement")] = 0.0
         state[machine.state_names.index("mains.p")] = 200e5
         return float(machine.outputs(state, [0.0, 0.0])["mains.pump_flow"])
 
-    assert leaked("1500 rpm") < 0.0 and leaked("700 rpm") == pytest.approx(leaked("1500 rpm"), rel=1e-12)
+    slow = two(**stated, pump_main_speed="700 rpm")
+    (tmp_path / "slow.toml").write_text(slow.to_toml())
+    assert leaked(two()) < 0.0
+    for machine in (slow, hc.load_machine(tmp_path / "slow.toml")):
+        assert leaked(machine) == pytest.approx(leaked(two()), rel=1e-12)
 
 
 def test_a_small_pump_is_reported_with_its_least_and_its_most():

@@ -433,7 +433,7 @@ pub static PUMP: &[Key] = &[
         .usual(&[("300 rpm", "4000 rpm", 10.0)])
         .means("Speed of the shaft: constant, or with `droop` that without a load. Overrides of a scenario's phases change it in time."),
     Key::quantity("rated-speed", &[ANGULAR_VELOCITY], Positive)
-        .otherwise("`speed`")
+        .otherwise("`speed` of the file")
         .usual(&[("300 rpm", "4000 rpm", 10.0)])
         .means("Speed at which `volumetric-efficiency` is stated. The leakage follows from both, and stays where a phase or an override changes `speed`."),
     Key::quantity("droop", &[NUMBER], Positive)

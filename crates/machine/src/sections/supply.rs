@@ -312,12 +312,14 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
         return Ok(None);
     }
     let control = (kind != PumpKind::Fixed).then(|| control(table, supply)).transpose()?;
-    let speed: T = table.quantity("speed")?;
     Ok(Some(Pump {
         name: name.into(),
         displacement: displacement(table)?,
-        speed,
-        rated_speed: table.optional_quantity("rated-speed")?.unwrap_or(speed),
+        speed: table.quantity("speed")?,
+        rated_speed: match table.optional_quantity("rated-speed")? {
+            Some(rated) => rated,
+            None => T::c(table.required("speed", "a speed")?.quantity_of_file()?),
+        },
         engine: engine(table)?,
         volumetric_efficiency: efficiency(table, "volumetric-efficiency")?,
         hydromechanical_efficiency: efficiency(table, "hydromechanical-efficiency")?,
