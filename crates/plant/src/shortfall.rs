@@ -2,7 +2,8 @@
 //!
 //! A section asks for what its edges pass at the present pressures of its ports with the mains where the pumps are set to keep
 //! them. Before a spool compensator that is the set pressure; without one, and behind it, the regular fall of the pumps' control comes
-//! off it. Nothing is short while a pump still swivels out: it only lags.
+//! off it. Where the load leaves less than the margin below the highest pressure, the mains count as if they kept the margin: the pumps
+//! cut off there. Nothing is short while a pump still swivels out: it only lags.
 
 use crate::hydraulic_axis::SupplyPressures;
 use crate::layout::Layout;
@@ -30,6 +31,8 @@ pub enum Limit {
     Displacement,
     /// The pressure falls by more than the margin before the pumps are at full displacement.
     ControlRange,
+    /// The load leaves less than the margin below the highest pressure of the pumps.
+    Pressure,
 }
 
 /// A section that gets less than its spool asks for, m^3/s.
@@ -61,14 +64,28 @@ impl<const N: usize> Plant<f64, N> {
         }
         let ranges = supply.pumps().filter_map(|of| of.control.as_ref());
         let range = ranges.map(|control| control.range).fold(0.0, f64::max);
-        let regular = set - range.min(0.5 * (set - at.load));
+        let fall = |margin: f64| range.min(0.5 * margin);
+        let margins = supply.pumps().filter_map(|of| of.margin).chain(supply.sensing.map(|sensing| sensing.margin));
+        // What the pumps would keep above the load if they were not cut off.
+        let margin = margins.reduce(f64::max).filter(|margin| at.load + margin > set);
         let full: f64 = supply.pumps().map(|of| of.pump.displacement * of.pump.speed).sum();
+        let mut cut_off = [false; N];
         let flows: [[f64; 3]; N] = hydrocrane_num::array::from_fn(|c| {
             let (unit, spool) = (&self.cylinders[c], x[layout.xs(c)]);
             let p = [x[layout.p1(c)], x[layout.p2(c)]];
-            let kept = if matches!(unit.valve.compensator, Compensator::Before(_)) { set } else { regular };
-            let wanted = unit.ports(&SupplyPressures { supply: kept.max(at.supply), ..at }, 0.0, p, None);
             let present = unit.ports(&at, 0.0, p, layout.opening(c).map(|at| x[at]));
+            let whole = matches!(unit.valve.compensator, Compensator::Before(_));
+            // All that share the flow have the drop over the highest load.
+            let load = match unit.valve.compensator {
+                Compensator::Behind => at.load,
+                _ => unit.valve.connection.signal(spool, [present.a, present.b], at.tank).min(at.load),
+            };
+            let mut kept = if whole { set } else { set - fall(set - at.load) };
+            let wants = margin.map_or(kept, |margin| load + margin - if whole { 0.0 } else { fall(margin) });
+            if wants > kept {
+                (kept, cut_off[c]) = (wants, true);
+            }
+            let wanted = unit.ports(&SupplyPressures { supply: kept.max(at.supply), ..at }, 0.0, p, None);
             let delivered = unit.edge_flows(spool, &present).supply();
             [unit.valve.flows(spool, &wanted).supply(), delivered, unit.valve.flows(spool, &present).supply()]
         });
@@ -79,16 +96,30 @@ impl<const N: usize> Plant<f64, N> {
         let shifted = 1.0 - (1.0 - TAKEN_AT_THE_CORNER / left).sqrt();
         let shares = |c: usize| matches!(self.cylinders[c].valve.compensator, Compensator::Behind);
         let short = |asked: f64, delivered: f64| asked > LEAST * full && asked - delivered > MISSING * asked;
-        let found = flows.iter().enumerate().filter(|(_, [asked, delivered, _])| short(*asked, *delivered));
-        found
+        flows
+            .iter()
+            .enumerate()
+            .filter(|(_, [asked, delivered, _])| short(*asked, *delivered))
+            .filter(|(c, _)| !self.on_its_stop(layout, x, *c))
             .map(|(cylinder, &[asked, delivered, without_priority])| Shortfall {
                 cylinder,
                 asked,
                 delivered: delivered.max(0.0),
-                limit: if short(without_priority, delivered) { Limit::Priority } else { of_pumps },
+                limit: match of_pumps {
+                    _ if short(without_priority, delivered) => Limit::Priority,
+                    Limit::ControlRange if cut_off[cylinder] => Limit::Pressure,
+                    limit => limit,
+                },
                 shifted: if shares(cylinder) { shifted } else { 0.0 },
             })
             .collect()
+    }
+
+    /// Whether the spool of cylinder `c` presses its piston onto an end stop.
+    fn on_its_stop(&self, layout: &Layout, x: &[f64], c: usize) -> bool {
+        let q = hydrocrane_num::array::from_fn(|i| x[layout.q(i)]);
+        let stroke = self.strokes(&self.mechanics.pose(&q))[c].0;
+        self.cylinders[c].end_stop.force(stroke, 0.0).0 * x[layout.xs(c)] < 0.0
     }
 }
 

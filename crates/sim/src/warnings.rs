@@ -586,6 +586,10 @@ fn limited(limit: Limit, machine: &Machine) -> (&'static str, String) {
             "the pressure of the mains falls below what the section needs before the pump is at full displacement",
             format!("lower `pump.{pump}.control-range`, or raise `ls-margin`"),
         ),
+        Limit::Pressure => (
+            "the load takes so much of the supply pressure that the pump cuts off",
+            "carry less, or raise `supply.pressure`".into(),
+        ),
     }
 }
 

@@ -130,6 +130,27 @@ def test_a_fixed_pump_whose_oil_leaves_over_the_relief_valve_says_so(tmp_path):
     assert run.data["mains.relief_flow"].values[-1] > 0.0
 
 
+@pytest.mark.parametrize("payload", [2000.0, 2180.0])
+def test_a_load_that_takes_the_supply_pressure_says_so(payload):
+    """18 l/min of oil need 272 bar under 2 t: 234 for the load, 38 for friction."""
+    run = driven(two(), 0.9, 0.0, joints=(-0.25, -0.25), payload=payload)
+    (warning,) = warned(run, "pump-saturated")
+    assert "of the 18.00 l/min" in warning.text and "supply pressure" in warning.text
+    assert warning.cure.startswith("carry less, or raise `supply.pressure`")
+    higher = two(supply_pressure="320 bar", mains_relief__pressure="350 bar")
+    assert not warned(driven(higher, 0.9, 0.0, joints=(-0.25, -0.25), payload=payload), "pump-saturated")
+
+
+def test_a_piston_on_its_end_stop_asks_for_nothing(tmp_path):
+    """Its pressure rises to that of the supply; a section that shares the flow with it gets none."""
+    for machine, starved in ((two(), []), (sharing(tmp_path), ["second"])):
+        run = driven(machine, 0.4, 0.5, joints=(0.27, -0.25), duration=1.2)
+        assert run.data["mains.load"].values[-1] > 245e5
+        texts = [warning.text for warning in warned(run, "pump-saturated")]
+        assert [c for c in machine.cylinder_names if any(f"`{c}`" in text for text in texts)] == starved, texts
+        assert all("supply pressure" in text for text in texts)
+
+
 def sharing(folder, **overrides):
     """The two slides with compensators behind their spools."""
     text = TWO.read_text().replace(
