@@ -14,9 +14,10 @@ def plain_number(text: str) -> float:
     Raises
     ------
     ValueError
-        If it is none. Python's own numbers may have underscores, ``1_10``; here such a text is a misprint.
+        If it is none. Python's own numbers may have underscores, ``1_10``, and digits of any script; here such a text
+        is a misprint.
     """
-    if "_" in text:
+    if "_" in text or not text.isascii():
         raise ValueError(f"`{text}` is not a number")
     return float(text)
 

@@ -127,6 +127,9 @@ pub fn parse_scalar(text: &str) -> Result<(f64, Unit), UnitError> {
     let text = text.trim();
     let end = number_length(text);
     let number = parse_number(&text[..end])?;
+    if text[end..].starts_with(',') {
+        return Err(UnitError::Malformed(format!("`{text}`: write a decimal point, and no marks between thousands")));
+    }
     Ok((number, parse_unit(&text[end..])?))
 }
 
@@ -251,7 +254,7 @@ impl UnitParser<'_> {
 
     fn starts_factor(&self) -> bool {
         let rest = self.rest.trim_start();
-        rest.starts_with(|c: char| c == '(' || c == '%' || c.is_alphabetic())
+        rest.starts_with(|c: char| c == '(' || in_symbol(c))
     }
 
     /// A factor with its exponent.
@@ -308,7 +311,7 @@ impl UnitParser<'_> {
             return Ok(Unit { factor: 1.0, dimension: Dimension::NONE });
         }
         self.rest = self.rest.trim_start();
-        let end = self.rest.find(|c: char| !(c.is_alphabetic() || c == '%')).unwrap_or(self.rest.len());
+        let end = self.rest.find(|c: char| !in_symbol(c)).unwrap_or(self.rest.len());
         let (symbol, rest) = self.rest.split_at(end);
         if symbol.is_empty() {
             return Err(self.malformed());
@@ -383,6 +386,11 @@ const TRADE: &[Known] = &[
     ("gpm", 231.0 * INCH * INCH * INCH / 60.0, [3, 0, -1, 0, 0, 0]),
     ("rev", TAU, [0, 0, 0, 0, 0, 1]),
     ("U", TAU, [0, 0, 0, 0, 0, 1]),
+    ("r", TAU, [0, 0, 0, 0, 0, 1]),
+    ("°", PI / 180.0, [0, 0, 0, 0, 0, 1]),
+    ("inch", INCH, [1, 0, 0, 0, 0, 0]),
+    ("sec", 1.0, [0, 0, 1, 0, 0, 0]),
+    ("Pas", 1.0, [-1, 1, -1, 0, 0, 0]),
     ("mPas", 1e-3, [-1, 1, -1, 0, 0, 0]),
     ("mPa", 1e-3, [-1, 1, -2, 0, 0, 0]),
     ("P", 1e-1, [-1, 1, -1, 0, 0, 0]),
@@ -435,12 +443,11 @@ pub fn meant(text: &str, unknown: &str) -> Vec<Meant> {
     let start = text.find(')').map_or_else(|| number_length(text), |end| end + 1);
     let number = parse_number(&text[..number_length(text)]).unwrap_or(f64::NAN);
     // Only whole symbols: `l` is not replaced in `ml`.
-    let is_letter = |c: char| c.is_alphabetic() || c == '%';
-    let pieces: Vec<&str> = text[start..].split_inclusive(|c| !is_letter(c)).collect();
+    let pieces: Vec<&str> = text[start..].split_inclusive(|c| !in_symbol(c)).collect();
     let with = |symbol: &'static str| {
         let replaced: String = pieces
             .iter()
-            .map(|piece| match piece.trim_end_matches(|c| !is_letter(c)) {
+            .map(|piece| match piece.trim_end_matches(|c| !in_symbol(c)) {
                 letters if letters == unknown => [symbol, &piece[letters.len()..]].concat(),
                 _ => (*piece).to_string(),
             })
@@ -466,7 +473,14 @@ pub fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static str> {
     symbols().filter(move |symbol| lookup(symbol).is_some_and(|unit| unit.dimension == dimension))
 }
 
+/// Whether a character may stand in the symbol of a unit.
+fn in_symbol(c: char) -> bool {
+    c.is_alphabetic() || c == '%' || c == '°'
+}
+
 fn lookup(symbol: &str) -> Option<Unit> {
+    // The Greek letter looks like the sign for a millionth.
+    let symbol = &*symbol.replace('μ', "µ");
     let (_, factor, powers) = UNITS.iter().chain(TRADE).find(|(name, _, _)| *name == symbol)?;
     Some(Unit { factor: *factor, dimension: Dimension(powers.map(f64::from)) })
 }

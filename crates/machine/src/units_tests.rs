@@ -1,4 +1,5 @@
 use super::*;
+use std::f64::consts::FRAC_PI_2;
 
 fn si(text: &str) -> f64 {
     let (number, unit) = parse_scalar(text).unwrap();
@@ -36,6 +37,9 @@ fn common_units_become_si() {
         ("1 mV/V", 1e-3),
         ("2 1/s", 2.0),
         ("28 cm3", 28e-6),
+        ("28 cm³/r", 28e-6 / TAU),
+        ("90°", FRAC_PI_2),
+        ("40 μs", 40e-6),
         ("9.81 m/s2", 9.81),
         ("0.87 g/cm3", 870.0),
         ("45 cc", 45e-6),

@@ -139,7 +139,6 @@ mod tests {
             ("supply.pressure".to_string(), number(1e7 / 3.0)),
             ("payload.mass".to_string(), text("0.07 t")),
             ("friction.lift.coulomb".to_string(), OverrideValue::List(vec![number(100.1), text("300 N")])),
-            ("pump.main.speed".to_string(), text("1000 rpm")),
         ];
         let template = Template::open("rottne-f9-pump", &[]).expect("bundled");
         let (machine, written) = (template.build(&changes), template.to_toml(&changes));

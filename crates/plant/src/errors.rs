@@ -25,7 +25,7 @@ pub enum BuildError {
     NoStroke(String),
     #[error("link.{0}: its mass or moment of inertia differs too much from those of the other links; the motion of the joints cannot be resolved in double precision")]
     Unresolvable(String),
-    #[error("joint.{0}.limits: the cylinder `{1}` reverses inside these limits, so one stroke would belong to two joint coordinates; narrow them")]
+    #[error("joint.{0}.limits: the cylinder `{1}` reverses inside these limits, so one stroke would belong to two joint coordinates; narrow them, or check their units and the pins")]
     DeadCentreInside(String, String),
     #[error("joint.{0}.limits: nowhere inside these limits is the piston of `{1}` between its ends; check the limits, the pins and the lengths of the cylinder, with their units")]
     LimitsBeyondStroke(String, String),

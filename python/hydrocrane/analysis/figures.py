@@ -18,10 +18,12 @@ from hydrocrane.result_warning import ResultWarning
 _POSES, _MOST = 13, 3000
 # Least range of a joint, in the unit of its SHOWN entry, and least share of its cylinder's stroke in it, unless the
 # file says so: nobody buys a cylinder of twice the stroke that its pins allow. All bundled machines use nine tenths.
-_LEAST = {"rad": 5.0, "m": 10.0}
+_LEAST = {"rad": 15.0, "m": 10.0}
 _SHARE = 0.5
 # A linkage that would turn so many times as far on its other side is on the wrong one.
 _MIRRORED = 3.0
+# A cylinder that takes so many times as long as another for its stroke has a wrong valve, or the other has.
+_SLOWER = 30.0
 # Share of a stated range that a stroke may cut: limits are written with two or three digits.
 _ROUNDED = 0.01
 # Share of its reach by which a tip may give way under the weight, because oil is compressed.
@@ -132,7 +134,9 @@ def _oil(machine: Machine) -> str:
 
 def doubts(machine: Machine, found: Figures) -> tuple[ResultWarning, ...]:
     """What no machine of this kind has, with its cure; kind ``implausible-value``."""
-    texts = [*_cut(machine), *_narrow(machine), *_weak(machine, found), *_soft(machine, found)]
+    texts = [
+        *_cut(machine), *_narrow(machine), *_weak(machine, found), *_slow(machine, found), *_soft(machine, found)
+    ]  # fmt: skip
     return tuple(ResultWarning("implausible-value", text, cure) for text, cure in texts)
 
 
@@ -221,6 +225,20 @@ def _weak(machine: Machine, found: Figures) -> list[tuple[str, str]]:
             machine.cylinder_names, found.force, found.pressure, there_is, strict=True
         )
         if pressure > most
+    ]
+
+
+def _slow(machine: Machine, found: Figures) -> list[tuple[str, str]]:
+    """Cylinders that take much longer for their strokes than the fastest one."""
+    times = [time for time in found.time if time is not None]
+    fastest = min(times, default=0.0)
+    return [
+        (
+            f"cylinder.{name} takes {time:.3g} s for its stroke, and another one {fastest:.3g} s",
+            "check the nominal flows and pressure drops of their valves, and their bores, with their units",
+        )
+        for name, time in zip(machine.cylinder_names, found.time, strict=True)
+        if time is not None and time > _SLOWER * fastest
     ]
 
 

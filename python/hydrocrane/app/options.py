@@ -29,6 +29,8 @@ def overrides(settings: list[str]) -> dict[str, Override]:
         key, sign, text = setting.partition("=")
         if not sign or not key.strip() or not text.strip():
             raise InputError(f'--set takes KEY=VALUE, for example --set supply.pressure="100 bar"; got `{setting}`')
+        if key.strip() in found:
+            raise InputError(f"--set gives `{key.strip()}` twice; keep one of the two")
         found[key.strip()] = _value(text.strip())
     return found
 
@@ -50,11 +52,14 @@ def _as_text(value: TomlValue) -> Override:
 
 def pose(machine: Machine, settings: list[str]) -> Array:
     """Joint coordinates from ``["boom=100 deg", "extension=50 mm"]``; joints left out stay in mid-range."""
-    q = machine.home.copy()
+    q, given = machine.home.copy(), set()
     for setting in settings:
         name, sign, text = setting.partition("=")
         name = name.strip()
         check_known("joint", name, machine.joint_names)
+        if name in given:
+            raise InputError(f"--at gives `{name}` twice; keep one of the two")
+        given.add(name)
         index = machine.joint_names.index(name)
         unit = machine.joint_units[index]
         try:

@@ -91,14 +91,21 @@ def _within(machine: Jointed, q: Array, name: str, allowed: Array, *, hint: bool
     unit = machine.joint_units[joint]
     shown, size = SHOWN[unit]
     low, high = machine.joint_limits[joint]
+    # Limits that are found by halving may be zero but for rounding.
+    ends = [round(float(end), 9) for end in (low, high)]
+    of_range = " to ".join(f"{end:.4g}" for end in ends)
+    as_shown = " to ".join(f"{end / size:.4g}" for end in ends)
     text = (
         f"{name}: joint {machine.joint_names[joint]} is at {value:g} {unit} ({value / size:.4g} {shown}) and its range "
-        f"is {low:.4g} to {high:.4g} {unit} ({low / size:.4g} to {high / size:.4g} {shown})"
+        f"is {of_range} {unit} ({as_shown} {shown})"
     )
     if hint:
         meant = {"deg": "degrees", "mm": "millimetres"}[shown]
         cure = "radians: np.deg2rad(...)" if unit == "rad" else "metres"
+        cure = "radians, metres and pascals" if name == "state" else cure
         text = f"{text}; did you mean {meant}? {name} is in {cure}"
+    else:
+        text = f"{text}; choose a pose inside it"
     raise InputError(text)
 
 

@@ -11,6 +11,8 @@ from hydrocrane.arrays import Array, brief
 
 # Records per period that show an oscillation well.
 SHOWS_WELL = 10
+# What takes longer than a shift of three hours for a turn, Hz, is drift by leakage, in pairs where pistons share a load.
+_DRIFT = 1e-4
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ def oscillations(matrix: Array, names: Sequence[str]) -> Oscillations:
 
     values, left, right = eig(matrix, left=True, right=True)
     # One of each conjugate pair; a real eigenvalue with a rounding error is no oscillation.
-    swinging = np.flatnonzero(values.imag > 1e-9 * np.abs(values).max())
+    swinging = np.flatnonzero(values.imag > max(1e-9 * np.abs(values).max(), 2 * np.pi * _DRIFT))
     swinging = swinging[np.argsort(np.abs(values[swinging]))]
     leading = np.argmax(np.abs(left.conj() * right), axis=0)
     size = np.abs(values[swinging])

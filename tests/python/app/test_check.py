@@ -11,6 +11,7 @@ from hydrocrane.analysis.figures import doubts, figures
 ROOT = Path(__file__).parents[3]
 MINI = ROOT / "crates/machine/tests/suite/mini.toml"
 SMALL, MANY = (ROOT / f"tests/data/{name}.toml" for name in ("small-excavator", "many-parts"))
+TWO = ROOT / "tests/data/two-slides.toml"
 
 # Base, wrong values, what `check` says.
 WRONG = [
@@ -40,9 +41,22 @@ WRONG = [
     ("rottne-f9-mobile", {"counterbalance.lift.nominal-flow": "0.4 l/min"}, "small beside the"),
     (MANY, {"port-relief.cylinder2-piston.nominal-flow": "227 ml/min"}, "small beside the"),
     (MANY, {"crossover-relief.cylinder2.setting": "20 bar"}, "cylinder.cylinder2 needs"),
-    ("rottne-f9-lab", {"sensor.lift-p1.accuracy": "0.3"}, "usual is 0 to 0.05"),
-    ("rottne-f9-lab", {"sensor.lift-force.linearity": "0.25"}, "usual is 0 to 0.05"),
+    ("rottne-f9-lab", {"sensor.lift-p1.accuracy": "0.3"}, "usual is 0 to 0.025"),
+    ("rottne-f9-lab", {"sensor.lift-force.linearity": "0.25"}, "usual is 0 to 0.025"),
     ("rottne-f9-lab", {"sensor.lift-force.range": "50 N"}, "the sensor reads -0.050 kN to 0.050 kN"),
+    ("rottne-f9-lab", {"sensor.lift-p1.noise": "0.03"}, "usual is 0 to 0.025"),
+    (
+        "rottne-f9-lab",
+        {"sensor.lift-p1.measures": "joint.boom.q"},
+        "a pressure-transmitter cannot measure `joint.boom.q`",
+    ),
+    ("rottne-f9-lab", {"sensor.boom-angle.measures": "joint.extension.q"}, "an incremental-encoder cannot measure"),
+    ("rottne-f9-lab", {"sensor.extension-length.measures": "joint.jib.q"}, "a wire-potentiometer cannot measure"),
+    ("rottne-f9-lab", {"sensor.lift-p2.measures": "cylinder.lift.p1"}, "which another sensor measures too"),
+    (MANY, {"line.cylinder2-piston.nominal-flow": "1.5 l/min"}, "small beside the"),
+    (TWO, {"cylinder.first.closed-length": "9 m"}, "long for a stroke of 600 mm"),
+    (SMALL, {"cylinder.boom.stroke": "40 mm"}, "joint.boom moves by 8"),
+    (SMALL, {"valve.boom.nominal-flow": "0.45 l/min"}, "takes 9"),
     ("rottne-f9-lab", {"sensor.lift-p1.rise-time": "4 s"}, 'did you mean "4 ms"?'),
     ("rottne-f9-lab", {"sensor.lift-p1.bits": "1"}, "usual is 6 to 32"),
     ("rottne-f9-lab", {"sensor.boom-angle.pulses": "1"}, "1 pulses a turn have counts of 90.0000 deg"),

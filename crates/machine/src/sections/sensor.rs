@@ -2,20 +2,24 @@
 
 use crate::document::join;
 use crate::errors::ErrorKind;
-use crate::model::{Cylinder, Joint, Sensor, RANGES};
+use crate::model::{Cylinder, Joint, JointKind, Sensor, RANGES};
 use crate::nearest::suggestion;
 use crate::quantities::{ANGLE, FORCE, LENGTH, PRESSURE, TIME, VOLTAGE};
 use crate::reader::{Field, Reader};
 use crate::sections::Result;
-use crate::units::Quantity;
+use crate::units::{with_article, Quantity};
 use std::f64::consts::TAU;
 
-/// Kinds, and the property keys of each besides the common ones.
-const KINDS: [(&str, &[&str]); 4] = [
-    ("incremental-encoder", &["pulses", "resolution", "division-error"]),
-    ("pressure-transmitter", &["range", "full-scale", "span", "noise", "bits", "live-zero"]),
-    ("load-cell", &["range", "full-scale", "span", "sensitivity", "noise", "bits"]),
-    ("wire-potentiometer", &["range", "full-scale", "span", "offset", "sensitivity", "noise", "bits"]),
+/// Kinds, the signals that each can measure, and its property keys besides the common ones.
+const KINDS: [(&str, &[&str], &[&str]); 4] = [
+    ("incremental-encoder", &["q", "qd"], &["pulses", "resolution", "division-error"]),
+    ("pressure-transmitter", &["p1", "p2"], &["range", "full-scale", "span", "noise", "bits", "live-zero"]),
+    ("load-cell", &["force"], &["range", "full-scale", "span", "sensitivity", "noise", "bits"]),
+    (
+        "wire-potentiometer",
+        &["q", "qd", "x", "v"],
+        &["range", "full-scale", "span", "offset", "sensitivity", "noise", "bits"],
+    ),
 ];
 const COMMON: [&str; 5] = ["accuracy", "linearity", "repeatability", "rise-time", "supply-voltage"];
 const JOINT_SIGNALS: [&str; 2] = ["q", "qd"];
@@ -23,10 +27,17 @@ const CYLINDER_SIGNALS: [&str; 5] = ["x", "v", "p1", "p2", "force"];
 
 pub fn read<T>(root: &Reader, joints: &[Joint<T>], cylinders: &[Cylinder<T>]) -> Result<Vec<Sensor>> {
     let signals = signals(joints, cylinders);
+    let mut measured: Vec<&str> = Vec::new();
     let read = |(name, table): (&str, Reader)| {
-        let (kind, own) = table.choice("kind", &KINDS)?;
+        let (kind, of_kind, own) = table.choice("kind", &KINDS)?;
         let measures = table.required("measures", "a signal, for example \"joint.boom.q\"")?;
         check_signal(&measures, &signals)?;
+        check_kind(&measures, kind, of_kind, joints)?;
+        if measured.contains(&measures.text()?) {
+            let text = format!("`{}`, which another sensor measures too: that one is read", measures.text()?);
+            measures.warn(text, "check the signal of both; leave out one of the two".into());
+        }
+        measured.push(measures.text()?);
         let properties = properties(&table, kind, own)?;
         let range = RANGES.iter().find(|key| table.has(key)).copied().unwrap_or("measures");
         let Field { path: key, place, .. } = table.required(range, "")?;
@@ -124,6 +135,28 @@ fn signals<T>(joints: &[Joint<T>], cylinders: &[Cylinder<T>]) -> Vec<String> {
     let cylinder_signals =
         cylinders.iter().flat_map(|cylinder| CYLINDER_SIGNALS.map(|s| join(&join("cylinder", &cylinder.name), s)));
     joint_signals.chain(cylinder_signals).collect()
+}
+
+/// Whether a sensor of this kind can measure the signal: encoders angles, potentiometers lengths.
+fn check_kind<T>(field: &Field, kind: &str, of_kind: &[&str], joints: &[Joint<T>]) -> Result<()> {
+    let text = field.text()?;
+    let (of, signal) = text.rsplit_once('.').unwrap_or_default();
+    let slides = joints.iter().any(|joint| {
+        matches!(joint.kind, JointKind::Prismatic { .. }) && of.strip_prefix("joint.") == Some(&joint.name)
+    });
+    let turns = of.starts_with("joint.") && !slides;
+    let fits = match kind {
+        "incremental-encoder" => turns,
+        "wire-potentiometer" => !turns,
+        _ => true,
+    };
+    if fits && of_kind.contains(&signal) {
+        return Ok(());
+    }
+    let message = format!("{} cannot measure `{text}`", with_article(kind));
+    let help = "encoders measure angles of joints, wire potentiometers positions of sliding joints and pistons, load cells `force`, \
+                pressure transmitters `p1` and `p2`";
+    Err(field.error(ErrorKind::ConflictingKeys, message).help(help))
 }
 
 fn check_signal(field: &Field, signals: &[String]) -> Result<()> {

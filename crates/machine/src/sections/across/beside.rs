@@ -1,4 +1,4 @@
-//! Valves between a cylinder and its valve or tank against the valve that feeds it.
+//! Valves and lines between a cylinder and its valve or tank against the valve that feeds it.
 
 use super::digits;
 use crate::model::Machine;
@@ -6,9 +6,9 @@ use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::{on_a_side, Result};
 
-/// Tables of valves with a nominal flow at one side of a cylinder.
-const TABLES: [&str; 6] =
-    ["counterbalance", "pilot-check", "hose-burst", "port-relief", "crossover-relief", "anti-cavitation"];
+/// Tables of valves and lines with a nominal flow at one side of a cylinder.
+const TABLES: [&str; 7] =
+    ["counterbalance", "pilot-check", "hose-burst", "port-relief", "crossover-relief", "anti-cavitation", "line"];
 /// Times that two nominal flows of one section differ, each at a drop of its own; real ones differ by some three.
 const APART: f64 = 20.0;
 
@@ -17,7 +17,8 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
         for (_, table) in root.named_tables(name)? {
             let (index, _) = on_a_side::find(&table, &machine.cylinders)?;
             let valve = &machine.cylinders[index].valve;
-            let (own, fed) = (table.quantity::<f64>("nominal-flow")?, valve.nominal_flow.plain());
+            let (own, fed) = (table.optional_quantity::<f64>("nominal-flow")?, valve.nominal_flow.plain());
+            let own = own.unwrap_or(fed);
             if own.max(fed) > APART * own.min(fed) {
                 table.required("nominal-flow", "a volume flow")?.warn(
                     format!(

@@ -10,6 +10,9 @@ use std::f64::consts::PI;
 
 /// Area ratios of ISO 7181, piston side over rod side, from the thinnest rod to the thickest, with room for rounded diameters.
 const AREA_RATIOS: [f64; 2] = [1.05, 5.5];
+/// No cylinder is longer, retracted, than so many strokes and its ends, m.
+const LONGEST: f64 = 3.0;
+const ENDS: f64 = 1.5;
 /// The share of a stroke that the supply may take up by compressing the dead volume alone.
 const COMPRESSED: f64 = 0.1;
 /// The least passage between valve and piston: so long, m, at this speed of the oil, m/s.
@@ -55,14 +58,20 @@ fn diameters(table: &Reader, sizes: &Sizes) -> Result<()> {
 }
 
 fn length<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
-    let closed = of.mid_length.plain() - 0.5 * sizes.stroke;
-    if closed >= sizes.stroke || !table.has("closed-length") {
+    let (closed, stroke) = (of.mid_length.plain() - 0.5 * sizes.stroke, digits(1e3 * sizes.stroke));
+    let text = if closed < sizes.stroke {
+        format!("shorter than the stroke of {stroke} mm, which the retracted cylinder must hold")
+    } else if closed > LONGEST * sizes.stroke + ENDS {
+        format!("long for a stroke of {stroke} mm")
+    } else {
+        return Ok(());
+    };
+    if !table.has("closed-length") {
         return Ok(());
     }
-    table.required("closed-length", "a length")?.warn(
-        format!("shorter than the stroke of {} mm, which the retracted cylinder must hold", digits(1e3 * sizes.stroke)),
-        "give the distance of the pins with the rod fully retracted, and check the units".into(),
-    );
+    table
+        .required("closed-length", "a length")?
+        .warn(text, "give the distance of the pins with the rod fully retracted, and check the units".into());
     Ok(())
 }
 
