@@ -55,6 +55,8 @@ export type MachineKey =
   | `cylinder.${string}.linkage.coupler-length`
   | `cylinder.${string}.linkage.side`
   | `cylinder.${string}.count`
+  | `cylinder.${string}.motor.displacement`
+  | `cylinder.${string}.motor.gear-ratio`
   | `cylinder.${string}.bore`
   | `cylinder.${string}.rod-diameter`
   | `cylinder.${string}.barrel-length`

@@ -15,6 +15,7 @@ use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::edge_flows::{EdgeFlows, PortPressures};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::parts::AnyParts;
 
 /// Highest pressure, in supply pressures: a load beyond that is carried by no valve.
 pub const MOST: f64 = 2.0;
@@ -158,7 +159,7 @@ impl Capacity {
 impl CylinderModel {
     /// A_1 E_1/V_1 and A_2 E_2/V_2, Pa/m. Volumes are kept positive for measurements beyond the stroke.
     fn chamber_rates(&self, fluid: &Fluid<f64>, m: &Moment) -> [f64; 2] {
-        let (v1, v2) = self.chambers.volumes(m.stroke);
+        let (v1, v2) = self.chambers.volumes::<AnyParts>(m.stroke);
         let least = 1e-3 * self.chambers.mid_volume_1;
         [
             self.chambers.area_1 * fluid.bulk_modulus(m.p[0]) / v1.max(least),

@@ -311,7 +311,7 @@ fn held(valve: &SpoolValve<f64>, spool: Interval, p: &[Interval; 2], tank: f64) 
 /// Oil that a chamber and its hoses take per pressure, over its area (m/Pa), at the piston position `x` (m) and over ranges of both
 /// pressures.
 fn softness(c: &Chambers<f64>, fluid: &Fluid<f64>, x: f64, p: &[Interval; 2]) -> [Interval; 2] {
-    let (v1, v2) = c.volumes(x);
+    let (v1, v2) = c.volumes::<AnyParts>(x);
     let least = 1e-3 * c.mid_volume_1;
     // A reading beyond the stroke must not make a volume vanish.
     let c = Chambers { mid_volume_1: v1.max(least), mid_volume_2: v2.max(least), ..*c };
@@ -449,6 +449,7 @@ mod tests {
             compliance_1: 0.0,
             compliance_2: 0.0,
             elastic: false,
+            motor: false,
         };
         let soft = Chambers { compliance_1: 2e-3 / 1.4e9, elastic: true, ..stiff };
         let p = [Interval::at(0.0), Interval::at(0.0)];

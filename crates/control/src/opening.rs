@@ -223,6 +223,7 @@ mod tests {
                 compliance_1: 0.0,
                 compliance_2: 0.0,
                 elastic: false,
+                motor: false,
             },
             valve: SpoolValve {
                 edge_a: edge,

@@ -96,6 +96,9 @@ pub struct Cylinder<T = f64> {
     pub rod_pin: RodPin<T>,
     /// Equal cylinders in parallel, a whole number; diameters, dead volumes, leakage, end stop and friction are those of one.
     pub count: T,
+    /// Whether it is a motor that drives the pinion: oil passes from side to side, and these stay as large as they are. `bore` is then that
+    /// of a piston that takes as much oil for the same way of the rack.
+    pub motor: bool,
     pub bore: T,
     pub rod_diameter: T,
     /// Travel between the end positions, m; the piston position x runs over +-stroke/2.

@@ -268,8 +268,9 @@ impl<L: Real> AxisGroup<L> {
                 let lost = self.unit.valve.compensator_losses(&rates.at_valve(), &rates.edges);
                 let given = self.unit.priority_losses(&rates.at_valve(), &rates.edges);
                 let stored = [oil.energy_density(s.p1), oil.energy_density(s.p2)];
+                let through = self.unit.chambers.taken_through(s.v);
                 AxisPowers {
-                    own: powers(stored, s, &rates, &[lost[0] + given[0], lost[1] + given[1]]),
+                    own: powers(stored, through, s, &rates, &[lost[0] + given[0], lost[1] + given[1]]),
                     compensators: lost[0] + lost[1],
                     port_valves: port_valve_powers(&rates),
                     crossover: crossover_power(&rates),

@@ -66,6 +66,7 @@ impl<const N: usize> Crane<N> {
                 && !c.valve.load_check
                 && !c.has_line_resistance()
                 && !c.has_elastic_line()
+                && !c.motor
                 && !c.has_hose_leak()
         };
         let mobile = measured || pump.is_some() || !machine.cylinders.iter().all(plain);

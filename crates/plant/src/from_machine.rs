@@ -303,6 +303,7 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         let ports = |d: T| circle(d) * c.count;
         c.port_diameter.map_or(T::c(0.0), |d| dynamic_pressure_coefficient(m.fluid.density, area, ports(d)))
     };
+    let at_middle = |dead: T, area: T| if c.motor { dead } else { dead + area * c.stroke / 2.0 };
     let with_line = |side: usize, volume: T| c.lines[side].as_ref().map_or(volume, |line| volume + line.volume);
     let compliance = |side: usize| c.lines[side].as_ref().map_or(T::c(0.0), |line| line.compliance);
     let boundless = T::c(f64::INFINITY);
@@ -310,11 +311,12 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         chambers: Chambers {
             area_1,
             area_2,
-            mid_volume_1: with_line(0, dead[0] + area_1 * c.stroke / 2.0),
-            mid_volume_2: with_line(1, dead[1] + area_2 * c.stroke / 2.0),
+            mid_volume_1: with_line(0, at_middle(dead[0], area_1)),
+            mid_volume_2: with_line(1, at_middle(dead[1], area_2)),
             compliance_1: compliance(0),
             compliance_2: compliance(1),
             elastic: c.has_elastic_line(),
+            motor: c.motor,
         },
         valve: valve(m, c),
         compensator_lag: in_chains(c.valve.compensator_time_constant)

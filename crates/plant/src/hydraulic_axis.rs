@@ -394,8 +394,8 @@ impl<T: Real> HydraulicAxis<T> {
         let at_ports = port_valves.iter().any(|valves| valves.kinds() != [false; 2]);
         let between = !crossover.is_none();
         let of_section = valve.has_parts() || self.gives_way().is_some();
-        let lines = chambers.elastic || self.may_leak();
-        AnyParts::EXPECTED && (of_section || at_ports || between || lines)
+        let of_chambers = chambers.elastic || chambers.motor || self.may_leak();
+        AnyParts::EXPECTED && (of_section || at_ports || between || of_chambers)
     }
 
     /// Whether this cylinder has the same laws as another one, possibly with other parameters.
@@ -407,6 +407,7 @@ impl<T: Real> HydraulicAxis<T> {
                 unit.end_stop.printed,
                 unit.valve.load_check,
                 unit.chambers.elastic,
+                unit.chambers.motor,
             ]
         };
         let compensator = |unit: &Self| std::mem::discriminant(&unit.valve.compensator);

@@ -237,11 +237,12 @@ pub fn crossover_power<T: Real>(r: &LocalRates<T>) -> T {
     (r.ports.a - r.ports.b) * r.crossed
 }
 
-/// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3, `compensated`
-/// the losses of compensators and priority elements before the two ports, W.
+/// Powers (W) in the order of [`LEDGER_TERMS`]; `stored` are the oil's energy densities in the two chambers, J/m^3, `through`
+/// the flows of a motor from side to side, m^3/s, `compensated` the losses of compensators and priority elements before the two ports, W.
 #[inline(always)]
 pub fn powers<T: Real>(
     stored: [T; 2],
+    through: (T, T),
     s: &LocalState<T>,
     r: &LocalRates<T>,
     compensated: &[T; 2],
@@ -249,8 +250,8 @@ pub fn powers<T: Real>(
     let (p, behind) = (&r.at_valve(), &r.ports);
     let e = &r.edges;
     let (q_a, q_b) = r.through_ports();
-    let inflow_1 = q_a - r.internal_leakage;
-    let inflow_2 = r.internal_leakage - r.external_leakage - q_b;
+    let inflow_1 = q_a - r.internal_leakage - through.0;
+    let inflow_2 = r.internal_leakage - r.external_leakage - q_b + through.1;
     [
         r.force * s.v,
         p.supply * e.supply(),

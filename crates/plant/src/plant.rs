@@ -14,6 +14,7 @@ use hydrocrane_physics::geometry::frames::JointPose;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use hydrocrane_physics::hydraulics::compensator::Compensator;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
+use hydrocrane_physics::hydraulics::parts::AnyParts;
 use hydrocrane_physics::hydraulics::priority::Priority;
 
 /// A crane of `N` joints, each moved by the cylinder of the same index.
@@ -86,7 +87,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
         let mut inside = zero.le(zero);
         for c in 0..N {
             let (position, _) = self.actuations[c].stroke(&pose.joints[c]);
-            let (v1, v2) = self.cylinders[c].chambers.volumes(position);
+            let (v1, v2) = self.cylinders[c].chambers.volumes::<AnyParts>(position);
             inside = inside & zero.lt(v1) & zero.lt(v2) & zero.lt(self.actuations[c].closure(&pose.joints[c]));
         }
         inside

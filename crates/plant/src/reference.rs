@@ -411,8 +411,8 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             Some(line) => (volume + line.volume + line.compliance * p) / bulk(p) + line.compliance,
             None => volume / bulk(p),
         };
-        let volumes =
-            [count * c.dead_volume[0] + a1 * (half + position), count * c.dead_volume[1] + a2 * (half - position)];
+        let swept = if c.motor { [0.0; 2] } else { [a1 * (half + position), a2 * (half - position)] };
+        let volumes = [count * c.dead_volume[0] + swept[0], count * c.dead_volume[1] + swept[1]];
         dx[s] = (q_a - q_int - a1 * v) / capacity(0, p1, volumes[0]);
         dx[s + 1] = (a2 * v - q_b + q_int - q_ext) / capacity(1, p2, volumes[1]);
         let limited = |value: f64, limit: Option<f64>| limit.map_or(value, |l| value.clamp(-l, l));

@@ -65,7 +65,10 @@ def test_a_description_says_what_is_declared():
     bore = place(SCHEMAS["machine"], "cylinder.<name>.bore")["description"]
     what, holds = bore.split("\n\n")
     assert what == "Diameter of the piston."
-    assert holds == 'Length (SI: m), for example "10 mm"; greater than zero. Usual: 10 mm to 600 mm. Required.'
+    assert (
+        holds
+        == 'Length (SI: m), for example "10 mm"; greater than zero. Usual: 10 mm to 600 mm. Required without `motor`.'
+    )
     step = place(SCHEMAS["scenario"], "solver.max-step")
     assert step["default"] == "50 ms" and "Default: 50 ms." in step["description"]
     assert place(SCHEMAS["machine"], "control.tip.reserve")["default"] == 0.95
@@ -93,7 +96,7 @@ WRONG = [
     ("scenario", "scenario.duration", "-5 s"),
     ("scenario", "solver.rtol", 0),
     ("machine", "supply", None),
-    ("machine", "cylinder.lift.bore", None),
+    ("machine", "cylinder.lift.joint", None),
     ("machine", "cylinder.lift.bore", "0.1"),
     ("machine", "cylinder.lift.bore", ["1 mm", "2 mm"]),
     ("machine", "friction.lift.coulomb", ["1 N", "2 N", "3 N"]),

@@ -28,12 +28,16 @@ pub static CYLINDER: &[Key] = &[
     Key::quantity("count", &[NUMBER], Positive)
         .defaults(&["1"])
         .means("Equal cylinders in parallel that move the joint by the same pins, fed by the same valve; a whole number up to 8. All values of `[cylinder]` and `[friction]` are those of one; valves, lines, leaks and outputs (forces, flows, areas) are those of all together."),
+    Key::table("motor", MOTOR)
+        .otherwise("a piston with `bore` and `rod-diameter`")
+        .means("A motor that turns the joint through gears, in the place of piston and rod. It needs `rack-radius`, the pitch radius of the ring that it drives: its way, speed and force are those at this circle, and `stroke` is how far the joint may turn there. `dead-volume` is the oil of each side up to the valve.")
+        .source("theory/hydraulics/chamber.md"),
     Key::quantity("bore", &[LENGTH], Positive)
-        .required()
+        .otherwise("required without `motor`")
         .usual(&[("10 mm", "600 mm", 1e3)])
         .means("Diameter of the piston."),
     Key::quantity("rod-diameter", &[LENGTH], NonNegative)
-        .required()
+        .otherwise("required without `motor`")
         .usual(&[("3 mm", "500 mm", 1e3)])
         .means("Diameter of the rod, below the bore; 0 for a rack between two pistons, whose sides are alike."),
     Key::quantity("barrel-length", &[LENGTH], Positive)
@@ -117,6 +121,17 @@ static LINKAGE: &[Key] = &[
     Key::choice("side", &["left", "right"])
         .required()
         .means("Side of the rod's pin, looking from the rocker's pivot to the coupler's."),
+];
+
+static MOTOR: &[Key] = &[
+    Key::quantity("displacement", &[VOLUME, PER_TURN], Positive)
+        .required()
+        .usual(&[("1 ml", "10 l", 10.0), ("1 ml/rev", "10 l/rev", 10.0)])
+        .means("Volume per revolution of its shaft, as in \"23.6 cm3/rev\" or \"23.6 ml\"."),
+    Key::quantity("gear-ratio", &[NUMBER], Positive)
+        .required()
+        .usual(&[("1", "2000", 10.0)])
+        .means("Turns of its shaft for one turn of the joint."),
 ];
 
 static END_STOP: &[Key] = &[

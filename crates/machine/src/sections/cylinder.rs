@@ -9,7 +9,9 @@ use crate::model::{
 use crate::number::Number;
 use crate::reader::Reader;
 use crate::sections::chain::Chain;
-use crate::sections::{closure, friction, hose_leak, line, load_holding, port_valves, reference, valve, Result};
+use crate::sections::{
+    closure, friction, hose_leak, line, load_holding, port_valves, reference, supply, valve, Result,
+};
 
 /// Cylinders that move one joint.
 const MOST_IN_PARALLEL: f64 = 8.0;
@@ -65,8 +67,12 @@ fn read_cylinder<T: Number>(
     friction: Friction<T>,
 ) -> Result<Cylinder<T>> {
     let rack = rack(table, joint)?;
+    let motor = motor(table, rack)?;
     let travel = if rack.is_some() { rack_travel(table)? } else { travel(table)? };
-    let [bore, rod_diameter]: [T; 2] = [table.quantity("bore")?, table.quantity("rod-diameter")?];
+    let [bore, rod_diameter]: [T; 2] = match motor {
+        Some(bore) => [bore, T::c(0.0)],
+        None => [table.quantity("bore")?, table.quantity("rod-diameter")?],
+    };
     if rod_diameter.plain() >= bore.plain() {
         let message = "the rod is not thinner than the bore";
         return Err(table.error(ErrorKind::OutOfRange, "rod-diameter", message).help("exchange the two diameters?"));
@@ -77,6 +83,7 @@ fn read_cylinder<T: Number>(
         name: name.into(),
         joint: index,
         count: count(table)?,
+        motor: motor.is_some(),
         barrel_pin: match rack {
             // Where pictures show it.
             Some(_) => Point { link: index, name: joint.name.clone(), position: joint.at, aside: joint.aside },
@@ -165,6 +172,22 @@ fn rack<T: Number>(table: &Reader, joint: &Joint<T>) -> Result<Option<T>> {
             .help("keep one of the two")),
         None => Ok(Some(radius)),
     }
+}
+
+/// The bore of a piston that takes as much oil as a motor and its gear for the same way of the rack, m.
+fn motor<T: Number>(table: &Reader, rack: Option<T>) -> Result<Option<T>> {
+    let Some(motor) = table.table("motor")? else { return Ok(None) };
+    if let Some(key) =
+        ["bore", "rod-diameter", "leakage-gap", "gland-length", "piston-length"].iter().find(|key| table.has(key))
+    {
+        let message = format!("a `motor` has no {key}");
+        return Err(table.error(ErrorKind::ConflictingKeys, key, message).help("leave the key out, or `motor`"));
+    }
+    let Some(radius) = rack else {
+        return Err(table.missing("rack-radius", "give the pitch radius of the ring that the motor turns"));
+    };
+    let per_turn = supply::displacement::<T>(&motor)? * motor.quantity::<T>("gear-ratio")?;
+    Ok(Some((per_turn / radius * (2.0 / (PI * PI))).sqrt()))
 }
 
 /// The piston of a rack is at mid-stroke where its joint is at zero.

@@ -328,8 +328,8 @@ fn pump<T: Number>(name: &str, table: &Reader, supply: &Supply<T>) -> Result<Opt
     }))
 }
 
-/// Per revolution, which the unit may state.
-fn displacement<T: Number>(table: &Reader) -> Result<T> {
+/// Per revolution, which the unit may state, m^3.
+pub fn displacement<T: Number>(table: &Reader) -> Result<T> {
     let [volume, per_turn] = [VOLUME, PER_TURN].map(Kind::quantity);
     table.required("displacement", &volume.example())?.quantity_or(&volume, &per_turn, TAU)
 }

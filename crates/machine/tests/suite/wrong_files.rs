@@ -163,3 +163,59 @@ fn a_slope_needs_its_unit() {
     let error = parse(&text, "mini.toml", &[]).expect_err("a bare number").to_string();
     assert!(error.contains("environment.slope") && error.contains("deg"), "{error}");
 }
+
+#[test]
+fn motors_are_read_with_their_gears() {
+    const FILE: &str = include_str!("../../../../tests/data/sany-sy19e.toml");
+    const MOTOR: &str = "motor = { displacement = \"23.6 cm3/rev\", gear-ratio = 134 }";
+    let rack = FILE.lines().find(|line| line.starts_with("rack-radius")).expect("the ring");
+    for (from, to, key, said) in [
+        (MOTOR, "motor = { displacement = \"0 ml\", gear-ratio = 134 }", "motor.displacement", "greater than zero"),
+        (MOTOR, "motor = { displacement = \"-5 cm3/rev\", gear-ratio = 9 }", "motor.displacement", "greater than zero"),
+        (MOTOR, "motor = { displacement = \"23.6 mm\", gear-ratio = 134 }", "motor.displacement", "volume"),
+        (MOTOR, "motor = { displacement = 23.6, gear-ratio = 134 }", "motor.displacement", "unit"),
+        (MOTOR, "motor = { displacement = \"23.6 ml\", gear-ratio = 0 }", "motor.gear-ratio", "greater than zero"),
+        (MOTOR, "motor = { displacement = \"23.6 ml\", gear-ratio = -134 }", "motor.gear-ratio", "greater than zero"),
+        (MOTOR, "motor = { displacement = \"23.6 ml\", gear-ratio = nan }", "motor.gear-ratio", "not finite"),
+        (MOTOR, "motor = { displacement = \"23.6 ml\" }", "motor", "gear-ratio"),
+        (MOTOR, "motor = { gear-ratio = 134 }", "motor", "displacement"),
+        (
+            MOTOR,
+            "motor = { displacement = \"1 ml\", gear_ratio = 1 }",
+            "motor.gear_ratio",
+            "did you mean `gear-ratio`?",
+        ),
+        (MOTOR, "motor = \"23.6 ml\"", "motor", "table"),
+        (rack, "", "cylinder.slew", "rack-radius"),
+        (
+            rack,
+            "barrel = \"cabin.boom-barrel\"\nrod = \"boom.boom-rod\"\nclosed-length = \"1 m\"",
+            "cylinder.slew",
+            "rack-radius",
+        ),
+        (MOTOR, &format!("{MOTOR}\nbore = \"50 mm\""), "cylinder.slew.bore", "has no bore"),
+        (MOTOR, &format!("{MOTOR}\nrod-diameter = \"0 mm\""), "cylinder.slew.rod-diameter", "has no rod-diameter"),
+        (MOTOR, &format!("{MOTOR}\npiston-length = \"50 mm\""), "cylinder.slew.piston-length", "has no piston-length"),
+        (MOTOR, "", "cylinder.slew", "bore"),
+        (
+            "stroke = { value = \"1.3 m\"",
+            "closed-length = { value = \"1.3 m\"",
+            "cylinder.slew.closed-length",
+            "rack-radius",
+        ),
+    ] {
+        let text = FILE.replacen(from, to, 1);
+        assert_ne!(text, FILE, "{from}");
+        let error = parse(&text, "mine.toml", &[]).expect_err(to);
+        let told = error.to_string();
+        for part in ["mine.toml:", key, said] {
+            assert!(told.contains(part), "{to}, wanted `{part}`: {told}");
+        }
+        assert!(error.cure().is_some(), "no cure: {told}");
+    }
+    // The unit may state the turn.
+    let other = parse(&FILE.replacen("23.6 cm3/rev", "23.6 ml", 1), "mine.toml", &[]).unwrap();
+    let bore = |machine: &Machine| machine.cylinders[0].bore;
+    assert_eq!(bore(&other), bore(&parse(FILE, "mine.toml", &[]).unwrap()));
+    assert!(other.cylinders[0].motor && !other.cylinders[1].motor && other.warnings.is_empty());
+}

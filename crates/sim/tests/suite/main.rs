@@ -25,6 +25,7 @@ mod load_sensing;
 mod meter_out;
 mod metering;
 mod method_choice;
+mod motor;
 mod oil;
 mod outcomes;
 mod parallel_cylinders;

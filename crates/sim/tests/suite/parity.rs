@@ -6,7 +6,10 @@ use hydrocrane_ode::BlockArrow;
 use hydrocrane_sim::{build, Model};
 use std::sync::Arc;
 
-const MACHINES: [&str; 9] = [
+/// An excavator in space that a motor slews.
+pub const EXCAVATOR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/sany-sy19e.toml");
+
+const MACHINES: [&str; 10] = [
     "rottne-f9-lab",
     "rottne-f9-pump",
     "rottne-f9-mobile",
@@ -16,6 +19,7 @@ const MACHINES: [&str; 9] = [
     "single-cylinder",
     "rig-rottne",
     "rig-kalmar",
+    EXCAVATOR,
 ];
 
 fn model(name: &str) -> Arc<dyn Model> {

@@ -118,7 +118,7 @@ fn dead_volume<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>
 fn port<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
     let Some(port) = of.port_diameter.map(T::plain) else { return Ok(()) };
     let speed = sizes.flow / (0.25 * PI * port * port);
-    let text = if port > WIDEST * sizes.bore {
+    let text = if port > WIDEST * sizes.bore && !of.motor {
         format!("large: wider than half the bore of {} mm", digits(1e3 * sizes.bore))
     } else if speed > FASTEST {
         format!("small: at full stroke of the valve the oil would pass it at {} m/s", digits(speed))

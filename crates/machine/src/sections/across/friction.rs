@@ -34,7 +34,7 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
         );
     }
     let least = LEAST * PI * sizes.bore;
-    if coulomb > 0.0 && coulomb < least {
+    if coulomb > 0.0 && coulomb < least && !of.motor {
         table.required("coulomb", "a force")?.warn(
             format!("small: {} N on a seal of {} mm circumference", digits(coulomb), digits(1e3 * PI * sizes.bore)),
             "check its unit: N or kN?".into(),
