@@ -61,7 +61,8 @@ class CircuitSection:
 
     Attributes
     ----------
-    cylinder, valve : CircuitTable
+    cylinder, motor, valve : CircuitTable
+        The motor is stated where one stands in the place of the piston.
     stroke : float
         Stroke of the piston, m.
     on_lines : tuple of (side, CircuitTable)
@@ -71,6 +72,7 @@ class CircuitSection:
     """
 
     cylinder: CircuitTable
+    motor: CircuitTable
     valve: CircuitTable
     stroke: float
     on_lines: tuple[tuple[int, CircuitTable], ...]
@@ -183,4 +185,5 @@ def _section(machine: Machine, cylinder: str, stroke: float) -> CircuitSection:
     valve = next(valve for valve in named(machine, "valve") if valve.word("cylinder") == cylinder)
     found = [part for kind in ON_LINES for part in named(machine, kind) if part.word("cylinder") == cylinder]
     on_lines = tuple((SIDES.index(part.word("side")), part) for part in found)
-    return CircuitSection(table(machine, "cylinder", cylinder), valve, stroke, on_lines, table(machine, "priority"))
+    piston, motor = table(machine, "cylinder", cylinder), table(machine, "cylinder", f"{cylinder}.motor")
+    return CircuitSection(piston, motor, valve, stroke, on_lines, table(machine, "priority"))

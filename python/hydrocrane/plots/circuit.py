@@ -107,7 +107,10 @@ def _section(section: CircuitSection, found: Circuit, levels: tuple[float, float
     _to_cylinder(sheet, section, low + symbols.CELL, middle)
     symbols.spool_valve(sheet, 0.0, low + 0.5 * symbols.CELL, section.valve.word("type") == "regenerative")
     sheet.text(symbols.PORT + 4.0, low - 8.5, valve_labels(section), head=True)
-    symbols.cylinder(sheet, 0.0, middle)
+    if section.motor.is_stated:
+        symbols.motor(sheet, 0.0, middle - 6.5, ASIDE)
+    else:
+        symbols.cylinder(sheet, 0.0, middle)
     for i, line in enumerate(reversed(cylinder_labels(section))):
         sheet.labels.append(
             Label(0.0, middle + 10.5 + i * (LEADING + 0.6), line, "center", bold=i == 1, size=3.1 + i * 0.9)

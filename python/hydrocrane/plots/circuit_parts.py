@@ -368,8 +368,11 @@ def valve_labels(section: CircuitSection) -> list[str]:
 
 
 def cylinder_labels(section: CircuitSection) -> list[str]:
-    bore, rod = section.cylinder.number("bore"), section.cylinder.number("rod-diameter")
-    across = "" if bore is None or rod is None else f"Ø {1e3 * bore:.4g}/{1e3 * rod:.4g} mm, "
     count = section.cylinder.number("count") or 1.0
     several = f"{count:g} × " if count > 1.0 else ""
+    if section.motor.is_stated:
+        taken, ratio = shown(section.motor.number("displacement"), VOLUME), section.motor.number("gear-ratio")
+        return [section.cylinder.name, f"{several}motor {taken} per turn, gear {ratio:.4g} : 1"]
+    bore, rod = section.cylinder.number("bore"), section.cylinder.number("rod-diameter")
+    across = "" if bore is None or rod is None else f"Ø {1e3 * bore:.4g}/{1e3 * rod:.4g} mm, "
     return [section.cylinder.name, f"{several}{across}stroke {1e3 * section.stroke:.4g} mm"]

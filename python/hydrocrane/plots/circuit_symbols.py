@@ -229,6 +229,17 @@ def cylinder(sheet: Sheet, x: float, y: float, width: float = 50.0, height: floa
     sheet.circle(right + 1.8, y, 1.8)
 
 
+def motor(sheet: Sheet, x: float, y: float, ports: float) -> None:
+    """Turns both ways; its ports lie at `ports` to either side, its shaft to the right."""
+    radius = 8.0
+    shaft(sheet, x + radius, x + radius + 12.0, y)
+    sheet.circle(x, y, radius)
+    for side in (-1.0, 1.0):
+        tip = x + side * (radius - 4.4)
+        sheet.area((x + side * radius, y - 2.6), (tip, y), (x + side * radius, y + 2.6), fill=INK)
+        sheet.line((x + side * radius, y), (x + side * ports, y), kind="line")
+
+
 def closed_port(sheet: Sheet, x: float, y: float, up: bool) -> None:
     """A port that ends within a position of a spool valve; it stands at the lower edge, or at the upper one."""
     end = y + (3.4 if up else -3.4)

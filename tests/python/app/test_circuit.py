@@ -1,6 +1,7 @@
 """The circuit diagram shows what the machine file says, and can be read: no text lies over another one or a line."""
 
 from importlib import import_module
+from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -15,6 +16,7 @@ from hydrocrane.machine import circuit as circuits
 from hydrocrane.plots.circuit_parts import ON_LINE
 
 mpl.use("Agg")
+EXCAVATOR = Path(__file__).parents[2] / "data" / "sany-sy19e.toml"
 diagram = import_module("hydrocrane.plots.circuit").diagram
 
 HELD = {
@@ -75,6 +77,7 @@ MACHINES = {
     "served first": ("rottne-f9-mobile", {"priority.cylinder": "jib", "priority.margin": "9 bar"}),
     "two pumps": ("rottne-f9-mobile", SECOND),
     "measured": ("hiab-xs031", {"supply.measured": "yes"}),
+    "motor": (EXCAVATOR, {}),
 }
 
 
@@ -281,3 +284,9 @@ def test_the_command_takes_overrides_and_refuses_what_is_no_machine(tmp_path):
     for arguments in (["vertical-lift-open-loop"], ["single-cylinder", "-o", "circuit.doc"], ["no-such-machine"]):
         done = run("circuit", *arguments, folder=tmp_path)
         assert done.returncode == 2 and done.stderr.count("error:") == 1
+
+
+def test_a_motor_stands_in_the_place_of_the_piston():
+    shown = texts(hc.load_machine(EXCAVATOR))
+    assert "motor 23.6 cm³ per turn, gear 134 : 1" in shown
+    assert sum(text.startswith("Ø 5") for text in shown) == 2 and sum("mm, stroke" in text for text in shown) == 3
