@@ -11,7 +11,7 @@ from hydrocrane.arrays import Array, brief
 
 # Records per period that show an oscillation well.
 SHOWS_WELL = 10
-# What takes longer than a shift of three hours for a turn, Hz, is drift by leakage, in pairs where pistons share a load.
+# What takes longer than three hours for a turn is drift by leakage, in pairs where pistons share a load, Hz.
 _DRIFT = 1e-4
 
 
