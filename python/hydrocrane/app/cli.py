@@ -272,7 +272,10 @@ def modes(
     ] = [],  # noqa: B006
     payload: Payload = None,
     output: Output = None,
-    samples: Annotated[int, number("Poses per turning joint of the map; 0 draws none.", int, least=0)] = 16,
+    samples: Annotated[
+        int | None,
+        number("Poses per turning joint of the map; 0 draws none. Default: 16, none in space.", int, least=0),
+    ] = None,
     settings: Settings = [],  # noqa: B006
 ) -> None:
     """Natural frequencies and damping in a pose, with and without friction, and their map over the workspace."""
@@ -286,6 +289,8 @@ def modes(
     headless()
     loaded = named_machine(machine, settings)
     path = picture_path(output, f"{loaded.name}-modes.png")
+    if samples is None:
+        samples = 0 if "y" in loaded.tip_axes else 16
     if samples:
         # A grid that is none is told before anything is printed.
         pose_grid(loaded, samples)
@@ -324,9 +329,9 @@ def check(
     if is_scenario(file):
         plan = hc.load_scenario(file).changed(overrides=overrides(settings))
         machine = plan.load_machine()
-        plan.initial_state(machine)
+        _, doubts_of_start = plan.start(machine)
         say(*scenario_report(plan, machine))
-        unusual = (*machine.warnings, *plan.warnings)
+        unusual = (*machine.warnings, *plan.warnings, *doubts_of_start)
     else:
         from hydrocrane.analysis.figures import doubts, figures
 

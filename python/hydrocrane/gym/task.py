@@ -106,7 +106,10 @@ class TipTask:
         given = dict(options or {})
         for name in given:
             check_known("option", name, OPTIONS)
-        parameters = {**(draw(randoms) if draw else {}), **cast("CraneValues", given.pop("parameters", {}))}
+        own = given.pop("parameters", {})
+        if not isinstance(own, Mapping):
+            raise InputError(f"the option `parameters` is a mapping from machine keys to values; got {own!r}")
+        parameters = {**(draw(randoms) if draw else {}), **cast("CraneValues", own)}
         wished = {name: self._wished(name, value, len(numbers)) for name, value in given.items()}
         generator = iter(randoms)
         targets: list[Array] = []

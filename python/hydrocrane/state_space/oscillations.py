@@ -17,7 +17,7 @@ _DRIFT = 1e-4
 
 @dataclass(frozen=True)
 class Oscillations:
-    """Eigenvalues of a linear system, and its oscillating pairs, slowest first.
+    """Eigenvalues of a linear system, and its oscillating pairs, slowest first; drift below 1e-4 Hz is none.
 
     Attributes
     ----------

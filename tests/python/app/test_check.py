@@ -103,3 +103,18 @@ def test_slope_and_cylinders_in_parallel_are_told():
 def test_a_result_of_a_pose_says_its_pose(tmp_path):
     done = run("modes", "single-cylinder", "--at", "slide=100 mm", "--samples", 0, folder=tmp_path)
     assert "pose: slide 100 mm" in done.stdout
+
+
+def test_a_start_that_the_supply_cannot_hold_is_named_without_a_run():
+    done = run("check", "vertical-lift-open-loop", "--set", "payload.mass=900 kg")
+    assert "warning: " in done.stdout and "no errors found" not in done.stdout
+    assert "no errors found" in run("check", "vertical-lift-open-loop").stdout
+
+
+def test_drift_by_leakage_is_no_oscillation():
+    crane = hc.load_machine("hiab-xs031")
+    pose = crane.home.copy()
+    pose[0] = 0.26
+    assert hc.modes(crane, pose, friction="released").frequency.min() > 0.1
+    shortened = hc.load_machine("hiab-xs031", {"joint.lift.limits": ["-9.2 deg", "40 deg"]})
+    assert not doubts(shortened, figures(shortened))

@@ -195,6 +195,8 @@ def test_cite_prints_bibtex():
         (["modes", "rottne-f9-lab", "--at", "extension=2 rad"], "extension='100 mm'"),
         (["modes", "rottne-f9-lab", "--at", "extension=100 m"], "-315 to 315 mm)\n"),
         (["modes", "rottne-f9-lab", "--at", "jib=900 deg"], "(900 deg) and its range is"),
+        (["modes", "rottne-f9-lab", "--at", "jib=90 deg", "--at", "jib=80 deg"], "gives `jib` twice"),
+        (["check", "rottne-f9-lab", "--set", "payload.mass=1 kg", "--set", "payload.mass=2 kg"], "twice; keep one"),
         (["modes", "rottne-f9-lab", "--at", "bom=1"], "did you mean `boom`"),
         (["check", "no-such-file.toml"], "no-such-file.toml"),
         (["workspace", "vertical-lift-open-loop"], "its machine is `rottne-f9-lab`"),

@@ -287,3 +287,13 @@ def test_every_target_that_is_drawn_is_within_reach():
             _, drawn = world.reset(seed=seed)
             _, stated = world.reset(seed=seed, options={"target": drawn["target"]})
             np.testing.assert_array_equal(stated["target"], drawn["target"])
+
+
+def test_parameters_of_an_option_are_a_mapping():
+    gymnasium = pytest.importorskip("gymnasium")
+
+    import hydrocrane.gym  # noqa: F401
+
+    env = gymnasium.make("hydrocrane/CraneTip-v0")
+    with pytest.raises(hc.InputError, match="`parameters` is a mapping"):
+        env.reset(options={"parameters": [1.0, 2.0]})

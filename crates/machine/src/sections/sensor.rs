@@ -27,17 +27,18 @@ const CYLINDER_SIGNALS: [&str; 5] = ["x", "v", "p1", "p2", "force"];
 
 pub fn read<T>(root: &Reader, joints: &[Joint<T>], cylinders: &[Cylinder<T>]) -> Result<Vec<Sensor>> {
     let signals = signals(joints, cylinders);
-    let mut measured: Vec<&str> = Vec::new();
+    let mut measured: Vec<String> = Vec::new();
     let read = |(name, table): (&str, Reader)| {
         let (kind, of_kind, own) = table.choice("kind", &KINDS)?;
         let measures = table.required("measures", "a signal, for example \"joint.boom.q\"")?;
         check_signal(&measures, &signals)?;
         check_kind(&measures, kind, of_kind, joints)?;
-        if measured.contains(&measures.text()?) {
-            let text = format!("`{}`, which another sensor measures too: that one is read", measures.text()?);
+        let signal = measures.text()?.to_string();
+        if measured.contains(&signal) {
+            let text = format!("`{signal}`, which another sensor measures too: that one is read");
             measures.warn(text, "check the signal of both; leave out one of the two".into());
         }
-        measured.push(measures.text()?);
+        measured.push(signal);
         let properties = properties(&table, kind, own)?;
         let range = RANGES.iter().find(|key| table.has(key)).copied().unwrap_or("measures");
         let Field { path: key, place, .. } = table.required(range, "")?;
