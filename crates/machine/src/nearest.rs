@@ -10,15 +10,14 @@ pub fn suggestion<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>)
     }
 }
 
-/// As [`suggestion`], with a near one of the `likely` candidates before any other but one that differs in case alone.
+/// As [`suggestion`], with a near one of the `likely` candidates before any other.
 pub fn suggestion_among<'a>(
     name: &str,
     likely: impl IntoIterator<Item = &'a str>,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> String {
-    let (likely, candidates): (Vec<&str>, Vec<&str>) = (likely.into_iter().collect(), candidates.into_iter().collect());
-    let same = [&likely, &candidates].into_iter().flatten().copied().find(|other| distance(name, other) == 0);
-    match same.or_else(|| nearest(name, &likely)) {
+    let likely: Vec<&str> = likely.into_iter().collect();
+    match nearest(name, &likely) {
         Some(candidate) => suggestion(name, [candidate]),
         None => suggestion(name, candidates),
     }

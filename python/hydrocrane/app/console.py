@@ -62,6 +62,8 @@ def _fitted(table: Table, console: Console) -> Table:
 
     # A measure is cut to the width that it is given: only a very wide one tells what the words need.
     needed = console.measure(table, options=console.options.update(width=10_000))
+    if needed.maximum <= console.width:
+        return table
     if needed.minimum <= console.width:
         # What is too little is taken from the column with the most room, and from none below its longest word.
         texts = [[str(cell) for cell in (column.header, *column.cells)] for column in table.columns]

@@ -67,7 +67,7 @@ def period_advice(machine: MachineLike) -> PeriodAdvice:
     Examples
     --------
     >>> from hydrocrane.linear import period_advice
-    >>> print(period_advice("hiab-xs031"))
+    >>> print(period_advice("rig-rottne"))
     control.period 10 ms damps all oil modes that stops excite
     """
     machine = as_machine(machine)

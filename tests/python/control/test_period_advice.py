@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import hydrocrane as hc
 from hydrocrane.benchmark.fitted_tasks import INNER
@@ -41,7 +40,12 @@ def test_the_laboratory_crane_needs_half_of_the_default_and_rings_at_it() -> Non
     assert slow > 0.35 and fast < 0.2, (slow, fast)
 
 
-@pytest.mark.parametrize("machine", ["hiab-xs031", "rig-rottne"])
-def test_slow_cranes_and_rigs_whose_modes_no_stop_excites_need_no_other_period(machine: str) -> None:
-    advice = period_advice(machine)
+def test_rigs_whose_modes_no_stop_excites_need_no_other_period() -> None:
+    advice = period_advice("rig-rottne")
     assert not advice.too_long and "damps all oil modes" in str(advice)
+
+
+def test_drift_by_leakage_hides_no_mode() -> None:
+    """The slowest mode of a loader crane is some 1 Hz; one of 19 Hz in a single pose sets the period."""
+    advice = period_advice("hiab-xs031")
+    assert advice.too_long and 15.0 < advice.frequency < 21.0

@@ -232,13 +232,13 @@ def test_ik_quadrant():
 
 
 def test_ik_unreachable():
-    """E24. A set-point 5 m above the start is out of reach; printed, a pose is returned all the same."""
-    room_to_stretch = {"joint.jib.limits": ["5 deg", "185 deg"]} | {"joint.boom.limits": ["45 deg", "172 deg"]}
+    """E24. A set-point 5 m before the start is out of reach; printed, a pose is returned all the same."""
+    room_to_stretch = {"cylinder.jib.rod-length": "340 mm", "cylinder.jib.barrel-offset": "5 mm"}
     machines = [
         hc.load_machine("heinze-2007", overrides=room_to_stretch | switch)
         for switch in ({}, {"errata.ik-unreachable": "corrected"})
     ]
-    target = machines[0].tip(POSE) + [0.0, 5.0]
+    target = machines[0].tip(POSE) + [5.0, 0.0]
     assert np.linalg.norm(target - [0.0, 0.73]) > 4.2
     [carried_on] = machines[0].inverse_kinematics(target)
     assert np.linalg.norm(machines[0].tip(carried_on) - target) > 0.5
