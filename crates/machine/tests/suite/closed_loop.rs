@@ -189,17 +189,22 @@ fn the_thesis_controller_has_switches_and_a_weight_per_joint() {
 
 #[test]
 fn a_sensor_states_what_it_cannot_do_without() {
-    let sensor = |rest: &str| extended(&format!("[sensor.own]\nCLASS\nmeasures = \"joint.boom.qd\"\n{rest}"));
-    assert_eq!(sensor("kind = \"incremental-encoder\"\n").unwrap_err().slug(), "missing-key");
-    assert_eq!(sensor("kind = \"wire-potentiometer\"\n").unwrap_err().slug(), "missing-key");
-    let bits = sensor("kind = \"wire-potentiometer\"\nrange = \"1 m\"\nbits = 12.5\n");
-    assert_eq!(bits.unwrap_err().slug(), "out-of-range");
-    assert!(sensor("kind = \"incremental-encoder\"\npulses = 500\n").is_ok());
+    let sensor =
+        |signal: &str, rest: &str| extended(&format!("[sensor.own]\nCLASS\nmeasures = \"{signal}\"\nkind = {rest}"));
+    let encoder = |rest: &str| sensor("joint.boom.qd", &format!("\"incremental-encoder\"\n{rest}"));
+    let wire = |rest: &str| sensor("cylinder.lift.x", &format!("\"wire-potentiometer\"\n{rest}"));
+    assert_eq!(encoder("").unwrap_err().slug(), "missing-key");
+    assert_eq!(wire("").unwrap_err().slug(), "missing-key");
+    assert_eq!(wire("range = \"1 m\"\nbits = 12.5\n").unwrap_err().slug(), "out-of-range");
+    assert!(encoder("pulses = 500\n").is_ok());
     let transmitter = |live_zero: &str| {
-        sensor(&format!("kind = \"pressure-transmitter\"\nrange = \"400 bar\"\nlive-zero = \"{live_zero}\"\n"))
+        let rest = format!("\"pressure-transmitter\"\nrange = \"400 bar\"\nlive-zero = \"{live_zero}\"\n");
+        sensor("cylinder.lift.p1", &rest)
     };
     assert!(transmitter("10 %").is_ok());
     assert_eq!(transmitter("50 %").unwrap_err().slug(), "out-of-range");
+    let other = sensor("joint.boom.q", "\"load-cell\"\nrange = \"5 kN\"\n").unwrap_err();
+    assert_eq!(other.slug(), "conflicting-keys");
 }
 
 #[test]
