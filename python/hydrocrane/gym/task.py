@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
+from hydrocrane.result_warning import DoubtfulResult
 from hydrocrane.simulation.batch import BatchObservation, BatchSimulator
 from hydrocrane.simulation.crane_parameters import CraneValues
 
@@ -125,6 +127,9 @@ class TipTask:
             return wished["q"][rows] if "q" in wished else start
 
         cranes.reset(q=poses, cranes=numbers, parameters=parameters)
+        for doubt in cranes.warnings if own else ():
+            if doubt.kind == "implausible-value":
+                warnings.warn(str(doubt), DoubtfulResult, stacklevel=4)
         return np.array(targets), {name: own[numbers] for name, own in cranes.parameters.items()}
 
     def _wished(self, name: str, value: object, count: int) -> Array:

@@ -286,8 +286,9 @@ class BatchSimulator:
         self._started[cranes] = False
         with translated():
             self._core.reset(cranes, [machine.core for machine in machines], np.ascontiguousarray(starts), payloads)
-        for crane, own in zip(cranes, doubts, strict=True):
-            self._doubts[crane] = own
+        for crane, machine, own in zip(cranes, machines, doubts, strict=True):
+            unusual = () if machine is self.machine else machine.warnings
+            self._doubts[crane] = (*(doubt for doubt in unusual if doubt not in self.machine.warnings), *own)
         self._started[cranes] = True
 
     def step(self, spool_commands: ArrayLike) -> BatchObservation:

@@ -11,6 +11,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.errors import InputError, SimulationError
+from hydrocrane.result_warning import DoubtfulResult
 
 POSE = np.array([1.7, 1.7, 0.0])
 
@@ -297,3 +298,14 @@ def test_parameters_of_an_option_are_a_mapping():
     env = gymnasium.make("hydrocrane/CraneTip-v0")
     with pytest.raises(hc.InputError, match="`parameters` is a mapping"):
         env.reset(options={"parameters": [1.0, 2.0]})
+
+
+def test_unlikely_parameters_of_an_option_are_told():
+    """A number is in SI: 140 are pascals."""
+    gymnasium = pytest.importorskip("gymnasium")
+
+    import hydrocrane.gym  # noqa: F401
+
+    env = gymnasium.make("hydrocrane/CraneTip-v0")
+    with pytest.warns(DoubtfulResult, match="supply.pressure is 140 Pa; usual is 5 bar to 500 bar"):
+        env.reset(options={"parameters": {"supply.pressure": 140.0}})
