@@ -94,9 +94,9 @@ drives: $(VENV)/.tested
 	$(BIN)/python docs/validation/random_drives.py $(if $(PAGE_OF),--page) $(RAW)/native.jsonl $(RAW)/page.jsonl $(SEED)
 
 # Random machines and circuits, judged; fails where something does not hold, or writes the page that lists it.
-RANDOM_MACHINES ?= 300
+RANDOM_MACHINES ?=
 machines-at-random: $(VENV)/.tested
-	$(BIN)/python docs/validation/random_machines.py --seeds $(SEED):$$(($(SEED) + $(RANDOM_MACHINES))) $(if $(PAGE_OF),--page)
+	$(BIN)/python docs/validation/random_machines.py $(if $(RANDOM_MACHINES),--seeds $(SEED):$$(($(SEED) + $(RANDOM_MACHINES)))) $(if $(PAGE_OF),--page)
 
 # Learning environments under the actions of a learner; fails where a step takes too long.
 STEPS ?= 1e8

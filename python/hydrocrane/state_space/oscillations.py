@@ -11,13 +11,13 @@ from hydrocrane.arrays import Array, brief
 
 # Records per period that show an oscillation well.
 SHOWS_WELL = 10
-# What takes longer than three hours for a turn is drift by leakage, in pairs where pistons share a load, Hz.
-_DRIFT = 1e-4
+# What takes longer than a quarter of an hour for a turn is drift by leakage, in pairs where pistons share a load, Hz.
+_DRIFT = 1e-3
 
 
 @dataclass(frozen=True)
 class Oscillations:
-    """Eigenvalues of a linear system, and its oscillating pairs, slowest first; drift below 1e-4 Hz is none.
+    """Eigenvalues of a linear system, and its oscillating pairs, slowest first; drift below 1e-3 Hz is none.
 
     Attributes
     ----------

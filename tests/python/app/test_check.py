@@ -118,3 +118,9 @@ def test_drift_by_leakage_is_no_oscillation():
     assert hc.modes(crane, pose, friction="released").frequency.min() > 0.1
     shortened = hc.load_machine("hiab-xs031", {"joint.lift.limits": ["-9.2 deg", "40 deg"]})
     assert not doubts(shortened, figures(shortened))
+
+
+def test_a_house_that_slews_may_be_larger_than_its_pins_say():
+    house = {"inertia": "900 kg m^2", "inertia-x": "900 kg m^2", "inertia-z": "900 kg m^2"}
+    machine = hc.load_machine("rottne-f9-forwarder", {f"link.pillar.{key}": value for key, value in house.items()})
+    assert not machine.warnings
