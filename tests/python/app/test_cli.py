@@ -193,7 +193,7 @@ def test_cite_prints_bibtex():
         (["modes", "rottne-f9-lab", "--at", "boom=100 furlongs"], "boom='100 deg'"),
         (["modes", "rottne-f9-lab", "--at", "jib=2"], "with a unit, such as jib='100 deg'"),
         (["modes", "rottne-f9-lab", "--at", "extension=2 rad"], "extension='100 mm'"),
-        (["modes", "rottne-f9-lab", "--at", "extension=100 m"], "-315 to 315 mm)\n"),
+        (["modes", "rottne-f9-lab", "--at", "extension=100 m"], "-315 to 315 mm); choose a pose inside it"),
         (["modes", "rottne-f9-lab", "--at", "jib=900 deg"], "(900 deg) and its range is"),
         (["modes", "rottne-f9-lab", "--at", "jib=90 deg", "--at", "jib=80 deg"], "gives `jib` twice"),
         (["check", "rottne-f9-lab", "--set", "payload.mass=1 kg", "--set", "payload.mass=2 kg"], "twice; keep one"),
