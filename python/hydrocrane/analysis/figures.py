@@ -122,8 +122,7 @@ def _lowest(machine: Machine) -> float | None:
         found = modes(machine, machine.home, friction="released")
     except HydrocraneError:
         return None
-    swings = zip(found.frequency, found.damping, found.state, strict=True)
-    of_joints = [f for f, damping, state in swings if damping < 1.0 and state.startswith("joint.")]
+    of_joints = [f for f, state in zip(found.frequency, found.state, strict=True) if state.startswith("joint.")]
     return float(min(of_joints)) if of_joints else None
 
 

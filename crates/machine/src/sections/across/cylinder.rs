@@ -58,6 +58,9 @@ fn diameters(table: &Reader, sizes: &Sizes) -> Result<()> {
 }
 
 fn length<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
+    if !table.has("closed-length") {
+        return Ok(());
+    }
     let (closed, stroke) = (of.mid_length.plain() - 0.5 * sizes.stroke, digits(1e3 * sizes.stroke));
     let text = if closed < sizes.stroke {
         format!("shorter than the stroke of {stroke} mm, which the retracted cylinder must hold")
@@ -66,12 +69,8 @@ fn length<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<
     } else {
         return Ok(());
     };
-    if !table.has("closed-length") {
-        return Ok(());
-    }
-    table
-        .required("closed-length", "a length")?
-        .warn(text, "give the distance of the pins with the rod fully retracted, and check the units".into());
+    let cure = "give the distance of the pins with the rod fully retracted, and check the units";
+    table.required("closed-length", "a length")?.warn(text, cure.into());
     Ok(())
 }
 
