@@ -34,6 +34,7 @@ pub mod pid;
 pub mod plausibility;
 pub mod point_to_point;
 pub mod pump_limit;
+#[cfg(feature = "std")]
 pub mod reach;
 pub mod readings;
 pub mod redundancy;

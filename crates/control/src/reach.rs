@@ -4,10 +4,10 @@
 //!
 //! by damped Gauss-Newton steps that leave out joints held at a bound, from several poses.
 
+use crate::controller::PlaceName;
 use crate::controller_model::ControllerModel;
-#[cfg(feature = "std")]
-use crate::{controller::PlaceName, keep_out::KeepOut};
-use hydrocrane_num::{bisect, Vec2};
+use crate::keep_out::KeepOut;
+use hydrocrane_num::{array::from_fn, bisect, portable, small::solve_spd};
 
 /// Poses along each joint to begin from, as shares of its range.
 const STARTS: [f64; 3] = [0.1, 0.5, 0.9];
@@ -25,11 +25,9 @@ const FAR: f64 = 1e6;
 const HALVINGS: usize = 50;
 
 /// Distance of a goal from the nearest place within reach that is none, m.
-#[cfg(feature = "std")]
 const WITHIN_REACH: f64 = 1e-4;
 
 /// Why the tip cannot go to `place` (x, z), m, with this margin to keep-out regions; `None` where it can.
-#[cfg(feature = "std")]
 pub fn refusal<const N: usize>(
     model: &ControllerModel<N>,
     keep_out: &KeepOut,
@@ -39,14 +37,21 @@ pub fn refusal<const N: usize>(
     if !place.iter().all(|r| r.is_finite()) {
         return Some("it is not a pair of finite numbers".to_string());
     }
-    let off = |place: [f64; 2], nearest: [f64; 2]| (Vec2::<f64>::c(place) - Vec2::c(nearest)).norm();
-    let found = nearest(model, place);
-    if off(place, found) > WITHIN_REACH {
+    let bounds = from_fn(|i| bounds(model, i));
+    let nearest = |place| {
+        nearest(&bounds, place, |q| {
+            let posture = model.posture(q);
+            (posture.tip, posture.jacobian)
+        })
+    };
+    let found = nearest(place);
+    if distance(&off(&place, &found)) > WITHIN_REACH {
         let near = PlaceName(found);
         return Some(format!("it is out of reach of the tip; the nearest place within reach is {near}"));
     }
     (keep_out.distance(place) < margin - WITHIN_REACH).then(|| {
-        let free = keep_out.outside(place, margin).filter(|place| off(*place, nearest(model, *place)) <= WITHIN_REACH);
+        let free =
+            keep_out.outside(place, margin).filter(|place| distance(&off(place, &nearest(*place))) <= WITHIN_REACH);
         let outside = free.map(|place| format!("; {} is far enough", PlaceName(place)));
         format!(
             "it lies in a keep-out region, or nearer to it than the margin of {:.3} m{}",
@@ -56,17 +61,21 @@ pub fn refusal<const N: usize>(
     })
 }
 
-/// The place within reach nearest to `place` (x, z), m.
-pub fn nearest<const N: usize>(model: &ControllerModel<N>, place: [f64; 2]) -> [f64; 2] {
+/// The place within reach that is nearest to `place`, m, with joints inside `bounds` (rad or m). `tip` gives the place of the
+/// tip in a pose and its Jacobian, one row for each axis.
+pub fn nearest<const N: usize, const AXES: usize>(
+    bounds: &[[f64; 2]; N],
+    place: [f64; AXES],
+    tip: impl Fn(&[f64; N]) -> ([f64; AXES], [[f64; N]; AXES]),
+) -> [f64; AXES] {
     let place = place.map(|r| r.clamp(-FAR, FAR));
-    let bounds: [[f64; 2]; N] = hydrocrane_num::array::from_fn(|i| bounds(model, i));
-    let mut best = ([0.0; 2], f64::INFINITY);
+    let mut best = ([0.0; AXES], f64::INFINITY);
     for start in 0..STARTS.len().pow(N as u32) {
-        let q = hydrocrane_num::array::from_fn(|i| {
+        let q = from_fn(|i| {
             let share = STARTS[start / STARTS.len().pow(i as u32) % STARTS.len()];
             bounds[i][0] + share * (bounds[i][1] - bounds[i][0])
         });
-        let found = descended(model, &bounds, q, place);
+        let found = descended(bounds, q, &place, &tip);
         if found.1 < best.1 {
             best = found;
         }
@@ -75,6 +84,14 @@ pub fn nearest<const N: usize>(model: &ControllerModel<N>, place: [f64; 2]) -> [
         }
     }
     best.0
+}
+
+fn off<const AXES: usize>(place: &[f64; AXES], tip: &[f64; AXES]) -> [f64; AXES] {
+    from_fn(|r| place[r] - tip[r])
+}
+
+fn distance<const AXES: usize>(off: &[f64; AXES]) -> f64 {
+    portable::sqrt(off.iter().map(|r| r * r).sum())
 }
 
 /// Range of joint `i` inside its limits in which its piston is clear of the end stops.
@@ -97,48 +114,41 @@ fn bounds<const N: usize>(model: &ControllerModel<N>, i: usize) -> [f64; 2] {
 }
 
 /// Where the descent from `q` ends, and its distance from `place`.
-fn descended<const N: usize>(
-    model: &ControllerModel<N>,
+fn descended<const N: usize, const AXES: usize>(
     bounds: &[[f64; 2]; N],
     mut q: [f64; N],
-    place: [f64; 2],
-) -> ([f64; 2], f64) {
-    let off = |tip: [f64; 2]| [place[0] - tip[0], place[1] - tip[1]];
-    let mut posture = model.posture(&q);
-    let mut distance = Vec2::<f64>::c(off(posture.tip)).norm();
+    place: &[f64; AXES],
+    tip: impl Fn(&[f64; N]) -> ([f64; AXES], [[f64; N]; AXES]),
+) -> ([f64; AXES], f64) {
+    let (mut reached, mut jacobian) = tip(&q);
+    let mut error = off(place, &reached);
     let mut damping = DAMPING;
     for _ in 0..STEPS {
-        let error = off(posture.tip);
-        let pull: [f64; N] =
-            hydrocrane_num::array::from_fn(|i| posture.jacobian[0][i] * error[0] + posture.jacobian[1][i] * error[1]);
-        let free: [bool; N] =
-            hydrocrane_num::array::from_fn(|i| if pull[i] > 0.0 { q[i] < bounds[i][1] } else { q[i] > bounds[i][0] });
-        let of = |a: usize, b: usize| -> f64 {
-            (0..N).filter(|&i| free[i]).map(|i| posture.jacobian[a][i] * posture.jacobian[b][i]).sum()
-        };
-        let (xx, xz, zz) = (of(0, 0), of(0, 1), of(1, 1));
-        let added = damping * (xx + zz);
-        let determinant = (xx + added) * (zz + added) - xz * xz;
-        if determinant <= 0.0 || distance < REACHED {
+        let per_joint = |v: &[f64; AXES], i: usize| -> f64 { (0..AXES).map(|r| jacobian[r][i] * v[r]).sum() };
+        let free: [bool; N] = from_fn(|i| match per_joint(&error, i) > 0.0 {
+            true => q[i] < bounds[i][1],
+            false => q[i] > bounds[i][0],
+        });
+        let mut normal: [[f64; AXES]; AXES] =
+            from_fn(|a| from_fn(|b| (0..N).filter(|&i| free[i]).map(|i| jacobian[a][i] * jacobian[b][i]).sum()));
+        let trace: f64 = (0..AXES).map(|a| normal[a][a]).sum();
+        if trace <= 0.0 || distance(&error) < REACHED {
             break;
         }
-        let force = [
-            ((zz + added) * error[0] - xz * error[1]) / determinant,
-            ((xx + added) * error[1] - xz * error[0]) / determinant,
-        ];
-        let next: [f64; N] = hydrocrane_num::array::from_fn(|i| {
-            let step =
-                if free[i] { posture.jacobian[0][i] * force[0] + posture.jacobian[1][i] * force[1] } else { 0.0 };
+        (0..AXES).for_each(|a| normal[a][a] += damping * trace);
+        let force = solve_spd(&normal, &error);
+        let next = from_fn(|i| {
+            let step = if free[i] { per_joint(&force, i) } else { 0.0 };
             (q[i] + step).clamp(bounds[i][0], bounds[i][1])
         });
-        let tried = model.posture(&next);
-        let nearer = Vec2::<f64>::c(off(tried.tip)).norm();
-        if nearer < distance {
-            (q, posture, distance) = (next, tried, nearer);
+        let tried = tip(&next);
+        let nearer = off(place, &tried.0);
+        if distance(&nearer) < distance(&error) {
+            (q, error, (reached, jacobian)) = (next, nearer, tried);
             damping *= EASED;
         } else {
             damping *= STIFFENED;
         }
     }
-    (posture.tip, distance)
+    (reached, distance(&error))
 }

@@ -35,14 +35,15 @@ struct Place {
 pub struct Places {
     /// Of so many own numbers.
     count: usize,
-    /// Of those in the mechanics, of all others; block by block.
+    /// Of those that the tip depends on, of all others; block by block.
     parts: [[Vec<Place>; BLOCKS]; 2],
 }
 
 /// What of a bank is needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needed {
-    Mechanics,
+    /// For the place of the tip.
+    Tip,
     All,
 }
 
@@ -105,19 +106,34 @@ impl Places {
         own: &[usize],
     ) -> Self {
         let mut indices = indices(plant, layout).into_iter();
-        let (mut parts, mut mechanics) = (<[[Vec<Place>; BLOCKS]; 2]>::default(), 0);
-        plant.mechanics.map(&mut |_| mechanics += 1);
+        let mut parts = <[[Vec<Place>; BLOCKS]; 2]>::default();
+        let at_tip: Vec<bool> = own.iter().map(|index| moves_tip(plant, *index)).collect();
         bank.each(layout, &mut |copy| {
             let index = indices.next().expect("as many indices as numbers");
             if let Ok(number) = own.binary_search(&index) {
                 let (block, offset) = bank.place(copy);
                 let place = [number, offset].map(|n| u32::try_from(n).expect("a bank of some kilobytes"));
-                parts[usize::from(index >= mechanics)][block].push(Place { number: place[0], offset: place[1] });
+                parts[usize::from(!at_tip[number])][block].push(Place { number: place[0], offset: place[1] });
             }
         });
         parts.iter_mut().flatten().for_each(|places| places.sort_unstable());
         Places { count: own.len(), parts }
     }
+}
+
+/// Whether the place of the tip depends on the number `index` of a plant: without it there is none. A weight is none of its numbers.
+fn moves_tip<const N: usize>(plant: &Plant<f64, N>, index: usize) -> bool {
+    let mut at = 0;
+    let without = plant.map(&mut |_| {
+        at += 1;
+        if at - 1 == index {
+            f64::NAN
+        } else {
+            1.0
+        }
+    });
+    let tip = without.tip_position(&without.mechanics.pose(&[1.0; N]));
+    [tip.x, tip.y, tip.z].iter().any(|r| r.is_nan())
 }
 
 /// Which number of a plant, or which weight after these, each number of a bank is a copy of.

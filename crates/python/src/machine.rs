@@ -369,6 +369,14 @@ impl Machine {
         let all = all.chunks_exact(3 * n).flat_map(|jacobian| self.along_axes(jacobian, n)).collect();
         tensor(py, all, (self.model.tip_axes().len(), n))
     }
+    /// The place of the tip within the joint limits that is nearest to `place`, along the axes of the tip, m.
+    fn nearest_tip<'py>(&self, py: Python<'py>, place: Row<'py>) -> Vector<'py> {
+        let axes = self.model.tip_axes();
+        let mut of_tip = [0.0; 3];
+        axes.iter().zip(row(&place, axes.len(), "place")?).for_each(|(axis, r)| of_tip[*axis] = *r);
+        let nearest = py.detach(|| self.model.nearest_tip(of_tip));
+        Ok(vector(py, axes.iter().map(|axis| nearest[*axis]).collect()))
+    }
     fn inverse_kinematics<'py>(&self, py: Python<'py>, tip: Row<'py>, held: f64) -> Matrix<'py> {
         let tip = row(&tip, 2, "tip")?;
         let found = self.model.inverse_kinematics([tip[0], tip[1]], held);

@@ -11,6 +11,8 @@ use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_control::parameter_block;
 #[cfg(feature = "batch")]
+use hydrocrane_control::reach;
+#[cfg(feature = "batch")]
 use hydrocrane_lanes::{Demand, InLanes, StepKernel};
 use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, Plant, StateSpace, Statics};
 
@@ -38,6 +40,9 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace + Statics {
     /// `numbers` in place of its own.
     #[cfg(feature = "batch")]
     fn picked_up(&self, numbers: &[f64], q: &[f64], qd: &[f64], mass: [f64; 2]) -> Vec<f64>;
+    /// The place of the tip within the joint limits that is nearest to `place`, (x, y, z), m.
+    #[cfg(feature = "batch")]
+    fn nearest_tip(&self, place: [f64; 3]) -> [f64; 3];
     /// The controller `name` with this machine as its controller model; the error lists the names.
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String>;
     /// Parameters of the controller `name` as a block for a machine without an operating system. `monitored`: with a monitor of the
@@ -96,6 +101,15 @@ where
         let plant = self.plant().with(numbers);
         let [q, qd]: [[f64; N]; 2] = [q, qd].map(|row| hydrocrane_num::array::from_fn(|i| row[i]));
         plant.attach(&plant.mechanics.pose(&q), &qd, mass[0], mass[1] - mass[0]).rates.to_vec()
+    }
+
+    #[cfg(feature = "batch")]
+    fn nearest_tip(&self, place: [f64; 3]) -> [f64; 3] {
+        reach::nearest(&self.limit_pairs(), place, |q| {
+            let mut rows = [[0.0; N]; 3];
+            self.tip_jacobian(q, rows.as_flattened_mut());
+            (self.tip(q), rows)
+        })
     }
 
     fn controller(&self, name: &str) -> Result<Box<dyn Controller>, String> {

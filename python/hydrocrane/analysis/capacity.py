@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from hydrocrane.analysis.poses import forbidden, pose_grid
+from hydrocrane.analysis.poses import pose_grid
 from hydrocrane.arrays import Array, brief, rows
 from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -237,7 +237,7 @@ class Places:
         inside &= np.linalg.norm(self.machine.tip(poses) - wanted, axis=-1) < 1e-3
         place, tip = place[inside], wanted[inside]
         payload = np.nan_to_num(capacity(self.machine, poses[inside], self.ceiling)[0], nan=0.0)
-        permitted = ~forbidden(self.machine, tip, payload)
+        permitted = ~self.machine.forbidden(tip, payload)
         np.maximum.at(best, place[permitted], payload[permitted])
 
     def _distance(self, places: Array) -> Array:
@@ -294,7 +294,7 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
         here = slice(first, first + _BLOCK)
         tip[here] = machine.tip(poses[here])
         payload[here], limiting[here] = capacity(machine, poses[here], ceiling)
-        out[here] = forbidden(machine, tip[here], np.nan_to_num(payload[here], nan=0.0))
+        out[here] = machine.forbidden(tip[here], np.nan_to_num(payload[here], nan=0.0))
     payload[out], limiting[out] = np.nan, -1
     return LoadChart(
         q=grid,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.analysis.poses import forbidden, pose_grid
+from hydrocrane.analysis.poses import pose_grid
 from hydrocrane.arrays import Array, brief
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -320,7 +320,7 @@ def mode_map(
     machine.require_plane("a map of modes")
     poses = pose_grid(machine, samples, inset=_END_STOPS)
     tip = machine.tip(poses)
-    out = forbidden(machine, tip, machine.payload(payload))
+    out = machine.forbidden(tip, machine.payload(payload))
     found = np.full((*poses.shape[:-1], 2), np.nan)
     found[~out] = [_slowest(machine, q, payload, friction) for q in poses[~out]]
     smoothing = modes(machine, machine.home, payload=payload, friction=friction).warnings

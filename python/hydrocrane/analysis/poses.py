@@ -1,4 +1,4 @@
-"""Grids of poses, and positions of the tip that are forbidden."""
+"""Grids of poses."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hydrocrane.arrays import Array, rows, whole_number
+from hydrocrane.arrays import Array, whole_number
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.record_size import check_size
 
@@ -45,11 +45,3 @@ def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
         margin = inset * (high - low)
         axes.append(np.linspace(low + margin, high - margin, count))
     return np.stack(np.meshgrid(*axes, indexing="ij", copy=False), axis=-1)
-
-
-def forbidden(machine: Machine, tip: Array, load: Array | float) -> np.ndarray:
-    """Whether tips (..., 2) that carry `load` (...), kg, are in a keep-out region or in the ground."""
-    lead, (places,) = rows(tip)
-    loads = np.ascontiguousarray(np.broadcast_to(load, lead), dtype=np.float64).ravel()
-    height = machine.core.heights_above_ground(places, loads)
-    return (machine.clearance(places) < 0.0).reshape(lead) | (height < 0.0).reshape(lead)

@@ -6,19 +6,18 @@ import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
-from typing import TypeAlias, cast
+from typing import TypeAlias
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrocrane.arrays import Array, real_array
+from hydrocrane.arrays import Array, positive_number, real_array, vectors
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.result_warning import DoubtfulResult
 from hydrocrane.simulation.batch import BatchObservation, BatchSimulator
-from hydrocrane.simulation.crane_parameters import CraneValues
+from hydrocrane.simulation.crane_parameters import CraneValues, crane_values
 
 Numbers = NDArray[np.float32]
 
@@ -28,8 +27,8 @@ MARGIN = 0.15
 SHARE, RATE, PRESSURE, WAY = 2.0, 20.0, 20.0, 100.0
 # Distance from the nearest place within reach at which a target is out of reach, m.
 WITHIN_REACH = 1e-3
-# Larger lengths would overflow as squares, m.
-FAR = 1e6
+# Pairs that are drawn until the tip is permitted at both: if one pair in a hundred is, all miss once in 20,000 times.
+DRAWS = 1000
 # What the options of a reset may state.
 OPTIONS = ("q", "target", "parameters")
 # Draws values of machine keys, (n,) each, with the random numbers of n cranes.
@@ -46,7 +45,8 @@ class TipTask:
     is, per joint, the coordinate as a share of its range (-1 to 1) and the rate (rad/s or m/s), the chamber pressures
     as shares of the supply pressure, and the vector from the tip to the target (x, z in m). The reward of a sample is
     minus the distance of the tip from the target times the sample time, m s, and -60 m s if the crane is lost, which
-    ends the episode; otherwise it ends after `duration`. Starts (at rest) and targets belong to random poses.
+    ends the episode; otherwise it ends after `duration`. Starts (at rest) and targets belong to random poses with the
+    tip and its load outside of keep-out regions and of the ground.
 
     Cranes may differ from `machine` in values of its keys. Start, target and motion then are those of each crane's own
     machine; the strokes, ranges and the pressure of which actions and observations are shares stay those of `machine`,
@@ -67,6 +67,14 @@ class TipTask:
     sample_time: float = 0.05
     duration: float = 10.0
     payload: float | None = None
+
+    def __post_init__(self) -> None:
+        positive_number("sample_time", self.sample_time, "seconds")
+        if self.sample_time > positive_number("duration", self.duration, "seconds"):
+            raise InputError(
+                f"an episode must last one sample or more; got duration={self.duration:g} s, "
+                f"sample_time={self.sample_time:g} s"
+            )
 
     @classmethod
     def of(cls, machine: MachineLike, **settings: float | None) -> TipTask:
@@ -108,21 +116,19 @@ class TipTask:
         given = dict(options or {})
         for name in given:
             check_known("option", name, OPTIONS)
-        own = given.pop("parameters", {})
-        if not isinstance(own, Mapping):
-            raise InputError(f"the option `parameters` is a mapping from machine keys to values; got {own!r}")
-        parameters = {**(draw(randoms) if draw else {}), **cast("CraneValues", own)}
+        own = crane_values(given.pop("parameters", {}))
+        parameters = {**(draw(randoms) if draw else {}), **own}
         wished = {name: self._wished(name, value, len(numbers)) for name, value in given.items()}
         generator = iter(randoms)
         targets: list[Array] = []
 
         def poses(numbers: NDArray[np.int64], machines: Sequence[Machine]) -> Array:
             done = len(targets)
-            start, target = starts_and_targets(machines, [next(generator) for _ in numbers])
+            start, target = starts_and_targets(machines, [next(generator) for _ in numbers], self.payload)
             rows = slice(done, done + len(numbers))
             if "target" in wished:
                 target = wished["target"][rows]
-                _check_reach(machines, target)
+                _check_reach(machines, target, self.payload)
             targets.extend(target)
             return wished["q"][rows] if "q" in wished else start
 
@@ -141,7 +147,8 @@ class TipTask:
 
     def commands(self, action: NDArray[np.floating]) -> Array:
         """Spool commands, m, of actions (..., n_cyl)."""
-        return np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0) * self.machine.spool_strokes
+        shares = vectors(action, "action", self.machine.cylinder_names)
+        return np.clip(shares, -1.0, 1.0) * self.machine.spool_strokes
 
     def observation(self, seen: BatchObservation, target: Array) -> Numbers:
         """(n, width) observations of n cranes and their targets."""
@@ -158,51 +165,53 @@ class TipTask:
         return np.where(lost, LOSS, -distance * self.sample_time)
 
 
-def starts_and_targets(machines: Sequence[Machine], randoms: Sequence[np.random.Generator]) -> tuple[Array, Array]:
-    """Poses (n, n_joints) to start from and targets (n, 2 or 3), m, of n cranes with random numbers of their own."""
+def starts_and_targets(
+    machines: Sequence[Machine], randoms: Sequence[np.random.Generator], payload: float | None = None
+) -> tuple[Array, Array]:
+    """Poses (n, n_joints) to start from and targets (n, 2 or 3), m, of n cranes with random numbers of their own.
+
+    Pairs of which the tip or its load is in a keep-out region or in the ground are drawn again.
+    """
     lower, upper = np.moveaxis(np.array([machine.joint_limits for machine in machines]), 2, 0)
-    share = np.array([random.uniform(MARGIN, 1.0 - MARGIN, (2, lower.shape[1])) for random in randoms])
-    start, end = (lower + (upper - lower) * of for of in np.moveaxis(share, 1, 0))
-    target = np.empty((len(machines), len(machines[0].tip_axes)))
-    of_machine: dict[int, list[int]] = {}
-    for i, machine in enumerate(machines):
-        of_machine.setdefault(id(machine), []).append(i)
-    for own in of_machine.values():
-        target[own] = machines[own[0]].tip(end[own])
-    return start, target
+    start, target = np.empty_like(lower), np.empty((len(machines), len(machines[0].tip_axes)))
+    left = np.arange(len(machines))
+    for _ in range(DRAWS):
+        share = np.array([randoms[i].uniform(MARGIN, 1.0 - MARGIN, (2, lower.shape[1])) for i in left.tolist()])
+        pairs = lower[left, np.newaxis] + (upper - lower)[left, np.newaxis] * share
+        start[left] = pairs[:, 0]
+        of_machine: dict[int, list[int]] = {}
+        for k, i in enumerate(left.tolist()):
+            of_machine.setdefault(id(machines[i]), []).append(k)
+        again = np.zeros(len(left), dtype=bool)
+        for own in of_machine.values():
+            machine = machines[int(left[own[0]])]
+            tips = machine.tip(pairs[own])
+            target[left[own]] = tips[:, 1]
+            again[own] = machine.forbidden(tips, machine.payload(payload)).any(axis=1)
+        left = left[again]
+        if not left.size:
+            return start, target
+    raise InputError(
+        f"{machines[int(left[0])].name}: of {DRAWS} pairs of a start and a target, all had the tip or its load in a "
+        "keep-out region or in the ground; lower the ground or the regions, or widen the limits of the joints"
+    )
 
 
-def _check_reach(machines: Sequence[Machine], targets: Array) -> None:
-    """Refuse the first of the targets that the machine in its row cannot reach."""
+def _check_reach(machines: Sequence[Machine], targets: Array, payload: float | None) -> None:
+    """Refuse the first of the targets to which the tip of the machine in its row cannot, or must not, go."""
     unlike = {(id(machine), *target): machine for machine, target in zip(machines, targets, strict=True)}
     for (_, *place), machine in unlike.items():
-        near = _nearest(machine, np.clip(place, -FAR, FAR))
-        if math.dist(place, near) > WITHIN_REACH:
-            wanted, found = (", ".join(f"{x:.7g}" for x in of) for of in (place, near))
-            axes = ", ".join(machine.tip_axes)
-            raise InputError(
-                f"the option `target`: ({axes}) = ({wanted}) m is out of reach of {machine.name}; the nearest place "
-                f"within reach is ({found}) m; give that one, or leave the option out to have a target drawn"
-            )
-
-
-def _nearest(machine: Machine, place: Array) -> Array:
-    """The place of the tip within the joint limits that is nearest to `place`: the best from several poses."""
-    from scipy.optimize import least_squares
-
-    lower, upper = machine.joint_limits.T
-    best = np.full_like(place, np.inf)
-    for share in product((0.5, 0.1, 0.9), repeat=len(lower)):
-        found = least_squares(
-            lambda q: machine.tip(q) - place,
-            lower + (upper - lower) * share,
-            machine.tip_jacobian,
-            bounds=(lower, upper),
-            x_scale=upper - lower,
-            max_nfev=40,
+        near = machine.core.nearest_tip(np.array(place))
+        far = math.dist(place, near) > WITHIN_REACH
+        if not far and not machine.forbidden(place, machine.payload(payload)):
+            continue
+        wanted, found = (", ".join(f"{x:.7g}" for x in of) for of in (place, near))
+        fault = (
+            f"out of reach of {machine.name}; the nearest place within reach is ({found}) m"
+            if far
+            else f"in a keep-out region of {machine.name}, or the tip or its load is in the ground there"
         )
-        tip = machine.tip(found.x)
-        best = min(best, tip, key=lambda of: math.dist(of, place))
-        if math.dist(best, place) < WITHIN_REACH:
-            break
-    return best
+        raise InputError(
+            f"the option `target`: ({', '.join(machine.tip_axes)}) = ({wanted}) m is {fault}; give another one, or "
+            "leave the option out to have a target drawn"
+        )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hydrocrane.arrays import Array, real_array, rows, vectors
 from hydrocrane.errors import InputError, OutOfReachError, translated
@@ -181,10 +181,30 @@ class Geometry(Shaped):
         >>> print(crane.clearance([[2.0, 0.5], [0.0, -0.5]]).round(2))
         [ 1.71 -0.2 ]
         """
-        axes = self.tip_axes
-        places = vectors(place, "place", axes)[..., [axes.index("x"), axes.index("z")]]
-        lead, (points,) = rows(places)
+        lead, points = self._in_section(place)
         return self.core.clearance(points).reshape(lead)
+
+    def forbidden(self, place: ArrayLike, load: ArrayLike = 0.0) -> NDArray[np.bool_]:
+        """Whether places (..., 2) or (..., 3) of the tip with `load` (...), kg, lie in a region or in the ground.
+
+        The regions are :attr:`keep_out`, as in :meth:`clearance`; a load lies in the ground if its underside does.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-lab")
+        >>> print(crane.forbidden([[2.0, 0.5], [0.0, -0.5]]))
+        [False  True]
+        """
+        lead, points = self._in_section(place)
+        loads = np.broadcast_to(real_array(load, "load"), lead).reshape(-1)
+        height = self.core.heights_above_ground(points, np.ascontiguousarray(loads))
+        return ((self.core.clearance(points) < 0.0) | (height < 0.0)).reshape(lead)
+
+    def _in_section(self, place: ArrayLike) -> tuple[tuple[int, ...], Array]:
+        """Leading axes and rows (x, z) of places of the tip."""
+        axes = self.tip_axes
+        lead, (points,) = rows(vectors(place, "place", axes)[..., [axes.index("x"), axes.index("z")]])
+        return lead, points
 
     @property
     def tip_axes(self) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrocrane.arrays import Array, real_array, rows, scalars, vectors
+from hydrocrane.arrays import Array, real_array, rows, scalars, scenario_quantity, vectors
 from hydrocrane.errors import HydrocraneError, InputError, translated, unknown
 from hydrocrane.machine.poses import in_motion, poses, states
 from hydrocrane.machine.stated import Stated
@@ -133,10 +133,7 @@ class Shaped(Stated):
         """
         if payload is None:
             return self.payload_mass
-        mass = real_array(payload, "payload")
-        if mass.ndim or mass < 0:
-            raise InputError(f"payload must be one mass in kg, zero or more; got {payload!r}")
-        return float(mass)
+        return scenario_quantity("scenario.payload", "payload", payload)
 
     def _over(
         self,

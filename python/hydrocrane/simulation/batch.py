@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrocrane import _core
-from hydrocrane.arrays import Array, brief, positive_number, real_array, vectors, whole_number
+from hydrocrane.arrays import Array, brief, positive_number, real_array, scenario_quantity, vectors, whole_number
 from hydrocrane.errors import HydrocraneError, InputError, SimulationError, translated
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.poses import states
@@ -128,7 +128,7 @@ class BatchSimulator:
         self.sample_time = positive_number("sample_time", sample_time, "seconds")
         self.step_size = self.sample_time if step is None else positive_number("step", step, "seconds")
         self.tolerance = positive_number("tolerance", tolerance, "units of the states' scales")
-        self._start_payload = None if payload is None else self._masses(payload, "payload")
+        self._start_payload = None if payload is None else _masses(payload, "payload", self.n)
         self._parameters = CraneParameters(machine, self.n).changed(parameters or {}, self._chosen(None))
         workers = 0 if threads is None else whole_number("threads", threads)
         self._started = np.zeros(self.n, dtype=bool)
@@ -333,10 +333,7 @@ class BatchSimulator:
         chosen = self._chosen(cranes)
         if not self._started[chosen].all():
             raise SimulationError("call reset before set_payload")
-        masses = real_array(mass, "mass")
-        if masses.ndim > 1 or masses.size not in (1, len(chosen)) or (masses < 0).any():
-            raise InputError(f"mass must be one mass in kg, zero or more, or {len(chosen)} of them; got {mass!r}")
-        self._core.set_payload(chosen, np.ascontiguousarray(np.broadcast_to(masses, len(chosen))))
+        self._core.set_payload(chosen, _masses(mass, "mass", len(chosen)))
 
     def observe(self) -> BatchObservation:
         """Observation of the cranes in their present state.
@@ -353,12 +350,6 @@ class BatchSimulator:
         return BatchObservation(
             self.time, rows[:, :joints], rows[:, joints : 2 * joints], pressures, rows[:, -len(self.machine.tip_axes) :]
         )
-
-    def _masses(self, payload: ArrayLike, name: str) -> Array:
-        masses = real_array(payload, name)
-        if masses.ndim > 1 or masses.size not in (1, self.n) or (masses < 0).any():
-            raise InputError(f"{name} must be one mass in kg, zero or more, or {self.n} of them; got {payload!r}")
-        return np.array(np.broadcast_to(masses, self.n))
 
     def _chosen(self, cranes: ArrayLike | None) -> NDArray[np.int64]:
         if cranes is None:
@@ -389,6 +380,16 @@ def _at_rest(
             raise type(error)(f"crane {cranes[k]}: {error}") from None
     where = where.reshape(-1)
     return np.array([state for state, _ in rests])[where], [rests[k][1] for k in where]
+
+
+def _masses(mass: ArrayLike, name: str, count: int) -> Array:
+    """`mass` as `count` masses, kg; one serves all."""
+    masses = real_array(mass, name)
+    if masses.ndim > 1 or masses.size not in (1, count):
+        raise InputError(f"{name} must be one mass in kg, zero or more, or {count} of them; got {mass!r}")
+    for end in (masses.min(), masses.max()):
+        scenario_quantity("scenario.payload", name, end)
+    return np.array(np.broadcast_to(masses, count))
 
 
 def _table(array: Array, rows: int, name: str) -> Array:

@@ -31,10 +31,8 @@ class CraneParameters:
 
     def changed(self, given: CraneValues, cranes: NDArray[np.int64]) -> CraneParameters:
         """The same with values `given` for some cranes."""
-        if not isinstance(given, Mapping):
-            raise InputError(f"parameters must map machine keys to a value for each crane; got {given!r}")
         keys, values = dict(self.keys), dict(self.values)
-        for name, own in given.items():
+        for name, own in crane_values(given).items():
             own = own.tolist() if isinstance(own, np.ndarray) else own
             listed = cast("Sequence[object]", own if isinstance(own, list | tuple) else [own])
             if name not in keys:
@@ -59,6 +57,13 @@ class CraneParameters:
             if not np.isnan(column[crane]):
                 put_value(overrides, self.keys[name], float(column[crane]))
         return list(overrides.items())
+
+
+def crane_values(given: object) -> CraneValues:
+    """`given`, if it maps machine keys to values."""
+    if not isinstance(given, Mapping):
+        raise InputError(f"parameters must map machine keys to a value for each crane; got {given!r}")
+    return given
 
 
 def _numbers(key: Key, given: Sequence[object], count: int) -> Array:

@@ -8,7 +8,6 @@ from matplotlib.collections import PolyCollection
 import hydrocrane as hc
 from hydrocrane import plots
 from hydrocrane.analysis.capacity import Places
-from hydrocrane.analysis.poses import forbidden
 
 GROUND = {"ground.height": "0.5 m", "ground.stiffness": "1e6 N/m", "payload.hang": "0.5 m"}
 
@@ -39,8 +38,8 @@ def test_best_and_worst_count_permitted_heights_only(chart):
 def test_the_ground_forbids_as_far_down_as_the_load_hangs():
     machine = hc.load_machine("rottne-f9-lab", GROUND)
     tips = np.array([[2.5, 0.4], [2.5, 0.8], [2.5, 1.1]])
-    assert forbidden(machine, tips, 0.0).tolist() == [True, False, False]
-    assert forbidden(machine, tips, 100.0).tolist() == [True, True, False]
+    assert machine.forbidden(tips, 0.0).tolist() == [True, False, False]
+    assert machine.forbidden(tips, 100.0).tolist() == [True, True, False]
 
 
 def test_maps_hatch_forbidden_positions_and_charts_have_lines_of_equal_load(chart):

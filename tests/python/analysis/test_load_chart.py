@@ -6,7 +6,6 @@ import pytest
 import hydrocrane as hc
 from hydrocrane import plots
 from hydrocrane.analysis.capacity import Places, capacity
-from hydrocrane.analysis.poses import forbidden
 from hydrocrane.plots.loadchart import load_chart as draw
 
 pytestmark = pytest.mark.evidence
@@ -26,7 +25,7 @@ def drawn(chart):
     low, high = crane.joint_limits.T
     q = low + (high - low) * np.random.default_rng(1).random((300_000, 3))
     tip, load = crane.tip(q), np.nan_to_num(capacity(crane, q, 1e5)[0], nan=0.0)
-    permitted = ~forbidden(crane, tip, load)
+    permitted = ~crane.forbidden(tip, load)
     return tip[permitted], load[permitted]
 
 
@@ -66,7 +65,7 @@ def test_worst_is_what_every_height_within_reach_holds(chart):
     heights = np.linspace(-3.0, 5.5, 90)
     points = np.stack(np.meshgrid(reach, heights, indexing="ij"), axis=-1)
     at = places.payload(points)
-    at = np.where(np.isfinite(at) & ~forbidden(crane, points, np.nan_to_num(at)), at, np.inf)
+    at = np.where(np.isfinite(at) & ~crane.forbidden(points, np.nan_to_num(at)), at, np.inf)
     told = np.isfinite(worst)
     assert (at.min(axis=1)[told] >= 0.9 * worst[told] - 5.0).all()
     assert (worst <= chart.against_reach("best")[1] + 1e-9)[told].all()
@@ -89,7 +88,7 @@ def test_places_hold_what_their_poses_hold(chart):
     low, high = crane.joint_limits.T
     q = low + (high - low) * np.random.default_rng(2).uniform(0.05, 0.95, (200, 3))
     found, held = Places(crane, 1e5, 192, 24).payload(crane.tip(q)), np.nan_to_num(capacity(crane, q, 1e5)[0], nan=0.0)
-    permitted = ~forbidden(crane, crane.tip(q), held)
+    permitted = ~crane.forbidden(crane.tip(q), held)
     assert permitted.any() and np.isfinite(found[permitted]).all()
     assert (found >= 0.9 * held - 1.0)[permitted].all()
 

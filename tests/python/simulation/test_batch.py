@@ -118,7 +118,7 @@ def test_starts_that_the_supply_does_not_hold_are_told_together(crane):
         (lambda b: b.reset(q=POSE, cranes=[3]), "between 0 and 2"),
         (lambda b: b.reset(q=POSE, cranes=[0.5]), "numbers of cranes or 3 truth values"),
         (lambda b: b.reset(q=[[9.0, 9.0, 9.0]]), "its range is"),
-        (lambda b: b.set_payload(-1.0), "zero or more"),
+        (lambda b: b.set_payload(-1.0), "zero or greater"),
         (lambda b: b.set_payload([1.0, 2.0]), "or 3 of them"),
         (lambda b: hc.BatchSimulator(b.machine, 0), "a whole number, one or more"),
         (lambda b: hc.BatchSimulator(b.machine, 2, 0.0), "greater than zero"),
@@ -278,12 +278,68 @@ def test_environments_refuse_targets_that_are_none():
         worlds[1].reset(options={"target": [[2.5, 0.5], [9.0, 0.5]]})
 
 
+def drawn_targets(task):
+    from hydrocrane.gym.task import starts_and_targets
+
+    return starts_and_targets([task.machine] * 64, [np.random.default_rng(seed) for seed in range(64)])[1]
+
+
+def test_targets_lie_outside_of_the_ground_and_of_keep_out_regions():
+    pytest.importorskip("gymnasium")
+    from hydrocrane.gym import CraneTipEnv
+
+    crane = hc.load_machine("rottne-f9-lab")
+    tips = drawn_targets(CraneTipEnv(crane).task)
+    height = float(np.median(tips[:, 1]))
+    high = hc.load_machine("rottne-f9-lab", {"ground.height": height})
+    world = CraneTipEnv(high)
+    targets = drawn_targets(world.task)
+    assert (targets[:, 1] >= height).all()
+    # What was permitted at once is drawn as before.
+    same = (targets == tips).all(axis=1)
+    assert 3 < same.sum() < 40
+    low = tips[np.argmin(tips[:, 1])]
+    with pytest.raises(hc.InputError, match="in the ground there; give another one"):
+        world.reset(options={"target": low})
+    with pytest.raises(hc.InputError, match="of 1000 pairs of a start and a target, all had the tip"):
+        CraneTipEnv(hc.load_machine("rottne-f9-lab", {"ground.height": 9.0})).reset()
+
+
+def test_environments_refuse_samples_and_actions_that_are_none():
+    pytest.importorskip("gymnasium")
+    from hydrocrane.gym import CraneTipEnv, CraneTipVectorEnv
+
+    with pytest.raises(hc.InputError, match="one sample or more; got duration=10 s, sample_time=50 s"):
+        CraneTipEnv(sample_time=50)
+    with pytest.raises(hc.InputError, match="sample_time"):
+        CraneTipEnv(sample_time=0.0)
+    for world in (CraneTipEnv(), CraneTipVectorEnv(2)):
+        world.reset(seed=1)
+        with pytest.raises(hc.InputError, match="action must have"):
+            world.step(np.zeros(5))
+
+
+def test_no_crane_carries_more_than_any_use():
+    sim = hc.Simulator("rottne-f9-lab")
+    cranes = hc.BatchSimulator("rottne-f9-lab", 2)
+    pose = hc.load_machine("rottne-f9-lab").home
+    sim.reset(q=pose)
+    cranes.reset(q=pose)
+    for load in (sim.set_payload, cranes.set_payload):
+        for mass, word in ((1e7, "beyond any use"), (-1.0, "negative|zero")):
+            with pytest.raises(hc.InputError, match=word):
+                load(mass)
+    with pytest.raises(hc.InputError, match="beyond any use"):
+        hc.Simulator("rottne-f9-lab", rtol=2.0)
+
+
 def test_every_target_that_is_drawn_is_within_reach():
     pytest.importorskip("gymnasium")
     from hydrocrane.gym import CraneTipEnv
 
-    for name in ("rottne-f9-lab", "hiab-xs031", "rottne-f9-forwarder"):
+    for name in ("rottne-f9-lab", "hiab-xs031", "rottne-f9-forwarder", "rottne-f9-mobile"):
         world = CraneTipEnv(machine=name)
+        assert not world.task.machine.forbidden(drawn_targets(world.task)).any()
         for seed in range(5):
             _, drawn = world.reset(seed=seed)
             _, stated = world.reset(seed=seed, options={"target": drawn["target"]})
@@ -296,7 +352,7 @@ def test_parameters_of_an_option_are_a_mapping():
     import hydrocrane.gym  # noqa: F401
 
     env = gymnasium.make("hydrocrane/CraneTip-v0")
-    with pytest.raises(hc.InputError, match="`parameters` is a mapping"):
+    with pytest.raises(hc.InputError, match="parameters must map machine keys"):
         env.reset(options={"parameters": [1.0, 2.0]})
 
 

@@ -145,5 +145,5 @@ def test_wrong_changes_are_one_clear_error(name):
 def test_the_simulator_refuses_a_payload_that_cannot_be():
     simulator = hc.Simulator(CRANE)
     simulator.reset(q=list(POSE.values()))
-    with pytest.raises(hc.InputError, match="payload must be one mass"):
+    with pytest.raises(hc.InputError, match="payload: must be zero or greater"):
         simulator.set_payload(-1.0)

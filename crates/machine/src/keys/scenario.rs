@@ -63,7 +63,7 @@ static HEAD: &[Key] = &[
         .means("Time between recorded points."),
     Key::quantity("payload", &[MASS], NonNegative)
         .otherwise("the machine's")
-        .usual(&[("0.01 kg", "50 t", 1e3)])
+        .usual(&[("0.01 kg", "50 t", 100.0)])
         .means("Load at the tip."),
     Key::quantity("seed", &[NUMBER], NonNegative)
         .defaults(&["0"])
@@ -260,7 +260,7 @@ static SOLVER: &[Key] = &[
         .source("theory/integration.md"),
     Key::quantity("rtol", &[NUMBER], Positive)
         .defaults(&["3e-5"])
-        .usual(&[("1e-12", "0.1", 1e3)])
+        .usual(&[("1e-12", "0.1", 10.0)])
         .means("Relative tolerance.")
         .source("theory/integration.md"),
     Key::quantity("atol", &[NUMBER], Positive)

@@ -201,7 +201,7 @@ impl Batch {
             let mut tip = [[0.0; WIDTH]; 3];
             self.kernels.with(|kernel| {
                 for first in (0..WIDTH).step_by(kernel.lanes()) {
-                    kernel.load_all(self.own.of(group * WIDTH), first, Needed::Mechanics);
+                    kernel.load_all(self.own.of(group * WIDTH), first, Needed::Tip);
                     kernel.tips(x, first, &mut tip);
                 }
             });

@@ -93,10 +93,15 @@ fn a_machine_with_other_parts_is_refused() {
     assert!(batch.takes(usual.as_ref()) && !batch.takes(grounded.as_ref()));
 }
 
+fn tips(kernel: &mut dyn StepKernel, x: &[Group]) -> [Group; 3] {
+    let mut tips = [[0.0; WIDTH]; 3];
+    kernel.tips(x, 0, &mut tips);
+    tips
+}
+
 /// What a kernel makes of a state: the trial's result and end, the tips.
 fn made(kernel: &mut dyn StepKernel, trial: &Trial, x: &[Group]) -> Vec<u64> {
-    let (mut end, mut tips) = (x.to_vec(), [[0.0; WIDTH]; 3]);
-    kernel.tips(x, 0, &mut tips);
+    let (mut end, tips) = (x.to_vec(), tips(kernel, x));
     let result = kernel.attempt(trial, &mut end);
     let flags = [result.taken, result.exact, result.inside].map(|flags| flags.map(|flag| f64::from(u8::from(flag))));
     let all = [&end[..], &tips, &flags, &[result.growth]].concat();
@@ -118,7 +123,8 @@ where
     without.precision.weights.fill(f64::NAN);
     let mut right = plant.in_lanes(layout, &demand, &[], None);
     let mut given = plant.map(&mut |_| f64::NAN).in_lanes(layout, &without, &all, None);
-    given.load_all(&own, 0, Needed::Mechanics);
+    let mut of_tip = plant.map(&mut |_| f64::NAN).in_lanes(layout, &without, &all, None);
+    of_tip.load_all(&own, 0, Needed::Tip);
     given.load_all(&own, 0, Needed::All);
     let (mut noise, mut taken) = (Noise(3), 0);
     for place in 0..20 {
@@ -130,6 +136,7 @@ where
         taken += found.iter().all(|bits| f64::from_bits(*bits).is_finite()) as usize;
         (0..given.lanes()).for_each(|lane| given.load(lane, &own, (lane + place) % WIDTH));
         assert_eq!(made(given.as_mut(), &trial, &x), found, "{name}");
+        assert_eq!(tips(of_tip.as_mut(), &x), tips(right.as_mut(), &x), "{name}");
     }
     assert!(taken > 0, "{name}: no step has an end");
 }
