@@ -28,6 +28,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.notebook import in_notebook, progress_bar
+from hydrocrane.plots.maps import draw_keep_out, metres
 from hydrocrane.plots.style import (
     ACCENT,
     COLOURS,
@@ -41,7 +42,6 @@ from hydrocrane.plots.style import (
     is_plate,
     shown_once,
 )
-from hydrocrane.plots.workspace import draw_keep_out, metres
 
 if TYPE_CHECKING:
     from hydrocrane.machine.machine import Machine

@@ -26,7 +26,7 @@ from hydrocrane.plots.circuit_parts import (
     stated,
     valve_labels,
 )
-from hydrocrane.plots.circuit_sheet import LEADING, LINES, POINTS_PER_MM, Label, Sheet, font, side_by_side
+from hydrocrane.plots.circuit_symbols import LEADING, LINES, POINTS_PER_MM, Label, Sheet, font, side_by_side
 from hydrocrane.plots.style import MUTED, styled
 
 MARGIN, GAP = 6.0, 8.0

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from hydrocrane.machine.circuit import Circuit, CircuitSection, CircuitTable
 from hydrocrane.plots import circuit_symbols as symbols
-from hydrocrane.plots.circuit_sheet import LEADING, Sheet
+from hydrocrane.plots.circuit_symbols import LEADING, Sheet
 
 # Heights of the common lines, of the middle of the parts below them, and of the tanks.
 TANK_LINE, PRESSURE_LINE, LOAD_LINE = 0.0, 9.0, 22.0

@@ -6,7 +6,7 @@ import pytest
 import hydrocrane as hc
 from hydrocrane import plots
 from hydrocrane.analysis.capacity import Places, capacity
-from hydrocrane.plots.loadchart import load_chart as draw
+from hydrocrane.plots.maps import load_chart as draw
 
 pytestmark = pytest.mark.evidence
 

@@ -14,7 +14,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane import notebook
-from hydrocrane.studies.progress import telling
+from hydrocrane.studies.board import telling
 
 mpl.use("Agg")
 EMPTY = {"br", "img", "hr"}

@@ -1,4 +1,4 @@
-"""Steady friction over velocity, and its terms, as Figures 48-53."""
+"""Pictures of the laws of a machine: flows of its valves, friction of its cylinders."""
 
 from __future__ import annotations
 
@@ -11,10 +11,44 @@ from matplotlib.figure import Figure
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.machine.overrides import Override
-from hydrocrane.plots.style import COLOURS, MUTED, figure, styled, title
+from hydrocrane.plots.style import COLOURS, FIELD, MUTED, figure, styled, title
 
 if TYPE_CHECKING:
     from hydrocrane.machine.machine import Machine
+
+OPENINGS = (0.25, 0.5, 0.75, 1.0)
+
+
+@styled
+def flow_law(machine: MachineLike, cylinder: str | None = None) -> Figure:
+    """Flow over pressure drop at several openings: near zero with laminar flow, and over the whole range."""
+    machine = as_machine(machine)
+    name = machine.cylinder_names[0] if cylinder is None else cylinder
+    check_known("cylinder", name, machine.cylinder_names)
+    fig, (near, whole) = figure(10.0, 4.3, ncols=2)
+    _opened(near, machine, name, np.linspace(-10e5, 10e5, 801))
+    _opened(whole, machine, name, np.linspace(-1, 1, 801) * machine.supply_pressure)
+    near.set_title("small pressure drop: laminar to turbulent")
+    whole.set_title("up to supply pressure")
+    near.legend(title="spool opening", loc="upper left")
+    title(fig, "Flow through a metering edge", f"valve of cylinder {name}, {machine.name}")
+    return fig
+
+
+def _opened(axes: Axes, machine: Machine, cylinder: str, dp: np.ndarray) -> None:
+    import matplotlib as mpl
+
+    full = machine.spool_strokes[machine.cylinder_names.index(cylinder)]
+    shades = mpl.colormaps[FIELD](np.linspace(0.8, 0.1, len(OPENINGS)))
+    for opening, shade in zip(OPENINGS, shades, strict=True):
+        flow = machine.orifice_flow(opening * full, dp, cylinder)
+        axes.plot(dp * 1e-5, flow * 6e4, color=shade, label=f"{opening:.0%}")
+    axes.axhline(0.0, color=MUTED, lw=0.7, zorder=1)
+    axes.axvline(0.0, color=MUTED, lw=0.7, zorder=1)
+    axes.set_xlabel("pressure drop [bar]")
+    axes.set_ylabel("flow [l/min]")
+    axes.margins(x=0)
+
 
 # Speed far above any Stribeck velocity, where only Coulomb and viscous friction remain, m/s.
 _FAST = 10.0
@@ -44,8 +78,8 @@ def friction_maps(machine: MachineLike, cylinder: str | None = None) -> Figure:
         _curve(panel, variant, name, v, COLOURS[0])
         panel.set_title(heading)
     axes[0, 2].plot([0.0, 0.0], [laws.breakaway[0], -laws.breakaway[1]], "o", color=COLOURS[4], ms=5)
-    _family(axes[1, 1], name, v, "Stribeck velocity", {f"x {k:g}": laws.with_stribeck_velocity(k) for k in (0.5, 1, 2)})
-    _family(axes[1, 2], name, v, "Stribeck exponent", {f"{e:g}": laws.with_exponent(e) for e in (0.5, 1, 2, 4)})
+    _varied(axes[1, 1], name, v, "Stribeck velocity", {f"x {k:g}": laws.with_stribeck_velocity(k) for k in (0.5, 1, 2)})
+    _varied(axes[1, 2], name, v, "Stribeck exponent", {f"{e:g}": laws.with_exponent(e) for e in (0.5, 1, 2, 4)})
     top = max(abs(y) for panel in axes.flat for y in panel.get_ylim())
     for panel in axes.flat:
         panel.set_ylim(-top, top)
@@ -68,7 +102,7 @@ def _curve(axes: Axes, machine: Machine, cylinder: str, v: np.ndarray, colour: s
     axes.margins(x=0)
 
 
-def _family(axes: Axes, cylinder: str, v: np.ndarray, heading: str, machines: dict[str, Machine]) -> None:
+def _varied(axes: Axes, cylinder: str, v: np.ndarray, heading: str, machines: dict[str, Machine]) -> None:
     for (label, machine), colour in zip(machines.items(), COLOURS, strict=False):
         _curve(axes, machine, cylinder, v, colour, label)
     axes.set_title(f"influence of the {heading}")
