@@ -23,9 +23,8 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.simulation.running import integrate
-from hydrocrane.studies.changes import changed_plan
-from hydrocrane.studies.measures import OF_ANY_RUN, Measure, WrongMeasure, measured
-from hydrocrane.studies.record import CaseRecord
+from hydrocrane.studies.keys import changed_plan
+from hydrocrane.studies.measures import OF_ANY_RUN, CaseRecord, Measure, WrongMeasure, measured
 
 # Outcomes of cases beyond those of runs.
 INVALID, MEASURE_FAILED, CRASHED = "invalid-input", "measure-failed", "crashed"

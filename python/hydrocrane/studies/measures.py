@@ -1,4 +1,4 @@
-"""Figures of each run that a study stores.
+"""One run of a study, and the figures of it that are stored.
 
 By name: one of :data:`BUILT_IN`, or a statistic of a signal, ``max(cylinder.lift.p1)``; or a function of a
 :class:`hydrocrane.Run` that returns a number or a mapping of names to numbers. A run that ended early has NaN for all
@@ -14,15 +14,94 @@ import reprlib
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cached_property, lru_cache
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import TypeAlias
 
 import numpy as np
 
-from hydrocrane.arrays import path_length
+from hydrocrane.arrays import Array, path_length
 from hydrocrane.errors import InputError, check_known, nearest, unknown
+from hydrocrane.machine.machine import Machine
+from hydrocrane.result_warning import ResultWarning
+from hydrocrane.results.dataset import outputs_table, run_dataset
+from hydrocrane.results.outcome import Outcome
+from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
-from hydrocrane.studies.record import CaseRecord
+from hydrocrane.scenario.scenario import Scenario
+
+# Its tables take longer than a run of a few seconds.
+OIL = "energy.oil"
+
+
+class CaseRecord:
+    """The core's record of a run.
+
+    Attributes
+    ----------
+    machine : Machine
+    plan : Scenario
+    outcome : Outcome
+    warnings : tuple of ResultWarning
+    time : (m,) array
+        s.
+    """
+
+    def __init__(self, machine: Machine, plan: Scenario, recorded: Recording, payload: float) -> None:
+        self.machine, self.plan, self._recorded, self._payload = machine, plan, recorded, payload
+        self.outcome: Outcome = recorded.outcome
+        self.warnings: tuple[ResultWarning, ...] = recorded.warnings
+        self.time: Array = recorded.time
+
+    @property
+    def effort(self) -> dict[str, int]:
+        """Steps, rejections, evaluations."""
+        return self._recorded.effort
+
+    @property
+    def states(self) -> Array:
+        """(m, n_states)."""
+        return self._recorded.states
+
+    def signal(self, name: str) -> Array:
+        """A state, output, command or sample by its name, (m,) over :attr:`time`, SI."""
+        if name in self._state_columns:
+            return np.asarray(self.states[:, self._state_columns[name]])
+        output = self.machine.core.output_index(name)
+        if output is not None and name != OIL:
+            return np.asarray(self._outputs[:, output])
+        columns = self.run.columns
+        check_known("signal", name, columns)
+        return columns[name].values
+
+    def pressures(self) -> Array:
+        """(m, 2 n_cyl) chamber pressures, Pa."""
+        return np.asarray(self.states[:, _pressure_columns(self.machine.state_names)])
+
+    @cached_property
+    def run(self) -> Run:
+        """The whole run as a :class:`hydrocrane.Run`."""
+        return Run(run_dataset(self.machine, self.plan, self._recorded, payload=self._payload, wall=0.0), self.machine)
+
+    @cached_property
+    def _state_columns(self) -> dict[str, int]:
+        return _columns(self.machine.state_names)
+
+    @cached_property
+    def _outputs(self) -> Array:
+        return outputs_table(self.machine, self._recorded, oil=False)
+
+
+# The cases of a study differ seldom in their states.
+@lru_cache(8)
+def _columns(names: tuple[str, ...]) -> dict[str, int]:
+    return {name: i for i, name in enumerate(names)}
+
+
+@lru_cache(8)
+def _pressure_columns(names: tuple[str, ...]) -> list[int]:
+    return [i for i, name in enumerate(names) if name.endswith((".p1", ".p2"))]
+
 
 STATISTICS: dict[str, Callable[[np.ndarray], float]] = {
     "min": np.min,

@@ -26,25 +26,51 @@ from hydrocrane.result_warning import DoubtfulResult
 from hydrocrane.scenario.changes import Changes, RunChanges, SweepChanges
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
-from hydrocrane.studies import local
-from hydrocrane.studies.board import Board, board_of
+from hydrocrane.studies.board import Board, Progress, board_of, telling
 from hydrocrane.studies.case import FAILED, BlockResult, Job, digest_of
-from hydrocrane.studies.described import varied_and_kept
-from hydrocrane.studies.design import Cases, Place, block_shape, designed, size_of
+from hydrocrane.studies.design import (
+    Cases,
+    Place,
+    block_shape,
+    check_records,
+    designed,
+    known_signals,
+    samples_of,
+    signal_times,
+    size_of,
+)
+from hydrocrane.studies.distribution import WAYS, Local, on_cluster, thread_count
 from hydrocrane.studies.identity import identity
+from hydrocrane.studies.integrity import written_by_one
 from hydrocrane.studies.keys import resolved_key
-from hydrocrane.studies.layout import LIMIT, MESSAGE, OUTCOME, TIME, Layout
-from hydrocrane.studies.lock import written_by_one
 from hydrocrane.studies.measures import DEFAULT, OF_ANY_RUN, Measures, checked_measures
 from hydrocrane.studies.processes import NotComputed
-from hydrocrane.studies.progress import Progress, telling
-from hydrocrane.studies.ranges import samples_of
-from hydrocrane.studies.signals import check_records, known_signals, signal_times
-from hydrocrane.studies.store import RESUME, Store
+from hydrocrane.studies.store import LIMIT, MESSAGE, OUTCOME, RESUME, TIME, Layout, Store
 from hydrocrane.units import converted
 
 if TYPE_CHECKING:
     from distributed import Client
+
+
+def varied_and_kept(cases: Cases, job: Job) -> list[str]:
+    """Values of each key, measures and signals, a line each: label, two spaces, value."""
+    lines = []
+    for key, values in zip(cases.keys, cases.axes, strict=True):
+        tried = list(dict.fromkeys(map(_shown, values)))
+        numbers = [value for value in values if isinstance(value, (int, float))]
+        # Drawn numbers come in no order.
+        first, last = (min(numbers), max(numbers)) if len(numbers) == len(values) else (values[0], values[-1])
+        ends = ", ".join(tried) if len(tried) <= 6 else f"{_shown(first)} ... {_shown(last)}"
+        lines.append(f"{key.name}  {len(values)} values: {ends}")
+    lines.append(f"measures  {', '.join(measure.name for measure in job.measures)}")
+    if job.signals:
+        lines.append(f"signals  {', '.join(job.signals)}")
+    return lines
+
+
+def _shown(value: object) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
 
 # Cases that take longer than this are named by the progress bar, s.
 LONG = 2.0
@@ -189,12 +215,12 @@ class Study:
         ['end_time', 'max(tip.z)', 'message', 'outcome']
         """
         check_known("way to resume", resume, RESUME)
-        if isinstance(scheduler, str) and ":" not in scheduler and scheduler not in local.WAYS:
-            raise unknown("scheduler", scheduler, (*local.WAYS, "tcp://host:8786"))
+        if isinstance(scheduler, str) and ":" not in scheduler and scheduler not in WAYS:
+            raise unknown("scheduler", scheduler, (*WAYS, "tcp://host:8786"))
         job = dataclasses.replace(self.job, limit=_limit(time_limit))
         with written_by_one(None if store is None else Path(store)):
             kept = Store.at(store, self._layout(block, job), overwrite=overwrite, resume=resume)
-            self._fill(kept, job, local.thread_count(workers), scheduler, progress)
+            self._fill(kept, job, thread_count(workers), scheduler, progress)
             data = kept.dataset()
         if failed := _failed(data):
             warnings.warn(failed, DoubtfulResult, stacklevel=2)
@@ -212,13 +238,11 @@ class Study:
                 def look() -> None:
                     tell(done, total, self._longest(board))
 
-                if scheduler is None or scheduler in local.WAYS:
-                    here = local.Local(job, self.cases, board, look)
+                if scheduler is None or scheduler in WAYS:
+                    here = Local(job, self.cases, board, look)
                     results = here.results(places, workers, scheduler)
                 else:
-                    from hydrocrane.studies import cluster
-
-                    results = cluster.on_cluster(job, self.cases, places, scheduler, look)
+                    results = on_cluster(job, self.cases, places, scheduler, look)
                 tell(done, total)
                 with closing(results):
                     for place, result in results:

@@ -15,7 +15,7 @@ from hydrocrane.files.toml_file import TomlTable, TomlValue, read_toml
 from hydrocrane.machine.overrides import Override
 from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.scenario_file import bundled_scenarios
-from hydrocrane.studies.key import COMMAND_LOG, SUPPLY_LOG
+from hydrocrane.studies.keys import COMMAND_LOG, SUPPLY_LOG
 from hydrocrane.studies.study import Study
 
 TABLES = ("study", "keys", "overrides")

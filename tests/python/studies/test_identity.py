@@ -14,7 +14,7 @@ import pytest
 import hydrocrane as hc
 from hydrocrane.result_warning import DoubtfulResult
 from hydrocrane.studies import case
-from hydrocrane.studies.fingerprint import UNKNOWN, fingerprint
+from hydrocrane.studies.identity import UNKNOWN, fingerprint
 
 PLAN = "single-cylinder-step"
 LOADS = {"payload.mass": [50.0, 100.0, 150.0]}

@@ -16,7 +16,7 @@ import zarr
 
 import hydrocrane as hc
 from hydrocrane.studies import integrity
-from hydrocrane.studies.lock import written_by_one
+from hydrocrane.studies.integrity import written_by_one
 from hydrocrane.studies.store import StudyRepaired
 
 pytestmark = [pytest.mark.evidence, pytest.mark.filterwarnings("ignore:.*cases have no results")]
@@ -187,7 +187,7 @@ def test_old_stores_open_with_a_warning_and_do_not_go_on(store, whole):
 def test_two_at_once_are_one_error_and_leave_nothing(tmp_path, whole):
     store = tmp_path / "results" / "study.zarr"
     code = (
-        "import sys, time, pathlib; from hydrocrane.studies.lock import written_by_one\n"
+        "import sys, time, pathlib; from hydrocrane.studies.integrity import written_by_one\n"
         "with written_by_one(pathlib.Path(sys.argv[1])):\n    print('held', flush=True)\n    time.sleep(60)"
     )
     with subprocess.Popen([sys.executable, "-c", code, str(store)], stdout=subprocess.PIPE, text=True) as other:

@@ -13,7 +13,7 @@ import xarray as xr
 import zarr
 
 import hydrocrane as hc
-from hydrocrane.studies import StudyInterrupted, design, local
+from hydrocrane.studies import StudyInterrupted, design, distribution
 
 pytestmark = [pytest.mark.evidence, pytest.mark.filterwarnings("ignore:.*cases have no results")]
 
@@ -214,7 +214,7 @@ def test_half_written_blocks_are_written_again(tmp_path):
     assert not list(store.rglob("*.partial"))
 
 
-@pytest.mark.parametrize("way", local.WAYS)
+@pytest.mark.parametrize("way", distribution.WAYS)
 def test_killed_twice_and_resumed_it_is_the_undisturbed_study(bench, tmp_path, way):
     found = bench.killed(tmp_path, 400, scheduler=way, duration=1.0)
     first, second, last = found["lives"]
@@ -222,7 +222,7 @@ def test_killed_twice_and_resumed_it_is_the_undisturbed_study(bench, tmp_path, w
     assert 0 < first["done_after"] < second["done_after"] < last["done_after"] == 396
     assert not any(life["computed_although_done"] for life in found["lives"])
     # What is lost is what was under way.
-    under_way = 400 // design.BLOCKS * local.AHEAD * found["workers"]
+    under_way = 400 // design.BLOCKS * distribution.AHEAD * found["workers"]
     assert 396 <= sum(life["computed"] for life in found["lives"]) <= 396 + 2 * under_way
     assert found["identical"] and found["outcomes"] == {"completed": 396, "invalid-input": 4}
 
@@ -318,7 +318,7 @@ def test_memory_does_not_grow_with_the_number_of_cases(tmp_path):
     few, many = peak(60, tmp_path / "few.zarr"), peak(240, tmp_path / "many.zarr")
     assert many < 1.2 * few
     # Besides these: a run as it is recorded, in both threads, and one signal of a block as it is compressed.
-    assert many < (local.AHEAD * 2 + 2) * block < 24 * block
+    assert many < (distribution.AHEAD * 2 + 2) * block < 24 * block
 
 
 def test_identity_is_told_in_the_result():

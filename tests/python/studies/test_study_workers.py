@@ -15,7 +15,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.errors import InputError
-from hydrocrane.studies import board, local, processes
+from hydrocrane.studies import board, distribution, processes
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*cases have no results")
 
@@ -48,7 +48,7 @@ def test_long_studies_go_on_in_processes(monkeypatch):
     keys = {"payload.mass": {"low": 50.0, "high": 150.0, "count": 40}}
     few = rig_study(keys, block=1)
     assert not seen
-    monkeypatch.setattr(local, "WORTH", 0.0)
+    monkeypatch.setattr(distribution, "WORTH", 0.0)
     assert rig_study(keys, block=1).identical(few)
     assert 30 < len(seen) < 40
     seen.clear()
@@ -76,7 +76,7 @@ def stops_the_study(obs, command):
 
 
 @pytest.mark.evidence
-@pytest.mark.parametrize("scheduler", local.WAYS)
+@pytest.mark.parametrize("scheduler", distribution.WAYS)
 def test_a_controller_that_interrupts_ends_the_study(scheduler):
     plan = hc.Scenario(machine="single-cylinder", joints={"slide": 0.0}, controller=stops_the_study, duration=0.1)
     with pytest.raises(hc.studies.StudyInterrupted, match="0 of 4"):
@@ -159,7 +159,7 @@ def test_where_no_process_can_be_started(monkeypatch, tmp_path):
     broken = tmp_path / "python"
     broken.write_text("#!/bin/sh\nexit 3\n")
     broken.chmod(0o755)
-    monkeypatch.setattr(local, "WORTH", 0.0)
+    monkeypatch.setattr(distribution, "WORTH", 0.0)
     keys = {"payload.mass": {"low": 50.0, "high": 150.0, "count": 12}}
     for executable, told in (("/usr/bin/matlab", "matlab"), (str(broken), "status 3")):
         monkeypatch.setattr(sys, "executable", executable)
@@ -169,7 +169,7 @@ def test_where_no_process_can_be_started(monkeypatch, tmp_path):
 
 
 def test_the_bar_names_what_takes_long(monkeypatch):
-    monkeypatch.setattr(local, "LOOK", 0.05)
+    monkeypatch.setattr(distribution, "LOOK", 0.05)
     monkeypatch.setattr("hydrocrane.studies.study.LONG", 0.1)
     told = []
 
@@ -180,7 +180,7 @@ def test_the_bar_names_what_takes_long(monkeypatch):
         def __exit__(self, *error):
             pass
 
-    monkeypatch.setattr("hydrocrane.studies.progress._bar", lambda title: Bar())
+    monkeypatch.setattr("hydrocrane.studies.board._bar", lambda title: Bar())
     rig_study(measures=[lambda run: time.sleep(0.4) or 1.0], progress=True)
     assert any("case 0 for 0 s: payload.mass = 50.0" in text for text in told)
 
