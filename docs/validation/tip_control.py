@@ -76,7 +76,7 @@ STOPPED = """
 (`docs/validation/tip_stops.py`). Poses in which the crane cannot hold or lift the load are left out. *Settled* is the
 time until the tip stays below 5 mm/s; at rest, from 6 s to 16 s, the largest RMS speed and drift of all stops are
 given. *Period* is that of the controller, 10 ms unless the file states another; the laboratory crane
-[needs 5 ms](../theory/control/damping.md#period).
+[needs 5 ms](../theory/control/regulate.md#period).
 
 """
 FURTHER_STOPS = """
@@ -91,10 +91,14 @@ setting that differs from the file.
 LONGEST = """
 * `rottne-f9-lab`: the set-point itself falls below 5 mm/s 0.38 s after the stick is centred, or sooner where the joints
   do not reach 0.3 m/s. A period of 10 ms hardly damps the modes of 22 to 50 Hz, because the delay is what
-  [bounds the damping](../theory/control/damping.md#law): what excites them lengthens a stop to about a second. With
-  data-sheet sensors a wrong speed that the [observer](../theory/control/observer.md) has learnt can do the same.
-* `hiab-xs031`: in most stops the [lags](../theory/control/set_point.md) of the set-point take the time. Shorter periods
-  change nothing, and the bristles [limit the damping](../theory/control/damping.md#validity) whatever its ratio. The
+  [bounds the damping](../theory/control/regulate.md#damping-of-the-crane-on-its-oil): what excites
+  them lengthens a stop to about a second. With
+  data-sheet sensors a wrong speed that the
+  [observer](../theory/control/estimate.md#observer-of-a-piston) has learnt can do the same.
+* `hiab-xs031`: in most stops the
+  [lags](../theory/control/reference.md#set-point-and-reference) of the set-point take the time. Shorter periods
+  change nothing, and the bristles
+  [limit the damping](../theory/control/regulate.md#damping-of-the-crane-on-its-oil) whatever its ratio. The
   longest stops begin near a dead centre, where 0.2 mm of a piston are 20 mm at the tip, or with a load above the supply
   pressure, which a valve can damp in one direction only.
 """
@@ -118,7 +122,8 @@ says so.
 TAUGHT = """
 ## After 10 s of driving
 
-Tip control learns valve errors in motion ([theory](../theory/control/valve_learning.md)). Each of {drives} drives makes
+Tip control learns valve errors in motion ([theory](../theory/control/estimate.md#learning-of-valve-errors)).
+Each of {drives} drives makes
 random moves for 10 s, then four lines of 0.25 m at 0.1 m/s from rest (`docs/validation/tip_after_driving.py`);
 laboratory crane, ideal sensors. The table gives the largest deviation of a drive's lines.
 
@@ -127,7 +132,8 @@ UNMEASURED = """
 ## Without pressure sensors
 
 With estimated pressures (`control.tip.pressures = "estimated"`) the controller has only joint sensors
-([theory](../theory/control/chamber_estimate.md)). {lines} random lines, each from rest, and {tried} random stops tried
+([theory](../theory/control/estimate.md#without-pressure-sensors)). {lines} random
+lines, each from rest, and {tried} random stops tried
 for each row. The controller does not know the payload unless the row says so: it must estimate it in motion, which
 takes some seconds. *Driven* is the largest deviation of lines after 10 s of random moves in {drives} drives, with ideal
 sensors.
@@ -141,7 +147,8 @@ RESTED = """
 As above, with {seconds:g} s of rest from 6 s on: the largest RMS speed and the largest distance from the position
 at 6 s, of {tried} stops tried for each row. `hiab-xs031` has no sensors in its file. As above, loads that sink because
 the supply pressure cannot hold them are left out; an event reports them
-([theory](../theory/control/rest.md)). The counts of the laboratory crane's encoders are up to 5 mm at the tip. There
+([theory](../theory/control/regulate.md#rest-without-creep)). The counts of the
+laboratory crane's encoders are up to 5 mm at the tip. There
 the tip goes to the boundaries of counts before 6 s, at most half a count per joint.
 
 """

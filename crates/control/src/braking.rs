@@ -1,4 +1,4 @@
-//! How fast a motion may be so that the cylinders can end it.            theory: docs/theory/control/braking.md
+//! How fast a motion may be so that the cylinders can end it.            theory: docs/theory/control/reference.md
 //!
 //! low <= (tau(q, q', -n w/e q')/g)_c <= high    at every stage of a stop,    h_i(q + 3 q'/w) >= 0.9
 //!

@@ -1,4 +1,4 @@
-//! Friction that a seal with bristles keeps.                          theory: docs/theory/control/drive.md
+//! Friction that a seal with bristles keeps.                          theory: docs/theory/control/regulate.md
 //!
 //! z' = v - sigma_0 |v| z / g  (116), F = sigma_0 z:   F' = sigma_0 (v - |v| F/g),
 //! whose solution over a time t at constant v is F = g sign(v) + (F_0 - g sign(v)) exp(-sigma_0 |v| t/g).

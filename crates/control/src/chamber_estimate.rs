@@ -1,4 +1,4 @@
-//! Chamber pressures and force of a cylinder that nothing measures.   theory: docs/theory/control/chamber_estimate.md
+//! Chamber pressures and force of a cylinder that nothing measures.   theory: docs/theory/control/estimate.md
 //!
 //! The load that the controller knows gives A_1 p_1 - A_2 p_2 = F_ref; what the spool lets in and out moves both pressures along that
 //! line, (dp_1, dp_2) = (A_2, A_1) dz. What the piston is off the place x^ to which the flow takes it is oil that gives way:

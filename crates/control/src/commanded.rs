@@ -1,4 +1,4 @@
-//! What one valve was asked for, and what has reached the piston and its oil of it.  theory: docs/theory/control/valve_answer.md
+//! What one valve was asked for, and what has reached the piston and its oil of it.  theory: docs/theory/control/valve.md
 
 use crate::controller_model::CylinderModel;
 use crate::valve_answer::{UnderWay, ValveAnswer};

@@ -1,4 +1,4 @@
-//! Active damping of the modes on the oil.                            theory: docs/theory/control/damping.md
+//! Active damping of the modes on the oil.                            theory: docs/theory/control/regulate.md
 //!
 //! In the coordinate of a mode, s is the deflection of the oil and w the speed that the valves give:
 //!     s' = r - w,    r' = -omega^2 s,    y = s + b,    z = s - i r/omega,    z' = i omega z - w

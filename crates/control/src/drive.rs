@@ -1,11 +1,11 @@
 //! One cylinder's part of tip control: from the piston's reference to a spool command.
-//!                                                               theory: docs/theory/control/drive.md
+//!                                                               theory: docs/theory/control/regulate.md
 //!
 //! v_c = v_ref + k_p (x_ref - x^ - x_u) - d^ + v_w + v_d
 //!
 //! and the command that brings the spool to where it gives the speed v_c at the measured pressures. The spool comes there late
-//! ([`crate::valve_answer`]): x^ is where the piston is, x_u the way that it still has to go by the commands that are under way. v_w winds the oil for the force that comes
-//! ([`crate::winding`]); v_d damps the modes of the crane on its oil ([`crate::damping`]).
+//! ([`crate::valve_answer`]): x^ is where the piston is, x_u the way that it still has to go by the commands that are under way. v_w compresses the oil for the force that comes
+//! ([`crate::compression`]); v_d damps the modes of the crane on its oil ([`crate::damping`]).
 //!
 //! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) as far as that is beyond a band, and what holds it
 //! against creep ([`crate::rest`]). Zero speed needs an opening that makes up for leakage. The correction begins at the speed that was
@@ -14,10 +14,11 @@
 //! Near a dead centre, where a joint swings slowly, the corrections k_p (x_ref - x^) - d^ and the learning of d^ shrink with the
 //! square of its frequency.
 //! The valve stays closed towards a sense in which the supply pressure cannot move the load: opening it would let the load push the
-//! piston back. What winds or damps the oil passes as long as oil flows that way.
+//! piston back. What compresses the oil or damps it passes as long as oil flows that way.
 
 use crate::chamber_estimate::{ChamberEstimate, Evidence, Pressures, Sent, Surroundings};
 use crate::commanded::Commanded;
+use crate::compression::{Bounds, Compression, MOST_COMPRESSION};
 use crate::controller_model::CylinderModel;
 use crate::feed_forward::{Ahead, Capacity, Moment, Steady, SupplyPressures};
 use crate::holding::Hold;
@@ -28,7 +29,6 @@ use crate::overlap::Overlap;
 use crate::rest::{Rest, Resting};
 pub use crate::tip_settings::DriveGains;
 use crate::valve_learning::{Learning, LearntValve, Sample, ValveFit, NOMINAL};
-use crate::winding::{Bounds, Winding, MOST_WINDING};
 use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
@@ -72,7 +72,7 @@ pub struct Drive {
     /// What the valve is taken to do beyond its model at this sample.
     fit: ValveFit,
     rest: Option<Rest>,
-    /// Speed without what holds a piston against creep or winds the oil, m/s.
+    /// Speed without what holds a piston against creep or compresses the oil, m/s.
     motion: f64,
     /// Resolution of the measured position, m.
     count: f64,
@@ -99,7 +99,7 @@ pub struct Drive {
     given: f64,
     /// F - F_ref behind a low-pass, N.
     excess: f64,
-    winding: Winding,
+    compression: Compression,
     /// Planned load of the last sample, N, and behind a low-pass how fast it grows, N/s.
     load: f64,
     growth: f64,
@@ -135,7 +135,7 @@ const GROWTH_RATE: f64 = 10.0;
 const GROWN: f64 = 2.0 / RANGE_RATE;
 /// Rate at which it comes back, rad/s.
 const RETURN_RATE: f64 = 2.0;
-/// How far beyond the forces that the supply pressure gives the oil is wound at most, as a share of their span: a valve that still asks for more
+/// How far beyond the forces that the supply pressure gives the oil is compressed at most, as a share of their span: a valve that still asks for more
 /// stays open until the chamber has all that there is.
 const BEYOND_SUPPLY: f64 = 0.04;
 /// Corner of the low-pass on the speeds at the measured pressures, rad/s.
@@ -218,7 +218,7 @@ impl Drive {
             force,
             given: 0.0,
             excess: force - load,
-            winding: Winding::default(),
+            compression: Compression::default(),
             load,
             growth: 0.0,
             dry_friction: 0.0,
@@ -434,11 +434,11 @@ impl Drive {
         let g = self.gains;
         let planned = self.planned(d);
         // A reference that jumps, at a limit or a singular pose, is not worth a slammed spool.
-        let most = MOST_WINDING * self.steady.speed_unloaded();
+        let most = MOST_COMPRESSION * self.steady.speed_unloaded();
         let ([low, high], beyond) = (self.steady.forces(), BEYOND_SUPPLY * self.steady.span());
         let forces = [low - beyond, high + beyond];
         let within = Bounds { forces, speed: most, force_per_speed: self.period * self.capacity.stiffness };
-        let winding = self.winding.speed(planned + d.weighed, d.newly_weighed, &within);
+        let compression = self.compression.speed(planned + d.weighed, d.newly_weighed, &within);
         // At a dead centre a load can be no number.
         let growth = Some((d.load - self.load) / self.period).filter(|growth| growth.is_finite()).unwrap_or(0.0);
         self.growth += self.growth_share * (growth - self.growth);
@@ -451,7 +451,7 @@ impl Drive {
             self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
         }
         let one_way = !(self.able(1.0) && self.able(-1.0));
-        let spring = winding + d.damping * if one_way { ONE_WAY } else { 1.0 };
+        let spring = compression + d.damping * if one_way { ONE_WAY } else { 1.0 };
 
         let was_at_rest = self.rest.is_some();
         // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
@@ -483,7 +483,7 @@ impl Drive {
         }
         let gained = [-1.0, 1.0].map(|sense| self.gained(sense));
         let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring, &gained) };
-        let needed = self.opening_for(motion + winding, &gained);
+        let needed = self.opening_for(motion + compression, &gained);
         let shares = [0, 1].map(|side| self.capacity.shares(side, gained[side]));
         let (c, fit, edges) = (&self.cylinder, self.fit, &self.edges);
         let spool_of = |opening| edges.spool(c, &shares, fit.asked(opening));
@@ -498,12 +498,12 @@ impl Drive {
             && (self.bearable == 1.0 || self.estimate.is_some())
             && self.able(opening.signum())
             && opening * reach > 0.0;
-        let wound = if self.estimate.is_none() { spring } else { 0.0 };
-        let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, winding: wound, usable };
+        let compressed = if self.estimate.is_none() { spring } else { 0.0 };
+        let sample = Sample { asked, closed, reach, full: mean, expected: 0.0, compression: compressed, usable };
         let expected = self.fit.speed(&sample);
         self.commanded.send(spool, expected - spring, [planned, d.load + d.inertia]);
         if let Some(estimate) = &mut self.estimate {
-            estimate.sent = Sent { spool, speed: expected - winding, planned: planned + self.excess };
+            estimate.sent = Sent { spool, speed: expected - compression, planned: planned + self.excess };
         }
         self.sample = Some(Sample { expected, ..sample });
         command
@@ -544,7 +544,7 @@ impl Drive {
 
     /// The reference begins anew from where the crane is: the oil carries the force that it needs already.
     pub fn follow_anew(&mut self) {
-        self.winding = Winding::default();
+        self.compression = Compression::default();
     }
 
     /// Holds the piston where it is now, if it rests.

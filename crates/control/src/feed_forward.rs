@@ -1,4 +1,4 @@
-//! Piston speed through the valve and back.                   theory: docs/theory/control/feed_forward.md
+//! Piston speed through the valve and back.                   theory: docs/theory/control/valve.md
 //!
 //! Steady speed under a force F with the spool at x:   v = |x| sqrt(s),
 //!     s = (force of the connected pressures - F) sense / (A_1^3/C_a^2 + A_2^3/C_b^2)      C of an edge to the tank: r C

@@ -1,4 +1,4 @@
-//! Speed of the tip at full stick, where nobody states one.   theory: docs/theory/control/set_point.md
+//! Speed of the tip at full stick, where nobody states one.   theory: docs/theory/control/reference.md
 //!
 //! v = min(v_1, e l w_1^2/w),     w = min(w_0, w_1)
 //!

@@ -1,4 +1,4 @@
-//! Whether the oil between closed valves holds a joint.            theory: docs/theory/control/holding.md
+//! Whether the oil between closed valves holds a joint.            theory: docs/theory/control/regulate.md
 //!
 //! h = min(1 + (d tau/d q - F dg/dq) / (k g^2), |g / (dg/dq)| / 0.16 rad),   F = tau/g
 //!

@@ -1,4 +1,4 @@
-//! Regions that the tip stays out of.                        theory: docs/theory/control/keep_out.md
+//! Regions that the tip stays out of.                        theory: docs/theory/control/reference.md
 //!
 //! v . n >= -k (d - margin)      at every edge of every region
 //!

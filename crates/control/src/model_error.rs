@@ -1,4 +1,4 @@
-//! What of the model is likely wrong where the tip leaves its path.  theory: docs/theory/control/model_error.md
+//! What of the model is likely wrong where the tip leaves its path.  theory: docs/theory/control/estimate.md
 //!
 //! The valve gives v_found beyond what the oil gives way; r = v_found - v_model. A piston of which another force is needed than the
 //! model knows lacks u = (F/k)' - w, with w for the speed that winds the oil. What is left, r + u, is held against what single errors make of it:
@@ -78,7 +78,7 @@ impl Straying {
 pub struct Compared {
     pub found: f64,
     pub model: f64,
-    pub winding: f64,
+    pub compression: f64,
     pub given: f64,
 }
 
@@ -111,16 +111,16 @@ impl ModelError {
 
     /// Takes in a sample; `usable`: the law holds in it.
     pub fn compare(&mut self, now: &Compared, usable: bool) {
-        let signals = [now.found - now.model, now.model, now.winding, now.given];
+        let signals = [now.found - now.model, now.model, now.compression, now.given];
         for (slow, now) in self.slow.iter_mut().zip(signals) {
             *slow += self.share * (now - *slow);
         }
         if !usable {
             return;
         }
-        let [error, model, winding, _] = self.slow;
+        let [error, model, compression, _] = self.slow;
         let growing = |i: usize| (signals[i] - self.slow[i]) / TIME;
-        let left = error + growing(3) - winding;
+        let left = error + growing(3) - compression;
         let towards = |mean: &mut f64, now: f64| *mean += self.forgotten * (now - *mean);
         towards(&mut self.squares[0], error.square());
         towards(&mut self.squares[1], left.square());
@@ -182,7 +182,7 @@ mod tests {
         let mut error = ModelError::new(PERIOD);
         for k in 0..300 {
             let t = PERIOD * f64::from(k);
-            let now = Compared { found: found(t), model: speed(t), winding: slope(way, t), given: given(t) };
+            let now = Compared { found: found(t), model: speed(t), compression: slope(way, t), given: given(t) };
             error.compare(&now, true);
         }
         error.likely()
@@ -226,7 +226,7 @@ mod tests {
             let mut error = ModelError::new(PERIOD);
             for k in 0..300 {
                 let v = speed(PERIOD * f64::from(k));
-                error.compare(&Compared { found: gain * v, model: v, winding: 0.0, given: 0.0 }, true);
+                error.compare(&Compared { found: gain * v, model: v, compression: 0.0, given: 0.0 }, true);
             }
             error.square()
         };
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn motion_in_which_the_law_does_not_hold_tells_nothing() {
         let mut error = ModelError::new(PERIOD);
-        error.compare(&Compared { found: 0.1, model: 0.2, winding: 0.0, given: 0.0 }, false);
+        error.compare(&Compared { found: 0.1, model: 0.2, compression: 0.0, given: 0.0 }, false);
         assert_eq!((error.square(), error.likely()), (0.0, Likely::Unknown));
     }
 }

@@ -1,4 +1,4 @@
-//! Position and disturbance of a piston behind a coarse sensor.   theory: docs/theory/control/observer.md
+//! Position and disturbance of a piston behind a coarse sensor.   theory: docs/theory/control/estimate.md
 //!
 //! x^ += T (v + d^ + 2 w (y - x^)),     d^ += T w^2 (y - x^)
 //!

@@ -1,4 +1,4 @@
-//! Natural modes of the crane on the oil between closed valves.       theory: docs/theory/control/damping.md
+//! Natural modes of the crane on the oil between closed valves.       theory: docs/theory/control/regulate.md
 //!
 //! M dq'' + G^2 K dq = 0 with the mass matrix M, the lever arms G = dx/dq and the stiffness K of the oil of each cylinder. With
 //! shapes Phi, Phi' M Phi = I: Phi' G^2 K Phi = diag(omega^2).

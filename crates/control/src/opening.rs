@@ -1,4 +1,4 @@
-//! Openings of a valve as shares of the speed that they give.   theory: docs/theory/control/feed_forward.md
+//! Openings of a valve as shares of the speed that they give.   theory: docs/theory/control/valve.md
 //!
 //! o = (|x| - overlap)/(stroke - overlap)                        where edges open in proportion to the spool
 //! o = w_a f_a(|x|)/f_a(stroke) + w_b f_b(|x|)/f_b(stroke)       with curves f of the two open edges and what each gives at these pressures, w

@@ -1,4 +1,4 @@
-//! On which side of its overlap a spool stands.                      theory: docs/theory/control/damping.md#law
+//! On which side of its overlap a spool stands.                      theory: docs/theory/control/regulate.md
 //!
 //! A spool with an overlap stays on the side that the motion needs, and damps by the half waves that open it farther. It waits at the edge
 //! during the others, where no edge passes oil: there and back it would pass nothing but what it overshoots.

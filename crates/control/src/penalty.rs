@@ -1,4 +1,4 @@
-//! Choice of a posture by penalties.                             theory: docs/theory/control/penalty.md
+//! Choice of a posture by penalties.                             theory: docs/theory/control/heinze_pid.md
 //!
 //! p = sum_i w_move,i (q_d,i - q_i)^2 + w_mid,i (q_d,i - mid_i)^2                           thesis (131)
 //!

@@ -1,4 +1,4 @@
-//! PID in velocity form with limits.                                 theory: docs/theory/control/pid.md
+//! PID in velocity form with limits.                                 theory: docs/theory/control/heinze_pid.md
 //!
 //! du_t = k_p (e_t - e_{t-1}) + k_i e_t + k_d (e_t - 2 e_{t-1} + e_{t-2})                  thesis (129)
 //! u_t  = u_{t-1} + du_t, kept within its limits                                            thesis (130)

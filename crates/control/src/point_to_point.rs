@@ -1,4 +1,4 @@
-//! The velocity that takes the tip to a goal on a straight line.          theory: docs/theory/control/point_to_point.md
+//! The velocity that takes the tip to a goal on a straight line.          theory: docs/theory/control/reference.md
 //!
 //! w = min(speed, last w + a T, brake(d)) towards the goal,   d = |goal - place where the set-point stops on release|
 //!

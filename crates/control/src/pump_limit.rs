@@ -1,4 +1,4 @@
-//! How much of a motion the pump can feed.                      theory: docs/theory/control/pump_limit.md
+//! How much of a motion the pump can feed.                      theory: docs/theory/control/reference.md
 //!
 //! s = min(1, r Q / sum a_i |v_i|),    Q = e D w - k dp,    e = min(1, M_max/(D dp) - c)
 //!

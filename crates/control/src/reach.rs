@@ -1,4 +1,4 @@
-//! Which place within reach is nearest to a wanted one.                    theory: docs/theory/control/point_to_point.md
+//! Which place within reach is nearest to a wanted one.                    theory: docs/theory/control/reference.md
 //!
 //! least |place - tip(q)|   with every joint inside its limits and every piston clear of its end stops
 //!

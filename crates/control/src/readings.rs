@@ -1,4 +1,4 @@
-//! Resolution of a position sensor, as its readings show it.           theory: docs/theory/control/observer.md
+//! Resolution of a position sensor, as its readings show it.           theory: docs/theory/control/estimate.md
 
 /// The readings of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]

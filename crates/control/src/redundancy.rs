@@ -1,4 +1,4 @@
-//! Joint rates for a velocity of the tip.                      theory: docs/theory/control/redundancy.md
+//! Joint rates for a velocity of the tip.                      theory: docs/theory/control/reference.md
 //!
 //! least sum_i w_i (q'_i - q'_pref,i)^2   with   J q' = s v + r c   and   lower_i <= q'_i <= upper_i
 //!

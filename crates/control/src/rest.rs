@@ -1,4 +1,4 @@
-//! Holds a piston at rest against creep.                                theory: docs/theory/control/rest.md
+//! Holds a piston at rest against creep.                                theory: docs/theory/control/regulate.md
 //!
 //! T_f v' = k (x_h - y) - v,     b' = -v/(9 T_f),     k = 1/(3 T_f)
 //!

@@ -1,18 +1,18 @@
-//! The set-point of the tip and the joint motion that belongs to it.    theory: docs/theory/control/set_point.md
+//! The set-point of the tip and the joint motion that belongs to it.    theory: docs/theory/control/reference.md
 //!
 //! The stick's velocity passes a double lag and moves the set-point; [`redundancy`](crate::redundancy) turns it into
 //! joint rates; their integral is the reference. What integration loses on the path is fed back as a correction of
 //! the next step, so no inverse kinematics is needed and any chain will do. Joints beyond the first two revolute ones
 //! follow their measured positions: where the telescope lags, boom and jib make up for it.
 //!
-//! Under levers that hold the height (docs/theory/control/height.md) the lags are those of the joints' rates.
+//! Under levers that hold the height (docs/theory/control/reference.md) the lags are those of the joints' rates.
 
+use crate::compression::MOST_COMPRESSION;
 use crate::controller_model::{ControllerModel, Posture};
 use crate::holding::Leave;
 use crate::keep_out::{Caution, KeepOut};
 use crate::redundancy::{level, level_within, resolve, resolve_steadily, Motion, Preference, Task};
 use crate::slow_down::joint_rates;
-use crate::winding::MOST_WINDING;
 use hydrocrane_num::{portable, Real, Vec2};
 
 /// How the reference moves.
@@ -96,7 +96,7 @@ impl<const N: usize> Shape<N> {
     /// Bandwidth of each lag where the crane's lowest natural frequency on its oil is `slowest_mode` (rad/s) and a motion uses
     /// this share of a piston's full speed, rad/s.
     pub fn bandwidth(&self, slowest_mode: f64, used: f64) -> f64 {
-        let slower = if used > WOUND_IN_FULL { portable::sqrt(WOUND_IN_FULL / used) } else { 1.0 };
+        let slower = if used > COMPRESSED_IN_FULL { portable::sqrt(COMPRESSED_IN_FULL / used) } else { 1.0 };
         let fast = ((slowest_mode / self.stick_bandwidth - 1.0) / (FAST_MODE - 1.0)).clamp(0.0, 1.0);
         self.stick_bandwidth.min((slower + fast * (1.0 - slower)) * slowest_mode)
     }
@@ -521,10 +521,10 @@ impl<const N: usize> Reference<N> {
 }
 
 /// Share of a piston's full speed from which on the lags are slower than the lowest mode of the crane on its oil. A motion that
-/// starts or stops with the speed v behind lags of the bandwidth w winds the oil with v/e (w/w_1)^2: of what the drive gives for that,
+/// starts or stops with the speed v behind lags of the bandwidth w compresses the oil with v/e (w/w_1)^2: of what the drive gives for that,
 /// a part is left for corrections.
-const WOUND_IN_FULL: f64 = PLANNED_WINDING * MOST_WINDING * core::f64::consts::E;
-const PLANNED_WINDING: f64 = 0.7;
+const COMPRESSED_IN_FULL: f64 = PLANNED_COMPRESSION * MOST_COMPRESSION * core::f64::consts::E;
+const PLANNED_COMPRESSION: f64 = 0.7;
 /// Lowest mode, in bandwidths of the stick, from which on the lags stay as they are: they wind the oil with a sixth of the speed at most.
 const FAST_MODE: f64 = 1.5;
 /// Corner of the low-pass on the acceleration, in bandwidths of the stick.

@@ -1,4 +1,4 @@
-//! The signal chain between a command and the spool, forwards and backwards.   theory: docs/theory/control/drive.md
+//! The signal chain between a command and the spool, forwards and backwards.   theory: docs/theory/control/regulate.md
 //!
 //! x_s = limited(o + g z),   z = u -+ b beyond the dead band +-b, else 0
 //! u = z + b sat(z / w),     z = (x_s - o)/g

@@ -1,5 +1,5 @@
 //! Speeds allowed on the way to a limit, and what a controller accepts as input.
-//!                                                            theory: docs/theory/control/slow_down.md
+//!                                                            theory: docs/theory/control/reference.md
 //!
 //! v <= k (upper - x),   v >= -k (x - lower)
 //!

@@ -1,4 +1,4 @@
-//! What valves do with commands that hold for a period.             theory: docs/theory/control/valve_answer.md
+//! What valves do with commands that hold for a period.             theory: docs/theory/control/valve.md
 //!
 //! w_k = sum_i h_i u_(k-i),   h_i = S_i - S_(i-1),   sum_i h_i = 1
 //!

@@ -1,4 +1,4 @@
-//! What a valve does beyond its model, learnt from motion.       theory: docs/theory/control/valve_learning.md
+//! What a valve does beyond its model, learnt from motion.       theory: docs/theory/control/estimate.md
 //!
 //! s: opening that the command asks for, as a signed share of the whole; o: the one that it gives
 //!     o = g_e (s - t_e) for s > t_e,   o = g_r (s + t_r) for s < -t_r,   0 between
@@ -109,7 +109,7 @@ pub struct Sample {
     pub full: f64,
     /// Speed that was expected, m/s, and the one that winds or damps the oil.
     pub expected: f64,
-    pub winding: f64,
+    pub compression: f64,
     /// Whether the law holds: not at rest, not at an end stop, measured.
     pub usable: bool,
 }
@@ -120,7 +120,7 @@ pub struct Learning {
     /// Share of what is known that a sample of motion makes forget, and its weight.
     forgetting: f64,
     weight: f64,
-    /// Signals behind the two lags of the observer and that of the valve: the regressors, v as expected, usable, winding, what the oil gives.
+    /// Signals behind the two lags of the observer and that of the valve: the regressors, v as expected, usable, compression, what the oil gives.
     lags: [[f64; COUNT + 4]; 3],
     /// Share by which the last of them goes on in a period.
     valve_share: f64,
@@ -166,16 +166,16 @@ impl Learning {
         (now[first], now[first + 1]) = (asked * sample.reach, -sample.reach);
         now[4] = sample.closed;
         (now[COUNT], now[COUNT + 1]) = (sample.expected, f64::from(u8::from(sample.usable)));
-        (now[COUNT + 2], now[COUNT + 3]) = (sample.winding, given);
+        (now[COUNT + 2], now[COUNT + 3]) = (sample.compression, given);
         for (i, now) in now.into_iter().enumerate() {
             self.lags[0][i] += lag_share * (now - self.lags[0][i]);
             self.lags[1][i] += lag_share * (self.lags[0][i] - self.lags[1][i]);
             self.lags[2][i] += self.valve_share * (self.lags[1][i] - self.lags[2][i]);
         }
-        let [.., expected, usable, winding, _] = self.lags[2];
+        let [.., expected, usable, compression, _] = self.lags[2];
         let model = (0..COUNT).map(|i| BEFOREHAND[i] * self.lags[2][i]).sum();
         // What is measured is behind no valve.
-        let now = Compared { found: expected + missing, model, winding, given: self.lags[1][COUNT + 3] };
+        let now = Compared { found: expected + missing, model, compression, given: self.lags[1][COUNT + 3] };
         self.error.compare(&now, sample.usable);
         let found = now.found / sample.full;
         if !(usable > USABLE && sample.usable && self.forgetting > 0.0 && found.abs() > LEAST) {
@@ -293,8 +293,15 @@ mod tests {
             }
             let reach = |o: f64| full[usize::from(o > 0.0)];
             let closed = 1e-5 * (2.0 + (0.003 * k as f64).sin());
-            let sample =
-                Sample { asked, closed, reach: reach(asked), full: 0.055, expected: 0.0, winding: 0.0, usable: true };
+            let sample = Sample {
+                asked,
+                closed,
+                reach: reach(asked),
+                full: 0.055,
+                expected: 0.0,
+                compression: 0.0,
+                usable: true,
+            };
             let sample = Sample { expected: learning.fit.speed(&sample), ..sample };
             // The observer's two lags on what is missing.
             lag += SHARE * (truth.speed(&sample) - learning.fit.speed(&sample) - lag);
@@ -352,7 +359,7 @@ mod tests {
                 closed: 0.1 * random.symmetric(),
                 reach,
                 full: 0.1,
-                winding: 0.0,
+                compression: 0.0,
                 expected: 0.1,
                 usable: true,
             };
@@ -373,8 +380,15 @@ mod tests {
     #[test]
     fn standstill_teaches_nothing_and_zero_time_switches_it_off() {
         let mut learning = Learning::new(10.0, PERIOD, 0.0);
-        let still =
-            Sample { asked: 0.01, closed: 0.0, reach: 0.05, full: 0.05, expected: 5e-4, winding: 0.0, usable: true };
+        let still = Sample {
+            asked: 0.01,
+            closed: 0.0,
+            reach: 0.05,
+            full: 0.05,
+            expected: 5e-4,
+            compression: 0.0,
+            usable: true,
+        };
         (0..1000).for_each(|_| assert_eq!(learning.learn(&still, -5e-4, 0.0, SHARE), 0.0));
         assert_eq!(learning.fit, NOMINAL);
         let mut off = Learning::new(0.0, PERIOD, 0.0);

@@ -1,5 +1,5 @@
 //! The payload that the speeds of the pistons tell where no pressure is measured.
-//!                                                          theory: docs/theory/control/chamber_estimate.md
+//!                                                          theory: docs/theory/control/estimate.md
 //!
 //! A heavier payload makes a piston lift slower and lower faster than the valve's law expects, by s = dv/dF dF/dm for each kilogram.
 //! The speeds d that the observers find missing, with the deviation sigma, give the payload by recursive least squares:

@@ -1,4 +1,4 @@
-//! Where the thesis's controller may put its set-point (Table 6, step 6).   theory: docs/theory/control/working_area.md
+//! Where the thesis's controller may put its set-point (Table 6, step 6).   theory: docs/theory/control/heinze_pid.md
 //!
 //! A set-point that moves at every sample slows down before the regions to keep out of and before the limits of the
 //! joints; one that leaps is accepted or not.

@@ -19,7 +19,7 @@ from hydrocrane.gym.vector import CraneTipVectorEnv
 from hydrocrane.machine.keys import Key, machine_key, si_value
 from hydrocrane.machine.machine import Machine
 from hydrocrane.simulation.crane_parameters import CraneValue
-from hydrocrane.studies.ranges import drawn_values, samples_of
+from hydrocrane.studies.design import drawn_values, samples_of
 
 
 @dataclass(frozen=True)

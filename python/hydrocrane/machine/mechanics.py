@@ -89,7 +89,7 @@ class Mechanics(Geometry):
 
         A share is that of the speed through the valve alone; positive extends, 0 is the middle. Overlaps and curves of
         the metering edges are in it; dead bands and gains of `valve.<name>.command` are not.
-        Source: docs/theory/control/feed_forward.md.
+        Source: docs/theory/control/valve.md.
 
         Examples
         --------

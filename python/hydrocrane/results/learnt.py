@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class LearntValve:
-    """Learnt parameters of one valve; see docs/theory/control/valve_learning.md.
+    """Learnt parameters of one valve; see docs/theory/control/estimate.md.
 
     Attributes
     ----------

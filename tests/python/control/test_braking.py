@@ -35,8 +35,8 @@ def test_a_set_point_that_a_limit_has_held_starts_behind_its_lags() -> None:
 @pytest.mark.evidence
 @pytest.mark.parametrize("seed", [3, 4, 5, 19])
 def test_random_sticks_at_low_speed_do_not_swing_the_tip_away_from_its_set_point(seed: int) -> None:
-    """Seeds 3 and 19: 586 and 1903 mm where the oil stayed wound for the force of a set-point that had stopped at once
-    near the dead centre of the lift."""
+    """Seeds 3 and 19: 586 and 1903 mm where the oil stayed compressed for the force of a set-point that had stopped
+    at once near the dead centre of the lift."""
     found = soak(hc.load_machine(LOADER), seed, 360.0, full_speed=0.3)
     assert found.outcome == "completed" and found.lag < 0.2 and found.beyond_limits == 0.0
 

@@ -1,4 +1,4 @@
-"""What a valve that acts like a leak can damp beside bristles: the table of ``docs/theory/control/damping.md``."""
+"""What a valve that acts like a leak can damp beside bristles: the table of ``docs/theory/control/regulate.md``."""
 
 from __future__ import annotations
 

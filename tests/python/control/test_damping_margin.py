@@ -1,4 +1,4 @@
-"""The largest gain of the damping, docs/theory/control/damping.md: one mode, its observer and a late command, sampled.
+"""The largest gain of the damping, docs/theory/control/regulate.md: one mode, its observer and a late command, sampled.
 
 The period is the unit of time; the mode turns by ``angle`` in it. The laws are those of
 ``crates/control/src/damping.rs``, written a second time.

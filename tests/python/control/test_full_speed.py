@@ -1,4 +1,4 @@
-"""Speed of the tip at full stick where no file states one (docs/theory/control/set_point.md)."""
+"""Speed of the tip at full stick where no file states one (docs/theory/control/reference.md)."""
 
 from __future__ import annotations
 

@@ -38,8 +38,8 @@ def test_loads_near_the_supply_pressure_are_damped(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("seed", "most", "drift"), [(486, 4.0, 1.5e-3), (330, 6.5, 5e-3)])
-def test_the_oil_is_wound_for_the_weighed_payload(seed: int, most: float, drift: float) -> None:
-    """6.2 and 10.0 s, and 18 and 57 mm, where the oil was wound for the stated payload: 300 kg near the dead centre of
-    the lift, where a millimetre of its piston is 5 cm at the tip."""
+def test_the_oil_is_compressed_for_the_weighed_payload(seed: int, most: float, drift: float) -> None:
+    """6.2 and 10.0 s, and 18 and 57 mm, where the oil was compressed for the stated payload: 300 kg near the dead
+    centre of the lift, where a millimetre of its piston is 5 cm at the tip."""
     stop = random_stop(hc.load_machine("hiab-xs031"), seed, payload=300.0)
     assert stop is not None and stop.settling < most and stop.drift < drift

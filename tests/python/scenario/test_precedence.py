@@ -5,7 +5,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.machine.keys import Key
-from hydrocrane.studies.changes import changed_plan
+from hydrocrane.studies.keys import changed_plan
 
 POSE = {"boom": 1.7, "jib": 1.7, "extension": 0.0}
 

@@ -58,7 +58,7 @@ const TIP: &[Key] = &[
     gain("damping-ratio", &[NUMBER])
         .defaults(&["0.4"])
         .means("Damping ratio that the valves add to the modes of the crane on its oil.")
-        .source("theory/control/damping.md"),
+        .source("theory/control/regulate.md#damping-of-the-crane-on-its-oil"),
     gain("quiet-speed", &[VELOCITY])
         .defaults(&["0.7 mm/s"])
         .means("Tip speed in an oscillation below which the valves do not damp it."),
@@ -72,11 +72,11 @@ const TIP: &[Key] = &[
     Key::choice("pressures", &["measured", "estimated"])
         .defaults(&["measured"])
         .means("Where chamber pressures come from: a sensor for each chamber, or an estimate from joint sensors and commands.")
-        .source("theory/control/chamber_estimate.md"),
+        .source("theory/control/estimate.md#without-pressure-sensors"),
     Key::text("height-joint")
         .otherwise("the telescope, else the last joint")
         .means("Joint that holds the tip's height in the stick mode `height`.")
-        .source("theory/control/height.md"),
+        .source("theory/control/reference.md#height-held-by-one-joint"),
     gain("rest-band", &[LENGTH])
         .defaults(&["0.2 mm"])
         .means("Position error of a piston up to which only creep is held at rest."),
@@ -85,7 +85,7 @@ const TIP: &[Key] = &[
         .means(
             "Time constant, in time of motion, of what tip control learns about each valve; zero switches learning off.",
         )
-        .source("theory/control/valve_learning.md"),
+        .source("theory/control/estimate.md#learning-of-valve-errors"),
     gain("lag-limit", &[LENGTH])
         .otherwise("0.75 % of the reach")
         .usual(&[("1 mm", "1 m", 100.0)])
@@ -103,11 +103,11 @@ const HEINZE_PID: &[Key] = &[
     Key::choice("working-area", &["limited", "none"])
         .defaults(&["limited"])
         .means("Whether the set-point is limited to the working area.")
-        .source("theory/control/working_area.md"),
+        .source("theory/control/heinze_pid.md#working-area-of-the-thesiss-controller"),
     Key::choice("extension", &["penalty", "zero"])
         .defaults(&["zero"])
         .means("Telescope: `zero` keeps it retracted, `penalty` chooses its position by a penalty function, (131).")
-        .source("theory/control/penalty.md"),
+        .source("theory/control/heinze_pid.md#penalty-search"),
     Key::table("motion-weight", MOTION_WEIGHT).means("Weights $w_1$ to $w_3$, with the joint's range as the unit."),
     Key::table("middle-weight", MIDDLE_WEIGHT).means("Weights $w_4$ to $w_6$, with the joint's range as the unit."),
 ];

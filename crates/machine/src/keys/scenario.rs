@@ -39,7 +39,7 @@ pub static SCENARIO: &[Key] = &[
     Key::table("goal", GOAL)
         .otherwise("only the stick moves the tip")
         .means("Points to which the tip moves on straight lines, with the controller `tip`.")
-        .source("theory/control/point_to_point.md"),
+        .source("theory/control/reference.md#moving-to-a-point"),
     Key::tables("phase", PHASE)
         .otherwise("none")
         .means("Changes that apply from a given time on.")
