@@ -1,6 +1,6 @@
 """What the hysteresis of the pilot stages costs tip control, which does not know it: accuracy along lines, and rest.
 
-Writes the numbers of docs/validation/hysteresis.md. Run with a Python that has hydrocrane; takes half a minute.
+Writes the numbers of docs/validation/mobile-hydraulics.md. Run with a Python that has hydrocrane; takes half a minute.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import hydrocrane as hc
 from hydrocrane.benchmark import tasks
 from hydrocrane.benchmark.cases import Case, run_case
 
-PAGE = Path(__file__).with_name("hysteresis.md")
+PAGE = Path(__file__).with_name("mobile-hydraulics.md")
 MACHINE = "rottne-f9-lab"
 CYLINDERS = ("lift", "jib", "extension")
 SHARES = (0.0, 0.01, 0.02, 0.04, 0.06)
@@ -76,4 +76,4 @@ def numbers() -> list[str]:
 
 
 if __name__ == "__main__":
-    marked_page.write(PAGE, numbers())
+    marked_page.write(PAGE, numbers(), "hysteresis")

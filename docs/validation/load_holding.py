@@ -1,6 +1,7 @@
 """Where lowering through a counterbalance valve is steady and where it hunts: by linear stability and by runs.
 
-Writes docs/validation/load-holding.md and its picture. Run with a Python that has hydrocrane installed; takes a minute.
+Writes its part of docs/validation/mobile-hydraulics.md and its picture. Run with a Python that has hydrocrane;
+takes a minute.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from scipy.optimize import brentq
 
 import hydrocrane as hc
 
-PAGE = Path(__file__).with_name("load-holding.md")
+PAGE = Path(__file__).with_name("mobile-hydraulics.md")
 PICTURE = Path(__file__).with_name("load-holding.png")
 
 RATIOS = (1.0, 1.5, 2.0, 3.0, 4.5, 7.0)
@@ -171,4 +172,4 @@ def numbers() -> list[str]:
 
 
 if __name__ == "__main__":
-    marked_page.write(PAGE, numbers())
+    marked_page.write(PAGE, numbers(), "load_holding")

@@ -1,6 +1,6 @@
 """Tip control on pumps that give less than the motion needs, with and without what the controller knows of them.
 
-Writes the numbers of docs/validation/small-pump.md. Run with a Python that has hydrocrane; takes a few seconds.
+Writes the numbers of docs/validation/mobile-hydraulics.md. Run with a Python that has hydrocrane; takes a few seconds.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 import hydrocrane as hc
 
-PAGE = Path(__file__).with_name("small-pump.md")
+PAGE = Path(__file__).with_name("mobile-hydraulics.md")
 MACHINE = "rottne-f9-mobile"
 START = {"boom": np.deg2rad(100.0), "jib": np.deg2rad(100.0), "extension": 0.0}
 SPEED = 0.3
@@ -62,4 +62,4 @@ def numbers() -> list[str]:
 
 
 if __name__ == "__main__":
-    marked_page.write(PAGE, numbers())
+    marked_page.write(PAGE, numbers(), "small_pump")

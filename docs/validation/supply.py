@@ -1,6 +1,7 @@
 """One lift by several supplies, in open loop and by tip control: where the energy of the shaft goes.
 
-Writes docs/validation/supply.md and its picture. Run with a Python that has hydrocrane installed; takes a few seconds.
+Writes its part of docs/validation/mobile-hydraulics.md and its picture. Run with a Python that has hydrocrane;
+takes a few seconds.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 import hydrocrane as hc
 
-PAGE = Path(__file__).with_name("supply.md")
+PAGE = Path(__file__).with_name("mobile-hydraulics.md")
 PICTURE = Path(__file__).with_name("supply.png")
 SCENARIO = "vertical-lift-open-loop"
 
@@ -182,4 +183,4 @@ def numbers() -> list[str]:
 
 
 if __name__ == "__main__":
-    marked_page.write(PAGE, numbers())
+    marked_page.write(PAGE, numbers(), "supply")

@@ -53,7 +53,7 @@ _HOME = {
     "Stick": "control.joystick",
     "Study": "studies",
     "SupplyPressure": "scenario.supply",
-    "Value": "machine.value",
+    "Value": "machine.stated",
     "bode": "plots.bode",
     "bundled_machines": "machine.machine",
     "bundled_scenarios": "scenario.scenario_file",

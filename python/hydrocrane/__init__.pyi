@@ -37,7 +37,7 @@ from hydrocrane.machine.machine import Machine as Machine
 from hydrocrane.machine.machine import bundled_machines as bundled_machines
 from hydrocrane.machine.machine import load_machine as load_machine
 from hydrocrane.machine.sensors import SensorFault as SensorFault
-from hydrocrane.machine.value import Value as Value
+from hydrocrane.machine.stated import Value as Value
 from hydrocrane.plots.bode import bode as bode
 from hydrocrane.results.citation import cite as cite
 from hydrocrane.results.comparison import Comparison as Comparison

@@ -10,12 +10,12 @@ from typing import Literal, TypeAlias, Unpack
 from hydrocrane.arrays import positive_number, seed_number, whole_number
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.fitting.accuracy import accurate
+from hydrocrane.fitting.doubts import suspected
 from hydrocrane.fitting.parameters import Priors, check_names
 from hydrocrane.fitting.records import HoldOut, opened, window_of
 from hydrocrane.fitting.result import Fit
 from hydrocrane.fitting.search import searched
 from hydrocrane.fitting.setup import Setup
-from hydrocrane.fitting.suspects import suspected
 from hydrocrane.fitting.ties import Ties, ties_of
 from hydrocrane.logs import log_mapping
 from hydrocrane.logs.columns import LogLike

@@ -1,4 +1,5 @@
-"""How well a fit determines its parameters, and which it cannot.    theory: docs/theory/identification/fitting.md
+"""How well a model agrees with a log, how well a fit determines its parameters, and which it cannot.
+                                                              theory: docs/theory/identification/fitting.md
 
 Residuals of a real log are not white noise: neighbours are correlated, because a model error lasts longer than a
 sample. The covariance is therefore estimated from sums over blocks of time that are much longer than the correlation
@@ -17,6 +18,44 @@ from hydrocrane.arrays import Array
 from hydrocrane.fitting.search import FitTask, Weights, correlated, residuals
 from hydrocrane.identification.covariance import correlation_of, inverse
 from hydrocrane.identification.output_error import Estimate
+
+
+@dataclass(frozen=True)
+class SignalQuality:
+    """Agreement of the fitted model with a signal of a log.
+
+    Attributes
+    ----------
+    log, signal, unit : str
+    rms, held_out : float
+        Root mean square of the fitted residuals, and of the held-out ones (NaN without any), in `unit`.
+    span : float
+        Range of the readings, in `unit`.
+    noise : float
+        Standard deviation of the signal's fast noise, in `unit`.
+    outliers : float
+        Share of the readings with a reduced weight.
+    """
+
+    log: str
+    signal: str
+    unit: str
+    rms: float
+    held_out: float
+    span: float
+    noise: float
+    outliers: float
+
+    @property
+    def share(self) -> float:
+        """`rms` over the range of the readings."""
+        return self.rms / self.span if self.span > 0.0 else np.inf
+
+    @property
+    def held_out_share(self) -> float:
+        """`held_out` over the range of the readings."""
+        return self.held_out / self.span if self.span > 0.0 else np.inf
+
 
 # Most and least number of blocks of time in all logs together; the correlation time decides between them.
 MOST_BLOCKS, LEAST_BLOCKS = 40, 6

@@ -1,7 +1,8 @@
-"""Result of a fit: values with intervals, agreement of model and logs, and combinations that are not identifiable."""
+"""Result of a fit: values with intervals, as a part of a machine file too, agreement, and what is not identifiable."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
@@ -14,24 +15,54 @@ from hydrocrane.arrays import Array, check_level, rms
 from hydrocrane.asked import ask
 from hydrocrane.errors import check_known
 from hydrocrane.fitting.accuracy import Accuracy
-from hydrocrane.fitting.block import block
 from hydrocrane.fitting.doubts import doubts
-from hydrocrane.fitting.information import Information
-from hydrocrane.fitting.quality import SignalQuality
+from hydrocrane.fitting.information import Information, SignalQuality
 from hydrocrane.fitting.search import FitTask, SearchResult
 from hydrocrane.fitting.simulated import modelled_signals
 from hydrocrane.fitting.ties import Tie, left_behind
-from hydrocrane.identification.block import write_part
+from hydrocrane.identification.block import comment, fitted_key, interval, signature, write_part
 from hydrocrane.identification.covariance import labelled
 from hydrocrane.identification.report import Report, Section, Table
 from hydrocrane.machine.machine import Machine
 from hydrocrane.notebook import of_text
-from hydrocrane.results.difference import Difference
+from hydrocrane.results.comparison import Difference
 from hydrocrane.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+
+def block(
+    machine: Machine,
+    known: Mapping[str, tuple[float, float]],
+    logs: Sequence[str],
+    motion: str,
+    warnings: Sequence[str],
+    date: str = "",
+) -> str:
+    """Tables of the keys in `known`, with their values in `machine`, class ``fitted``, source and intervals, SI."""
+    names = ", ".join(dict.fromkeys(logs))
+    source = f"{names}; fit of a {motion} motion, {signature(date)}"
+    lines = [comment(f"Fitted to {names}; put it beside the machine file and add it to `include`.")]
+    lines += [comment(f"warning: {warning}") for warning in warnings]
+    tables: dict[str, list[str]] = {}
+    for path in dict.fromkeys(key.partition("[")[0] for key in known):
+        table, _, name = path.rpartition(".")
+        mine = [key for key in known if key.partition("[")[0] == path]
+        ends = " and ".join(f"{key.removeprefix(path)} {interval(*known[key])}".strip() for key in mine)
+        tables.setdefault(table, []).append(fitted_key(name, _written(machine, path), source, ends))
+    for table, rows in tables.items():
+        lines += ["", f"[{table}]", *rows]
+    return "\n".join(lines) + "\n"
+
+
+def _written(machine: Machine, path: str) -> str:
+    """A value, or both values of a pair, in the notation of a machine file."""
+    stated = machine.value(path)
+    texts = [f'"{v:.6g} {stated.unit}"' if stated.unit else f"{v:.6g}" for v in np.atleast_1d(stated.si).tolist()]
+    return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]
+
 
 UNCHECKED = (
     "no log can check what is wrong with all of it alike: a clock that runs too fast or slow, positions on a wrong "

@@ -9,8 +9,7 @@ from hydrocrane.machine.machine import (
 )
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
-from hydrocrane.machine.stated import PROVENANCE_CLASSES
-from hydrocrane.machine.value import Value
+from hydrocrane.machine.stated import PROVENANCE_CLASSES, Value
 
 __all__ = [
     "PROVENANCE_CLASSES",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydrocrane.files.columns import Columns
-    from hydrocrane.results.difference import Difference
+    from hydrocrane.results.comparison import Difference
     from hydrocrane.results.record import Record
 
 # Values from which matplotlib writes a power of ten above an axis.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from hydrocrane.arrays import Array, brief
+from hydrocrane.arrays import Array, brief, rms
 from hydrocrane.asked import ask
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import TIME, Columns
@@ -18,11 +18,54 @@ from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.table import LogTable, split_name
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.results.difference import Difference
 from hydrocrane.results.record import Record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Run minus log for one quantity, at the log's times inside the run.
+
+    Attributes
+    ----------
+    time, run, log : (k,) arrays
+        s, and the two values in `unit`.
+    left_out : int
+        Samples of the log that are not compared: outside of the run, or without a value.
+    rms, maximum : float
+        Root mean square and largest absolute difference, in `unit`.
+    maximum_time : float
+        Time of the largest one, s.
+    """
+
+    name: str
+    unit: str
+    time: Array
+    run: Array
+    log: Array
+    left_out: int = 0
+
+    @property
+    def compared(self) -> int:
+        """Samples compared."""
+        return int(self.time.size)
+
+    __repr__ = brief
+
+    @property
+    def rms(self) -> float:
+        return rms(self.run - self.log)
+
+    @property
+    def maximum(self) -> float:
+        return float(np.abs(self.run - self.log).max())
+
+    @property
+    def maximum_time(self) -> float:
+        return float(self.time[np.argmax(np.abs(self.run - self.log))])
+
 
 # Share of the samples below which a comparison says little about the log.
 LEAST_SHARE = 0.5

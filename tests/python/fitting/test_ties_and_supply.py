@@ -12,7 +12,7 @@ import hydrocrane as hc
 from hydrocrane.app.cli import app
 from hydrocrane.fitting.doubts import doubtful_columns
 from hydrocrane.fitting.ties import left_behind
-from hydrocrane.results.difference import Difference
+from hydrocrane.results.comparison import Difference
 
 DURATION = 8.0
 # The file's friction is two thirds of the truth's, in the same proportion.

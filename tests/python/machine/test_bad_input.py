@@ -64,7 +64,7 @@ WRONG_CALLS = {
         ["extension", "stroke"],
     ),
     "strokes beyond the end": (lambda: CRANE.joints_from_strokes([0.5, 0.0, 0.0]), ["lift", "0.165"]),
-    "payload below zero": (lambda: CRANE.mass_matrix(CRANE.home, payload=-1.0), ["payload", "-1.0"]),
+    "payload below zero": (lambda: CRANE.mass_matrix(CRANE.home, payload=-1.0), ["payload", "-1"]),
     "unknown mode": (lambda: CRANE.equilibrium(CRANE.home, "holding"), ["holding", "hold"]),
     "unknown cylinder": (lambda: CRANE.friction_map(0.1, "lifft"), ["lifft", "lift"]),
     "unknown machine": (lambda: hc.load_machine("rottne"), ["rottne", "rottne-f9-lab"]),
