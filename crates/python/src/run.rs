@@ -11,8 +11,8 @@ use crate::scenario::ScenarioEntry;
 use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{
-    assemble, commands, stages as assembled_stages, start, AssembledStage, AssemblyError, OwnedDriver, RunSettings,
-    Surroundings,
+    assemble, commands, stages as assembled_stages, start, unreached, AssembledStage, AssemblyError, OwnedDriver,
+    RunSettings, Surroundings,
 };
 use hydrocrane_sim::controller::Controller;
 use hydrocrane_sim::{Model, Samples};
@@ -151,7 +151,7 @@ pub fn machine_changes(machine: &Machine, scenario: ScenarioEntry<'_>) -> PyResu
     Ok(changes.filter_map(|(time, model)| Some((*time, made(model, &host.built)?))).collect())
 }
 
-/// The state at the start of a scenario on `machine`, and what makes it doubtful.
+/// The state at the start of a scenario on `machine`, and what makes that or its run doubtful.
 #[pyfunction]
 pub fn start_state<'py>(
     py: Python<'py>,
@@ -161,7 +161,8 @@ pub fn start_state<'py>(
     let scenario = scenario.scenario(&cylinders(machine))?;
     let payload = scenario.payload.unwrap_or(machine.model.machine().payload.mass);
     let found = start(&scenario, machine.model.as_ref(), payload);
-    let (x0, doubts) = found.map_err(|error| assembly_error(&error))?;
+    let (x0, mut doubts) = found.map_err(|error| assembly_error(&error))?;
+    doubts.extend(unreached(&scenario, machine.model.machine()));
     Ok((vector(py, x0), warnings_of(doubts)))
 }
 

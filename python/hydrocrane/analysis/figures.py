@@ -22,8 +22,10 @@ _LEAST = {"rad": 15.0, "m": 10.0}
 _SHARE = 0.5
 # A linkage that would turn so many times as far on its other side is on the wrong one.
 _MIRRORED = 3.0
-# A cylinder that takes so many times as long as another for its stroke has a wrong valve, or the other has.
-_SLOWER = 30.0
+# Tables of valves that hold a load.
+_HOLDING = "counterbalance", "pilot-check", "hose-burst"
+# Pressure of the piston side that counts as a load, Pa.
+_LIGHT = 1e5
 # Share of a stated range that a stroke may cut: limits are written with two or three digits.
 _ROUNDED = 0.01
 # Share of its reach by which a tip may give way under the weight, because oil is compressed.
@@ -134,7 +136,7 @@ def _oil(machine: Machine) -> str:
 def doubts(machine: Machine, found: Figures) -> tuple[ResultWarning, ...]:
     """What no machine of this kind has, with its cure; kind ``implausible-value``."""
     texts = [
-        *_cut(machine), *_narrow(machine), *_weak(machine, found), *_slow(machine, found), *_soft(machine, found)
+        *_cut(machine), *_narrow(machine), *_weak(machine, found), *_idle(machine), *_soft(machine, found)
     ]  # fmt: skip
     return tuple(ResultWarning("implausible-value", text, cure) for text, cure in texts)
 
@@ -227,17 +229,29 @@ def _weak(machine: Machine, found: Figures) -> list[tuple[str, str]]:
     ]
 
 
-def _slow(machine: Machine, found: Figures) -> list[tuple[str, str]]:
-    """Cylinders that take much longer for their strokes than the fastest one."""
-    times = [time for time in found.time if time is not None]
-    fastest = min(times, default=0.0)
+def _idle(machine: Machine) -> list[tuple[str, str]]:
+    """Load-holding valves of cylinders whose load always rests on the other side, which has none."""
+    words = dict(machine.core.words)
+    tables = [key.removesuffix(".side") for key in words if key.endswith(".side") and key.split(".")[0] in _HOLDING]
+    if not tables:
+        return []
+    held = {table: (words[f"{table}.cylinder"], words[f"{table}.side"]) for table in tables}
+    # A slope is where a machine stands, not what it is built for.
+    level = machine.changed({"environment.slope": "0 deg"}) if "environment.slope" in machine.keys else machine
+    poses = _grid(level)
+    force = np.concatenate([level.static_cylinder_force(poses), level.static_cylinder_force(poses, payload=0.0)])
+    light = _LIGHT * level.piston_areas[:, 0]
+    rests = {"piston-side": force.min(axis=0) > light, "rod-side": force.max(axis=0) < -light}
     return [
         (
-            f"cylinder.{name} takes {time:.3g} s for its stroke, and another one {fastest:.3g} s",
-            "check the nominal flows and pressure drops of their valves, and their bores, with their units",
+            f"{table} holds the {side} of cylinder `{cylinder}`, and its load rests on the {other} in all poses",
+            f"check {table}.side, and the pins of the cylinder",
         )
-        for name, time in zip(machine.cylinder_names, found.time, strict=True)
-        if time is not None and time > _SLOWER * fastest
+        for table, (cylinder, side) in held.items()
+        for other in rests
+        if other != side
+        and (cylinder, other) not in held.values()
+        and rests[other][machine.cylinder_names.index(cylinder)]
     ]
 
 

@@ -27,6 +27,47 @@ def test_commands_with_one_time_inside():
     assert "of the 4 times" in text and " 1 lie within" in text
 
 
+MANY = {
+    "jib": hc.Command([0.0, 1.0, 2.0], [0.0, 0.003, 0.0]),
+    "extension": hc.Command([0.0, 3.0, 4.0], [0.0, 0.002, 0.0]),
+}
+
+
+@pytest.mark.parametrize(
+    ("times", "told"),
+    [
+        ([0.0, 500.0, 1000.0], "1 lie within"),
+        ([0.0, 60.0, 120.0], "1 lie within"),
+        ([0.0, 1e-3, 2e-3], "the first 0.002 s"),
+    ],
+    ids=["ms", "min", "as ms"],
+)
+def test_one_command_of_several(times, told):
+    (text,) = said(duration=5.0, commands={"lift": hc.Command(times, [0.0, 0.01, 0.0]), **MANY})
+    assert "`lift`" in text and told in text
+
+
+def test_a_duration_in_ms():
+    texts = said(duration=0.003, commands=MANY, record_interval=0.001)
+    assert ["of the 3 times of the command of" in text for text in texts] == [True, True]
+
+
+def test_a_record_interval_beyond_the_end():
+    (text,) = said(commands={"lift": 0.01}, record_interval=10.0)
+    assert "record interval of 10 s" in text
+
+
+def test_spools_in_another_unit():
+    (text,) = said(commands={"lift": hc.Command([0.0, 0.1], [0.0, 1e-5]), "jib": 0.003})
+    assert "`lift` moves its spool by 0.01 mm at most" in text
+
+
+def test_check_says_it_without_a_run():
+    plan = hc.load_scenario(LIFT).changed(duration=0.006)
+    _, doubts = plan.start(plan.load_machine())
+    assert {doubt.kind for doubt in doubts} == {"never-happens"}
+
+
 def test_a_supply_pressure_and_sticks_outside():
     (text,) = said(supply=([1000.0, 2000.0, 3000.0], [140e5, 130e5, 120e5]))
     assert "supply pressure" in text
@@ -48,4 +89,7 @@ def test_events_after_the_end():
 def test_what_happens_is_not_warned_of():
     assert said(commands={"lift": 0.01}) == []
     assert said(commands={"lift": hc.Command([0.0, 10.0], [0.0, 0.01], "linear")}) == []
+    # Runs that were only shortened.
+    assert said(commands=MANY, duration=1.5) == said(commands=MANY, duration=0.1) == []
+    assert said(commands={"lift": 0.01, "jib": 0.003, "extension": 0.002}) == []
     assert said(commands={"lift": hc.Command([0.0, 0.05, 0.1, 5.0], SPOOL)}, payload_changes={0.1: 10.0}) == []

@@ -37,7 +37,8 @@ pub fn read(root: &Reader, machine: &Machine, files: &Files) -> Result<Vec<Spool
         let stroke = machine.cylinders[known_cylinder(&open, &command.cylinder, machine)?].valve.stroke;
         if let Some(spool) = command.spool.iter().find(|spool| spool.abs() > stroke * (1.0 + 1e-9)) {
             let message = format!("{spool} m exceeds the spool stroke of {stroke} m");
-            return Err(place.error(ErrorKind::OutOfRange, message).help("stay within plus and minus the stroke"));
+            let cure = "stay within plus and minus the stroke, and check the unit: m, mm or um?";
+            return Err(place.error(ErrorKind::OutOfRange, message).help(cure));
         }
     }
     Ok(commands.into_iter().map(|(command, _)| command).collect())

@@ -12,8 +12,8 @@ const HIGH: f64 = 10e5;
 pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     let Some(mains) = &machine.supply.mains else { return Ok(()) };
     let (Some(line), Some(table)) = (&mains.tank_line, root.table("tank-line")?) else { return Ok(()) };
-    let asked = |cylinder: &Cylinder<T>| supply::asked(machine, mains, &cylinder.valve);
-    let given = supply::given(machine, mains);
+    let asked = |cylinder: &Cylinder<T>| supply::asked(machine, &cylinder.valve);
+    let given = supply::given(&machine.supply, mains, true);
     // A pump with a control gives what is taken; the rest of a fixed one returns through its relief valve.
     let fed = match mains.pump.control {
         Some(_) => given.min(machine.cylinders.iter().map(asked).sum()),

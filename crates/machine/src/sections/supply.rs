@@ -94,16 +94,27 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
 
 /// Warns if one section takes more than the pump gives.
 fn check_size<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
-    let (idle, given) = (mains.pumps().map(idle).sum::<f64>(), given(machine, mains));
-    let asked = machine.cylinders.iter().map(|c| (asked(machine, mains, &c.valve), &c.valve.name));
+    let [free, given] = [false, true].map(|limited| given(&machine.supply, mains, limited));
+    let asked = machine.cylinders.iter().map(|c| (asked(machine, &c.valve), &c.valve.name));
     let Some((most, valve)) = asked.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(most, _)| *most > given) else {
         return Ok(());
     };
-    let (idle, given, most) = (60e3 * idle, 60e3 * given, 60e3 * most);
+    let [idle, free, given, asked] = [mains.pumps().map(idle).sum(), free, given, most].map(|flow: f64| 60e3 * flow);
     let pressure = machine.supply.pressure.plain() / 1e5;
+    let limited =
+        mains.pumps().find(|pump| pump.control.as_ref().is_some_and(|control| control.torque_limit.is_some()));
+    if let Some(pump) = limited.filter(|_| asked <= free) {
+        pump_table(root, &pump.name)?.required("torque-limit", "a torque")?.warn(
+            format!(
+                "small: at {pressure:.0} bar it leaves {given:.1} of {free:.1} l/min, and valve `{valve}` alone takes {asked:.1} l/min at full stroke"
+            ),
+            "check its unit, use a larger one, or expect the mains pressure to fall".into(),
+        );
+        return Ok(());
+    }
     pump_table(root, &mains.pump.name)?.required("displacement", "a volume")?.warn(
         format!(
-            "small: it gives {idle:.1} l/min without a load and {given:.1} l/min at {pressure:.0} bar, and valve `{valve}` alone takes {most:.1} l/min at full stroke"
+            "small: it gives {idle:.1} l/min without a load and {given:.1} l/min at {pressure:.0} bar, and valve `{valve}` alone takes {asked:.1} l/min at full stroke"
         ),
         "use a larger one, or expect the mains pressure to fall".into(),
     );
@@ -115,16 +126,17 @@ fn idle<T: Number>(pump: &Pump<T>) -> f64 {
     pump.displacement.plain() / TAU * pump.speed.plain()
 }
 
-/// Flow of all pumps at the supply pressure and the displacement that their torque limits leave, m^3/s: the least that they give.
-pub fn given<T: Number>(machine: &Machine<T>, mains: &Mains<T>) -> f64 {
-    mains.pumps().map(|pump| given_by(&machine.supply, pump)).sum()
+/// Flow of all pumps at the supply pressure and, where they are `limited`, the displacement that their torque limits leave, m^3/s: the
+/// least that they give.
+pub fn given<T: Number>(supply: &Supply<T>, mains: &Mains<T>, limited: bool) -> f64 {
+    mains.pumps().map(|pump| given_by(supply, pump, limited)).sum()
 }
 
-fn given_by<T: Number>(supply: &Supply<T>, pump: &Pump<T>) -> f64 {
+fn given_by<T: Number>(supply: &Supply<T>, pump: &Pump<T>, limited: bool) -> f64 {
     let rise = supply.pressure.plain() - supply.tank_pressure.plain();
     let (full, mechanical_loss) =
         (pump.displacement.plain() / TAU * rise, 1.0 / pump.hydromechanical_efficiency.plain() - 1.0);
-    let limit = pump.control.as_ref().and_then(|control| control.torque_limit.as_ref());
+    let limit = pump.control.as_ref().and_then(|control| control.torque_limit.as_ref()).filter(|_| limited);
     let share = limit.map_or(1.0, |limit| (limit.plain() / full - mechanical_loss).clamp(0.0, 1.0));
     // Speed loss of an engine at the supply pressure.
     let lost = pump
@@ -137,8 +149,9 @@ fn given_by<T: Number>(supply: &Supply<T>, pump: &Pump<T>) -> f64 {
 
 /// Flow that a section takes at full stroke, m^3/s. Its compensator leaves the edge its setting; without one the supply pressure falls
 /// over both edges, if there is no load.
-pub fn asked<T: Number>(machine: &Machine<T>, mains: &Mains<T>, valve: &Valve<T>) -> f64 {
-    let drop = match (&valve.compensator, &mains.load_sensing) {
+pub fn asked<T: Number>(machine: &Machine<T>, valve: &Valve<T>) -> f64 {
+    let sensing = machine.supply.mains.as_ref().and_then(|mains| mains.load_sensing.as_ref());
+    let drop = match (&valve.compensator, sensing) {
         (Compensator::Before(setting), _) => setting.plain(),
         (Compensator::Behind, Some(sensing)) => sensing.margin.plain(),
         _ => 0.5 * (machine.supply.pressure.plain() - machine.supply.tank_pressure.plain()),

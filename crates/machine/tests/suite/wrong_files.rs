@@ -26,7 +26,12 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("rottne-f9-lab", "link.extension.mass", "100 g", "radius of gyration"),
     ("hiab-xs031", "link.lift.body.beam.mass", "54.6 t", "54.6 kg"),
     ("hiab-xs031", "link.tilt.body.beam.inertia", "7.5 kg mm^2", "lead"),
-    // Centres of gravity and points in cm or mm.
+    // Masses ten times too large or too small, beside the moment of inertia.
+    ("mini", "link.boom.mass", "2273 kg", "the radius of gyration would be"),
+    ("mini", "link.arm.mass", "13 kg", "the radius of gyration would be"),
+    ("rottne-f9-lab", "link.boom.mass", "7.59 kg", "radius of gyration"),
+    // Centres of gravity and points in cm or mm, or in the frame of the link before.
+    ("mini", "link.arm.centre-of-gravity", "(2.275, 0.227) m", "beyond the link"),
     ("mini", "link.boom.centre-of-gravity", "(10.25, 3.84) m", "beyond the link"),
     ("mini", "link.bucket.centre-of-gravity", "(2.89, 1.66) m", "beyond the link"),
     ("rottne-f9-lab", "link.jib.centre-of-gravity", "(4.03, 0.97) m", "less than mass times"),
@@ -45,6 +50,9 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("mini", "cylinder.boom.stroke", "4 m", "shorter than the stroke"),
     ("mini", "cylinder.boom.closed-length", "90.5 mm", "measures"),
     ("mini", "cylinder.bucket.closed-length", "84 mm", "shorter than the stroke"),
+    ("mini", "cylinder.boom.stroke", "40 mm", "long for a stroke of 40.0 mm"),
+    ("mini", "cylinder.boom.stroke", "200 mm", "long for a stroke of 200 mm"),
+    ("hiab-xs031", "cylinder.extension.stroke", "110 mm", "long for a stroke of 110 mm"),
     ("mini", "cylinder.boom.end-stop.zone", "250 mm", "half the stroke"),
     ("mini", "cylinder.boom.end-stop.stiffness", "1e7 N/mm", "the rod itself"),
     ("rottne-f9-lab", "cylinder.jib.end-stop.stiffness", "5e9 N/m", "the rod itself"),
@@ -60,11 +68,14 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("mini", "cylinder.boom.internal-leakage", "1e-10 m^3/(s Pa)", "leak"),
     ("mini", "valve.boom.leakage", "1e-10 m^3/(s Pa)", "pass a closed edge"),
     // Valves.
-    ("mini", "valve.boom.nominal-flow", "45 l/s", "piston would move"),
+    ("single-cylinder", "valve.test.nominal-flow", "2e-2 m^3/s", "piston would move"),
     ("mini", "valve.arm.nominal-flow", "40 ml/min", "usual is"),
-    ("mini", "valve.arm.nominal-flow", "0.2 l/min", "piston would move"),
+    ("single-cylinder", "valve.test.nominal-flow", "0.1 l/min", "piston would move"),
     ("mini", "valve.bucket.nominal-edge-pressure-drop", "35 Pa", "35 bar"),
     ("mini", "valve.bucket.transition-pressure", "40 bar", "laminar"),
+    ("mini", "valve.boom.nominal-flow", "4.5 l/min", "takes 18.0 s for its stroke, and the others 1.66 to 2.01 s"),
+    ("mini", "valve.bucket.nominal-flow", "300 l/min", "takes 0.166 s for its stroke, and the others"),
+    ("hiab-xs031", "valve.extension.nominal-flow", "4 l/min", "for its stroke, and the others"),
     ("mini", "valve.boom.overlap", "12 mm", "never open"),
     ("mini", "valve.boom.velocity-limit", "1 mm/s", "slow"),
     // Friction.
@@ -73,8 +84,11 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("mini", "friction.arm.coulomb", "1.7 N", "circumference"),
     ("mini", "friction.boom.viscous", "2e7 N s/m", "usual is"),
     ("mini", "friction.boom.viscous", "1.7e4 N s/mm", "1.7e4 N s/m"),
+    ("mini", "friction.boom.viscous", "3e5 N s/m", "where the supply has"),
+    ("mini", "friction.arm.viscous", "13.25 N s/m", "of Coulomb friction"),
     ("mini", "friction.bucket.bristle-stiffness", "1.3 kN/m", "bristles would yield"),
     // Oil and supply.
+    ("rottne-f9-ls", "pump.main.torque-limit", "5 N m", "small: at"),
     ("mini", "fluid.bulk-modulus", "1.2 MPa", "1.2 GPa"),
     ("mini", "fluid.density", "0.87 kg/m^3", "kg/l"),
     ("mini", "fluid.viscosity", "46 Pa s", "46 mPa s"),
@@ -126,6 +140,31 @@ fn right_files_are_not_blamed() {
     ] {
         let machine = changed("mini", key, value).unwrap();
         assert_eq!(machine.warnings, [], "{key} = {value}");
+    }
+}
+
+/// Of several valves and lines of one cylinder the one is named that lies outside of all others.
+#[test]
+fn one_of_several_flows_is_named() {
+    let beside = "\n[counterbalance.boom]\ncylinder = \"boom\"\nside = \"piston-side\"\nsetting = \"260 bar\"\npilot-ratio = 4\n\
+                  nominal-flow = \"60 l/min\"\nnominal-pressure-drop = \"8 bar\"\n[anti-cavitation.boom]\ncylinder = \"boom\"\nside = \"rod-side\"\n\
+                  nominal-flow = \"50 l/min\"\nnominal-pressure-drop = \"3 bar\"\n";
+    let named = |key: &str, flow: &str| {
+        let change = [(format!("{key}.nominal-flow"), OverrideValue::Text(flow.into()))];
+        let machine = parse(&format!("{MINI}{beside}"), "mini.toml", &change).unwrap();
+        machine.warnings.into_iter().map(|w| format!("{} {}", w.key, w.text)).collect::<Vec<_>>()
+    };
+    assert_eq!(named("anti-cavitation.boom", "70 l/min"), [""; 0]);
+    for (key, flow, word) in [
+        ("anti-cavitation.boom", "5 l/min", "small"),
+        ("anti-cavitation.boom", "500 l/min", "large"),
+        ("counterbalance.boom", "6 l/min", "small"),
+        ("valve.boom", "4.5 l/min", "small"),
+        ("valve.boom", "450 l/min", "large"),
+    ] {
+        let found = named(key, flow);
+        let wanted = format!("{key}.nominal-flow {word} beside the ");
+        assert!(found.len() == 1 && found[0].starts_with(&wanted), "{key} = {flow}: {found:?}");
     }
 }
 

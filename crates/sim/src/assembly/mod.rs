@@ -10,6 +10,7 @@ mod unreached;
 pub use commands::commands;
 pub use machines::Machines;
 pub use start::start;
+pub use unreached::unreached;
 
 use machines::Once;
 
@@ -142,7 +143,7 @@ pub fn at_start(
     let payload = scenario.payload.unwrap_or(first.model.machine().payload.mass);
     let (x0, mut doubts) = start(scenario, first.model.as_ref(), payload)?;
     doubts.extend(stages.iter().find_map(drivers::unmeasured));
-    doubts.extend(unreached::unreached(scenario));
+    doubts.extend(unreached(scenario, first.model.machine()));
     let changes = scenario.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect();
     let options = options(&scenario.solver, first.model.machine(), Task::States, payload, settings);
     let supply = scenario.supply.clone().map(Arc::new);

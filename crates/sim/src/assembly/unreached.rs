@@ -2,15 +2,21 @@
 
 use super::start::short;
 use crate::warning::Warning;
-use hydrocrane_machine::scenario::{Interpolation, Scenario};
+use hydrocrane_machine::scenario::{Interpolation, Scenario, SpoolCommand};
+use hydrocrane_machine::Machine;
 
 const CURE: &str =
     "times are in s from the start of the run: check their unit and their zero, or state a longer duration";
 /// Fewest times of a series within the run, of those that have more than one.
 const FEWEST: usize = 2;
+/// A command with its first time alone in the run is in another unit where the next one comes so many times later than the end while
+/// another command fits the run, or where the last one comes so many times later: runs are also shortened for a look at their start.
+const LATE: [f64; 2] = [10.0, 500.0];
+/// Share of the run, and of a spool's stroke, that is no more than one in a unit a thousand times smaller.
+const THOUSANDTH: f64 = 1.001e-3;
 
-/// Warnings on series that hardly overlap the run of `scenario`, and on events after its end.
-pub(super) fn unreached(scenario: &Scenario) -> Vec<Warning> {
+/// Warnings on series that hardly overlap the run of `scenario` on `machine`, on events after its end, and on spools that hardly move.
+pub fn unreached(scenario: &Scenario, machine: &Machine) -> Vec<Warning> {
     let end = scenario.duration;
     let after = |what: String, time: f64| {
         format!("{what} at {} s, after the end of the run at {} s: it never happens", short(time), short(end))
@@ -29,8 +35,30 @@ pub(super) fn unreached(scenario: &Scenario) -> Vec<Warning> {
     // A load that changes at the very end does change.
     let load = scenario.payload_changes.first().filter(|(time, _)| *time > end);
     texts.extend(load.map(|(time, _)| after("the load changes for the first time".into(), *time)));
-    let warned = |text| Warning { time: 0.0, kind: "never-happens", text, cure: CURE.into() };
-    texts.into_iter().map(warned).collect()
+    if scenario.record_interval > end {
+        texts.push(format!(
+            "the record interval of {} s is longer than the run of {} s: no more than its start and its end are recorded",
+            short(scenario.record_interval),
+            short(end)
+        ));
+    }
+    let warned = |text, cure: &str| Warning { time: 0.0, kind: "never-happens", text, cure: cure.into() };
+    let still = scenario.commands.iter().filter_map(|command| still(command, machine));
+    texts
+        .into_iter()
+        .map(|text| warned(text, CURE))
+        .chain(still.map(|text| warned(text, "check its unit: m, mm or um?")))
+        .collect()
+}
+
+/// What is wrong with a command that hardly opens its valve.
+fn still(command: &SpoolCommand, machine: &Machine) -> Option<String> {
+    let of = machine.cylinders.iter().find(|of| of.name == command.cylinder)?;
+    let (most, stroke) = (command.spool.iter().fold(0.0, |most: f64, spool| most.max(spool.abs())), of.valve.stroke);
+    (0.0 < most && most <= THOUSANDTH * stroke).then(|| {
+        let (name, most, stroke) = (&of.name, short(1e3 * most), short(1e3 * stroke));
+        format!("the command of `{name}` moves its spool by {most} mm at most, of a stroke of {stroke} mm")
+    })
 }
 
 /// Values against time.
@@ -41,7 +69,8 @@ struct Series {
     linear: bool,
 }
 
-/// The commands of each cylinder, and all of them together; the supply pressure; the sticks of the start and of each phase.
+/// The commands of each cylinder that does not fit the run, or all of them together; the supply pressure; the sticks of the start and of
+/// each phase.
 fn series(scenario: &Scenario) -> impl Iterator<Item = Series> + '_ {
     let linear = |interpolation| interpolation == Interpolation::Linear;
     let supply = scenario.supply.iter().map(move |supply| Series {
@@ -56,7 +85,9 @@ fn series(scenario: &Scenario) -> impl Iterator<Item = Series> + '_ {
         times: stick.time.clone(),
         linear: linear(stick.interpolation),
     });
-    let outside = scenario.commands.iter().filter(|one| !overlaps(&one.time, scenario.duration));
+    let end = scenario.duration;
+    let fits = scenario.commands.iter().any(|one| inside(&one.time, end) >= FEWEST);
+    let outside = scenario.commands.iter().filter(|one| outside(&one.time, end, fits));
     let mut commands: Vec<Series> = outside
         .map(|command| Series {
             what: format!("the command of `{}`", command.cylinder),
@@ -78,13 +109,17 @@ impl Series {
     /// What is wrong if it hardly overlaps a run until `end` (s).
     fn unreached(&self, end: f64) -> Option<String> {
         let [first, last] = ends(&self.times)?;
-        let inside = self.times.iter().filter(|time| (0.0..=end).contains(*time)).count();
+        let inside = inside(&self.times, end);
+        let (all, what) = (self.times.len(), &self.what);
+        if 0.0 <= first && first < last && last <= THOUSANDTH * end && all > FEWEST {
+            let [last, end] = [last, end].map(short);
+            return Some(format!("all {all} times of {what} lie within the first {last} s of the run of {end} s"));
+        }
         // One value holds for the whole run, and so does a line from before it to beyond.
         let constant = first == last && first <= end;
         let spans = self.linear && first <= 0.0 && end <= last && self.times.len() <= FEWEST;
         (inside < FEWEST && !constant && !spans).then(|| {
-            let (all, first, last, end) = (self.times.len(), short(first), short(last), short(end));
-            let what = &self.what;
+            let [first, last, end] = [first, last, end].map(short);
             format!(
                 "of the {all} times of {what}, from {first} to {last} s, {inside} lie within the run from 0 to {end} s"
             )
@@ -92,8 +127,15 @@ impl Series {
     }
 }
 
-fn overlaps(times: &[f64], end: f64) -> bool {
-    ends(times).is_none_or(|[first, last]| first <= end && (0.0 <= last || first == last))
+/// Whether these times are not those of a run until `end` (s), which another command `fits`.
+fn outside(times: &[f64], end: f64, fits: bool) -> bool {
+    let Some([first, last]) = ends(times).filter(|[first, last]| first < last || *first > end) else { return false };
+    let late = if fits { times.iter().all(|time| *time <= 0.0 || *time > LATE[0] * end) } else { last > LATE[1] * end };
+    first > end || last <= THOUSANDTH * end || late
+}
+
+fn inside(times: &[f64], end: f64) -> usize {
+    times.iter().filter(|time| (0.0..=end).contains(*time)).count()
 }
 
 /// The first and the last time.

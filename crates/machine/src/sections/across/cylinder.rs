@@ -10,9 +10,10 @@ use std::f64::consts::PI;
 
 /// Area ratios of ISO 7181, piston side over rod side, from the thinnest rod to the thickest, with room for rounded diameters.
 const AREA_RATIOS: [f64; 2] = [1.05, 5.5];
-/// No cylinder is longer, retracted, than so many strokes and its ends, m.
-const LONGEST: f64 = 3.0;
-const ENDS: f64 = 1.5;
+/// A retracted cylinder is no longer than so many strokes, or than its stroke and ends of so many bores. Those of real cranes have 1.1 to
+/// 2.3 strokes, and ends of 1.4 to 7.2 bores.
+const LONGEST: f64 = 4.0;
+const ENDS: f64 = 7.0;
 /// The share of a stroke that the supply may take up by compressing the dead volume alone.
 const COMPRESSED: f64 = 0.1;
 /// The least passage between valve and piston: so long, m, at this speed of the oil, m/s.
@@ -27,14 +28,19 @@ const STEEL: f64 = 2.1e11;
 /// Of the nominal flow, through seals or closed edges at the supply pressure.
 pub const LEAKS: f64 = 0.25;
 
-pub fn check<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
+/// The cylinder by itself.
+pub fn shape<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
     diameters(table, sizes)?;
-    length(table, of, sizes)?;
+    length(table, machine, of, sizes)?;
+    levers(table, machine, of, sizes)
+}
+
+/// The cylinder beside its valve and its supply.
+pub fn check<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
     dead_volume(table, machine, of, sizes)?;
     port(table, of, sizes)?;
     stop(table, of, sizes)?;
-    leakage(table, machine, of, sizes)?;
-    levers(table, machine, of, sizes)
+    leakage(table, machine, of, sizes)
 }
 
 fn diameters(table: &Reader, sizes: &Sizes) -> Result<()> {
@@ -57,19 +63,24 @@ fn diameters(table: &Reader, sizes: &Sizes) -> Result<()> {
     Ok(())
 }
 
-fn length<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
+/// Limits of the joint that the file states say themselves whether a stroke is long enough.
+fn length<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
     if !table.has("closed-length") {
         return Ok(());
     }
     let (closed, stroke) = (of.mid_length.plain() - 0.5 * sizes.stroke, digits(1e3 * sizes.stroke));
+    let most = (LONGEST * sizes.stroke).max(sizes.stroke + ENDS * sizes.bore);
     let text = if closed < sizes.stroke {
         format!("shorter than the stroke of {stroke} mm, which the retracted cylinder must hold")
-    } else if closed > LONGEST * sizes.stroke + ENDS {
-        format!("long for a stroke of {stroke} mm")
+    } else if closed > most && machine.joints[of.joint].limits.is_none() {
+        format!(
+            "long for a stroke of {stroke} mm and a bore of {} mm: usual are 1.1 to 2.3 strokes",
+            digits(1e3 * sizes.bore)
+        )
     } else {
         return Ok(());
     };
-    let cure = "give the distance of the pins with the rod fully retracted, and check the units";
+    let cure = "give the distance of the pins with the rod fully retracted, and check the stroke and the units";
     table.required("closed-length", "a length")?.warn(text, cure.into());
     Ok(())
 }

@@ -7,12 +7,12 @@ use crate::reader::Reader;
 use crate::sections::Result;
 use std::f64::consts::PI;
 
-/// Share of the force of the supply that seals may take at rest.
+/// Share of the force of the supply that seals may take at rest, and viscous friction at the speed of the fully open valve.
 const SHARE: f64 = 0.5;
 /// Least friction of a seal per length of its lip, N/m: a hundredth of usual ones.
 const LEAST: f64 = 10.0;
-/// Viscous friction at the speed of the fully open valve, in forces of the supply: with more the valve is never full.
-const VISCOUS: f64 = 3.0;
+/// Share of the Coulomb friction that viscous friction has there at least: nobody measures a third of a percent beside it.
+const UNMEASURED: f64 = 1.0 / 300.0;
 /// Deflection of the bristles at break-away, as a share of the stroke.
 const DEFLECTION: f64 = 0.1;
 
@@ -44,7 +44,7 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
         friction.viscous[side].plain() * libm::pow(sizes.speed(), friction.viscous_exponent[side].plain())
     };
     let braking = at_speed(0).max(at_speed(1));
-    if sizes.force() > 0.0 && braking > VISCOUS * sizes.force() {
+    if sizes.force() > 0.0 && braking > SHARE * sizes.force() {
         table.required("viscous", "a viscous coefficient")?.warn(
             format!(
                 "large: {} N at the {} m/s of the fully open valve, where the supply has {} N",
@@ -53,6 +53,16 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
                 digits(sizes.force())
             ),
             "check its unit: N s/m or N s/mm?".into(),
+        );
+    } else if 0.0 < braking && braking < UNMEASURED * coulomb {
+        table.required("viscous", "a viscous coefficient")?.warn(
+            format!(
+                "small: {} N at the {} m/s of the fully open valve, beside {} N of Coulomb friction",
+                digits(braking),
+                digits(sizes.speed()),
+                digits(coulomb)
+            ),
+            "check its unit: N s/m or kN s/m? Write 0 if there is none".into(),
         );
     }
     let deflection = breakaway / friction.bristle_stiffness.plain();

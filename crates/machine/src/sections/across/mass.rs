@@ -12,6 +12,11 @@ use std::f64::consts::TAU;
 const DENSEST: f64 = 11_340.0;
 /// With this many times the allowed span, no link is meant.
 const SURE: f64 = 10.0;
+/// Radii of gyration in spans of a link's points. A uniform beam of one span has 0.29, all mass at both ends 0.5; the bounds have beams of
+/// 0.43 and 2.6 spans.
+const GYRATION: [f64; 2] = [0.125, 0.75];
+/// Where matter reaches beyond the points by one span, its centre of gravity does so by half of that.
+const BEYOND: f64 = 0.5;
 /// A point may be this many times as far from its link's origin as all the rest of the machine is long.
 const FAR: f64 = 5.0;
 
@@ -21,16 +26,18 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     for (index, link) in machine.links.iter().enumerate() {
         let Some((_, table)) = tables.iter().find(|(name, _)| *name == link.name) else { continue };
         far_points(table, machine, &spans, index)?;
-        // What slews carries a house or a column, of whose size its pins say nothing.
-        let slews = index > 0 && machine.joints[index - 1].axis.is_some();
-        if spans[index] == 0.0 || slews || table.is_doubted() {
+        // The base is a vehicle, and what slews carries a house or a column: of their sizes pins say nothing.
+        let large = index == 0 || machine.joints[index - 1].axis.is_some();
+        if spans[index] == 0.0 || large || table.is_doubted() {
             continue;
         }
         // With further bodies fixed on it, each is judged by its own values.
         let bodies = table.named_tables("body")?;
         if table.has("mass") && bodies.is_empty() {
             let about_frame = link.inertia_about == InertiaAbout::Frame;
-            Matter::of(link, about_frame).judge(table, link, spans[index])?;
+            let matter = Matter::of(link, about_frame);
+            matter.judge(table, link, spans[index])?;
+            matter.judge_lump(table, spans[index] - slides(machine, index))?;
         }
         for (_, body) in bodies {
             let matter = Matter {
@@ -112,17 +119,18 @@ impl Matter {
         Ok(())
     }
 
-    /// Matter reaches beyond the named points, but hardly by more than they span.
+    /// The centre against the box about the points.
     fn judge_centre<T: Number>(&self, table: &Reader, link: &Link<T>, span: f64) -> Result<()> {
-        let away = places(link).iter().map(|place| distance(place, &self.centre)).fold(f64::INFINITY, f64::min);
-        if away <= span {
+        let places = places(link);
+        let beyond = [0, 1].map(|axis| {
+            let ends = places.iter().fold([0.0_f64; 2], |[low, high], at| [low.min(at[axis]), high.max(at[axis])]);
+            (ends[0] - self.centre[axis]).max(self.centre[axis] - ends[1]).max(0.0)
+        });
+        let away = libm::hypot(beyond[0], beyond[1]);
+        if away <= BEYOND * span {
             return Ok(());
         }
-        let text = format!(
-            "beyond the link: {} m from its nearest point, while the points span {} m",
-            digits(away),
-            digits(span)
-        );
+        let text = format!("beyond the link: {} m outside of its points, which span {} m", digits(away), digits(span));
         let cure = "give it in the link's frame, and check its unit and those of the points";
         if away > SURE * span {
             return Err(table.error(ErrorKind::OutOfRange, "centre-of-gravity", text).help(cure));
@@ -131,23 +139,35 @@ impl Matter {
         Ok(())
     }
 
-    /// With all mass at both ends of a span the radius of gyration is half of it; twice that is the bound. The least moment of
-    /// inertia has a round bar of lead across the plane, as wide as the span w: m^2 / (2 pi density w).
+    fn radius(&self) -> f64 {
+        libm::sqrt(self.inertia / self.mass)
+    }
+
+    /// What the moment of inertia says of the size of the link, and the cure.
+    fn size(&self, word: &str, span: f64) -> [String; 2] {
+        let [mass, radius, usual] = [self.mass, self.radius(), self.mass * span * span / 12.0].map(digits);
+        let span = digits(span);
+        [
+            format!("{word} for {mass} kg: the radius of gyration would be {radius} m, and the points of the link span {span} m"),
+            format!("check the units of mass and inertia: a beam of {mass} kg as long as that has {usual} kg m^2"),
+        ]
+    }
+
+    /// A link of one body is no lump somewhere between its points.
+    fn judge_lump(&self, table: &Reader, span: f64) -> Result<()> {
+        if self.inertia > 0.0 && self.radius() < GYRATION[0] * span {
+            let [text, cure] = self.size("small", span);
+            table.required("inertia", "a moment of inertia")?.warn(text, format!("{cure}; write 0 for a point mass"));
+        }
+        Ok(())
+    }
+
+    /// The least moment of inertia has a round bar of lead across the plane, as wide as the span w: m^2 / (2 pi density w).
     fn judge_inertia(&self, table: &Reader, span: f64) -> Result<()> {
-        let radius = libm::sqrt(self.inertia / self.mass);
+        let radius = self.radius();
         let least = self.mass * self.mass / (TAU * DENSEST * span);
-        let usual = digits(self.mass * span * span / 12.0);
-        let cure = format!(
-            "check the units of mass and inertia: a beam of {} kg as long as that has {usual} kg m^2",
-            digits(self.mass)
-        );
-        if radius > span {
-            let text = format!(
-                "large for {} kg: the radius of gyration would be {} m, and the points of the link span {} m",
-                digits(self.mass),
-                digits(radius),
-                digits(span)
-            );
+        let [text, cure] = self.size("large", span);
+        if radius > GYRATION[1] * span {
             if radius > SURE * span {
                 return Err(table.error(ErrorKind::OutOfRange, "inertia", text).help(cure));
             }

@@ -22,9 +22,10 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     if common.into_iter().collect::<Result<Vec<_>>>()?.iter().any(Reader::is_doubted) {
         return Ok(());
     }
-    beside::check(root, machine)?;
+    beside::sections(root, machine)?;
     let [cylinders, valves, frictions] = ["cylinder", "valve", "friction"].map(|key| root.named_tables(key));
     let [cylinders, valves, frictions] = [cylinders?, valves?, frictions?];
+    let mut axes = Vec::new();
     for of in &machine.cylinders {
         // Exactly one friction table names the cylinder.
         let rubs = |table: &Reader| table.text("cylinder").is_ok_and(|name| name == of.name);
@@ -34,15 +35,33 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
         let (Some((_, cylinder)), Some((_, valve)), Some((_, friction))) = (cylinder, valve, friction) else {
             continue;
         };
-        if [cylinder, valve, friction].into_iter().any(Reader::is_doubted) {
-            continue;
-        }
-        let sizes = Sizes::new(machine, of);
-        cylinder::check(cylinder, machine, of, &sizes)?;
-        valve::check(valve, of, &sizes)?;
-        friction::check(friction, of, &sizes)?;
+        axes.push(Axis { of, sizes: Sizes::new(machine, of), cylinder, valve, friction });
+    }
+    for axis in axes.iter().filter(|axis| !axis.is_doubted()) {
+        cylinder::shape(axis.cylinder, machine, axis.of, &axis.sizes)?;
+    }
+    beside::strokes(&axes)?;
+    for axis in axes.iter().filter(|axis| !axis.is_doubted()) {
+        cylinder::check(axis.cylinder, machine, axis.of, &axis.sizes)?;
+        valve::check(axis.valve, axis.of, &axis.sizes)?;
+        friction::check(axis.friction, axis.of, &axis.sizes)?;
     }
     Ok(())
+}
+
+/// A cylinder with its tables.
+struct Axis<'a, T> {
+    of: &'a Cylinder<T>,
+    sizes: Sizes,
+    cylinder: &'a Reader<'a>,
+    valve: &'a Reader<'a>,
+    friction: &'a Reader<'a>,
+}
+
+impl<T> Axis<'_, T> {
+    fn is_doubted(&self) -> bool {
+        [self.cylinder, self.valve, self.friction].into_iter().any(Reader::is_doubted)
+    }
 }
 
 /// What the checks of a cylinder have in common, plain and in SI: of one of those in parallel.
@@ -54,7 +73,9 @@ struct Sizes {
     areas: [f64; 2],
     /// Supply pressure above that of the tank, Pa.
     pressure: f64,
-    /// Its share of the flow of the valve at full stroke without a load, m^3/s; no more than the pumps give.
+    /// Its share of what the valve takes at full stroke without a load, m^3/s.
+    asked: f64,
+    /// The same, but no more than the pumps give.
     flow: f64,
     /// Its share of the nominal flow of the valve, m^3/s.
     nominal_flow: f64,
@@ -65,13 +86,13 @@ impl Sizes {
         let [bore, rod, stroke] = [of.bore, of.rod_diameter, of.stroke].map(T::plain);
         let pressure = machine.supply.pressure.plain() - machine.supply.tank_pressure.plain();
         let count = of.count.plain();
-        let whole_flow = match &machine.supply.mains {
-            Some(mains) => super::supply::asked(machine, mains, &of.valve).min(super::supply::given(machine, mains)),
-            None => of.valve.feed_at(0.5 * pressure),
-        };
+        let asked = super::supply::asked(machine, &of.valve);
+        let given =
+            machine.supply.mains.as_ref().map_or(asked, |mains| super::supply::given(&machine.supply, mains, true));
         let areas = [bore * bore, bore * bore - rod * rod].map(|square| 0.25 * PI * square);
-        let [flow, nominal_flow] = [whole_flow, of.valve.nominal_flow.plain()].map(|of_all| of_all / count);
-        Self { bore, rod, stroke, areas, pressure, flow, nominal_flow }
+        let [asked, flow, nominal_flow] =
+            [asked, asked.min(given), of.valve.nominal_flow.plain()].map(|of_all| of_all / count);
+        Self { bore, rod, stroke, areas, pressure, asked, flow, nominal_flow }
     }
 
     /// Of the piston at full stroke of the valve, m/s.

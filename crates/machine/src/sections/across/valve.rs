@@ -51,11 +51,12 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
 }
 
 fn speed<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
-    let speed = sizes.speed();
-    let text = if speed > FASTEST {
-        "large: without a load the piston would move at"
-    } else if speed > 0.0 && sizes.stroke / speed > SLOWEST {
-        "small: without a load the piston would move at"
+    // A small pump makes no valve slow.
+    let asked = sizes.asked / sizes.areas[0];
+    let (text, speed) = if sizes.speed() > FASTEST {
+        ("large: without a load the piston would move at", sizes.speed())
+    } else if asked > 0.0 && sizes.stroke / asked > SLOWEST {
+        ("small: without a load the piston would move at", asked)
     } else {
         return Ok(());
     };
