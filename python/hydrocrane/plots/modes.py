@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hydrocrane.analysis.linear import FRICTION_WORDS
+from hydrocrane.errors import InputError
 from hydrocrane.machine.machine import MachineLike, as_machine
 from hydrocrane.plots.field import hatch, paint
 from hydrocrane.plots.style import INK, MUTED, draw_crane, figure, styled, title
@@ -25,6 +26,8 @@ def mode_map(machine: MachineLike, modes: ModeMap) -> Figure:
     Forbidden positions are hatched.
     """
     machine = as_machine(machine)
+    if not np.isfinite(modes.frequency).any():
+        raise InputError("the map has no pose in which the crane holds its load and swings: carry less, or draw no map")
     fig, (left, right) = figure(12.0, 5.0, ncols=2)
     for panel, value, label in (
         (left, modes.frequency, "natural frequency [Hz]"),
