@@ -155,6 +155,7 @@ class ScenarioEntry(TypedDict):
     duration: float
     record_interval: float
     joints: list[tuple[str, float]]
+    places: list[str]
     pressures: list[tuple[str, tuple[float, float]]] | None
     commands: list[CommandEntry]
     supply: SupplyEntry | None
@@ -294,6 +295,7 @@ class ScenarioTable(TypedDict):
     record_interval: float
     seed: int
     joints: dict[str, float]
+    places: list[str]
     pressures: str | dict[str, tuple[float, float]]
     commands: dict[str, CommandTable]
     supply: SupplyTable | None

@@ -4,8 +4,9 @@ use crate::document::{Origin, Place, Scalar};
 use crate::errors::{ErrorKind, MachineError};
 use crate::keys::{Key, Sign};
 use crate::log::Log;
+use crate::misread;
 use crate::model::{Form, Provenance, ProvenanceClass, Recorded, Unusual};
-use crate::nearest::{choose, suggestion_among};
+use crate::nearest::{choose, symbol_suggestion};
 use crate::number::Number;
 use crate::plausible::{self, Plausibility};
 use crate::quantities;
@@ -250,7 +251,7 @@ impl<'a> Field<'a> {
             _ => return Err(report(format!("expected a point, found {}", value.kind_name()))),
         };
         let convert = |number: f64| {
-            let converted = self.convert(number, unit, place, &length)?;
+            let converted = self.convert(number, unit, "", place, &length)?;
             self.judge(number, None, converted, place, &length)?;
             Ok(converted)
         };
@@ -272,7 +273,7 @@ impl<'a> Field<'a> {
             Scalar::Number(number) if quantity.is_number() || matches!(place, Place::Override(_)) => {
                 (*number, si(quantity))
             }
-            Scalar::Number(number) => return Err(self.missing_unit(place, quantity, *number)),
+            Scalar::Number(number) => return Err(self.missing_unit(place, quantity, *number, "the unit is missing")),
             Scalar::Text(text) => units::parse_scalar(text)
                 .map_err(|error| self.unit_error(error, text, place, quantity, &quantity.example()))?,
             _ => {
@@ -281,7 +282,8 @@ impl<'a> Field<'a> {
                 return Err(place.error(ErrorKind::WrongType, &self.path, found).help(help));
             }
         };
-        let converted = self.convert(number, unit, place, quantity)?;
+        let written = if let Scalar::Text(text) = value { text } else { "" };
+        let converted = self.convert(number, unit, written, place, quantity)?;
         let sign = self.key.sign();
         let allowed = match sign {
             Sign::Any => true,
@@ -316,17 +318,30 @@ impl<'a> Field<'a> {
         }
     }
 
-    fn convert(&self, number: f64, unit: Unit, place: &Place, quantity: &Quantity) -> Result<f64> {
+    fn convert(&self, number: f64, unit: Unit, written: &str, place: &Place, quantity: &Quantity) -> Result<f64> {
         if unit.dimension != quantity.dimension {
+            if let Some(cure) = misread::instead(written, Some(quantity.dimension)) {
+                return Err(place
+                    .error(ErrorKind::UnknownUnit, &self.path, format!("`{written}` is not read"))
+                    .help(cure));
+            }
             if unit.dimension == units::Dimension::NONE {
-                return Err(self.missing_unit(place, quantity, number));
+                let share = unit.factor != 1.0;
+                let lacking = if share { "a share, and nothing says of what" } else { "the unit is missing" };
+                return Err(self.missing_unit(place, quantity, number, lacking));
             }
             let found = quantities::name_of(unit.dimension).map_or("another quantity".into(), units::with_article);
             let wanted = units::with_article(quantity.name);
             let message = format!("expected {wanted} ({}), found {found} ({})", quantity.dimension, unit.dimension);
-            let turns = units::own_unit("rad").dimension;
-            let help = if unit.dimension.combine(turns, 1.0) == quantity.dimension {
+            let lacks = |factor: &'static str, power: f64| {
+                unit.dimension.combine(units::own_unit(factor).dimension, power) == quantity.dimension
+            };
+            let help = if lacks("rad", 1.0) {
                 format!("write {number} rpm, Hz or rad/s: a plain 1/s or 1/min does not say whether it counts turns or radians")
+            } else if lacks("m/s^2", 1.0) {
+                "kg and t are masses: write kgf and tf for their weights".into()
+            } else if lacks("m/s^2", -1.0) {
+                "this is a weight: write kg or t for the mass".into()
             } else {
                 format!("give {}", quantity.example())
             };
@@ -340,25 +355,25 @@ impl<'a> Field<'a> {
         Err(place.error(ErrorKind::NotFinite, &self.path, "the value is not finite").help(help))
     }
 
-    fn missing_unit(&self, place: &Place, quantity: &Quantity, number: f64) -> MachineError {
+    fn missing_unit(&self, place: &Place, quantity: &Quantity, number: f64, lacking: &str) -> MachineError {
         let unit = quantity.written();
         let wanted = units::with_article(quantity.name);
         let help = format!("give {wanted} with its unit, for example \"{} {unit}\"", plausible::short(number));
-        place.error(ErrorKind::MissingUnit, &self.path, "the unit is missing").help(help)
+        place.error(ErrorKind::MissingUnit, &self.path, lacking).help(help)
     }
 
-    /// The nearest known symbol with which `text` is this quantity, or another that the key holds; of a usual size if there is one.
+    /// The nearest known symbol with which `text` is this quantity, or another that the key holds, of a usual size.
     fn meant(&self, text: &str, symbol: &str, quantity: &Quantity) -> String {
         let mut fitting = units::meant(text, symbol);
         fitting.retain(|meant| self.key.kinds().iter().any(|kind| kind.quantity().dimension == meant.unit.dimension));
         if fitting.is_empty() {
             return format!("give {}", quantity.example());
         }
-        let usual = fitting.iter().filter(|of| {
-            let (dimension, si) = (of.unit.dimension, of.unit.to_si(of.number));
-            dimension == quantity.dimension && plausible::is_usual(self.key, dimension, si)
+        let sized = fitting.iter().map(|of| {
+            let size = plausible::size(self.key, of.unit.dimension, of.unit.to_si(of.number));
+            (of.symbol, if of.unit.dimension == quantity.dimension { size } else { size.max(1) })
         });
-        suggestion_among(symbol, usual.map(|of| of.symbol), fitting.iter().map(|of| of.symbol))
+        symbol_suggestion(symbol, &sized.collect::<Vec<_>>())
     }
 
     fn unit_error(
@@ -374,7 +389,8 @@ impl<'a> Field<'a> {
                 place.error(ErrorKind::BadQuantity, &self.path, message).help(format!("give {example}"))
             }
             UnitError::Unknown(symbol) => {
-                let help = self.meant(text, &symbol, quantity);
+                let instead = misread::instead(text, Some(quantity.dimension));
+                let help = instead.unwrap_or_else(|| self.meant(text, &symbol, quantity));
                 place.error(ErrorKind::UnknownUnit, &self.path, format!("unknown unit `{symbol}`")).help(help)
             }
         }

@@ -16,6 +16,7 @@ mod keys;
 mod load;
 mod log;
 mod merge;
+mod misread;
 pub mod model;
 mod names;
 mod nearest;
@@ -38,6 +39,7 @@ pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, ERR
 pub use keys::{Key, CONTROLLERS, PLAUSIBILITY};
 pub use load::{is_path, load, parse, tables_of, whole_text, whole_text_of, Template};
 pub use merge::OverrideValue;
+pub use misread::quantity;
 pub use model::Machine;
 pub use names::{name_fault, text_fault};
 pub use nearest::suggestion;
@@ -45,4 +47,4 @@ pub use number::{Number, Variable};
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
 #[cfg(feature = "schema")]
 pub use schema::FileKind;
-pub use units::{quantity, unit_exponents};
+pub use units::unit_exponents;

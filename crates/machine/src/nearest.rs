@@ -10,16 +10,20 @@ pub fn suggestion<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>)
     }
 }
 
-/// As [`suggestion`], with a near one of the `likely` candidates before any other.
-pub fn suggestion_among<'a>(
-    name: &str,
-    likely: impl IntoIterator<Item = &'a str>,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> String {
-    let likely: Vec<&str> = likely.into_iter().collect();
-    match nearest(name, &likely) {
-        Some(candidate) => suggestion(name, [candidate]),
-        None => suggestion(name, candidates),
+/// As [`suggestion`] for symbols of units, which are so short that two letters make another unit: the one that differs in case, or in
+/// one letter beside a right one. Each comes with how far a value in it is from what is usual: 0 usual, 1 near, 2 never meant.
+pub fn symbol_suggestion(symbol: &str, candidates: &[(&str, u8)]) -> String {
+    let letters = |text: &str| text.chars().count();
+    let slips = candidates.iter().filter_map(|(candidate, size)| {
+        let wrong = distance(symbol, candidate);
+        let slip = *size < 2 && wrong <= 1 && wrong < letters(symbol).max(letters(candidate));
+        let other = (letters(symbol).abs_diff(letters(candidate)), other_letters(symbol, candidate));
+        slip.then_some(((wrong, *size, other), *candidate))
+    });
+    match slips.min() {
+        Some((_, candidate)) => format!("did you mean `{candidate}`?"),
+        None if candidates.is_empty() => "there is none to choose from".into(),
+        None => format!("valid: {}", candidates.iter().map(|(candidate, _)| *candidate).collect::<Vec<_>>().join(", ")),
     }
 }
 
@@ -96,8 +100,10 @@ mod tests {
     #[test]
     fn a_likely_choice_comes_first() {
         assert_eq!(suggestion("mn", ["m", "mm", "MN"]), "did you mean `MN`?");
-        assert_eq!(suggestion_among("mn", ["m", "mm"], ["m", "mm", "MN"]), "did you mean `mm`?");
-        assert_eq!(suggestion_among("kgg", ["m", "mm"], ["m", "mm", "kg"]), "did you mean `kg`?");
+        assert_eq!(symbol_suggestion("mn", &[("m", 1), ("mm", 0)]), "did you mean `mm`?");
+        assert_eq!(symbol_suggestion("S", &[("ms", 0), ("s", 1)]), "did you mean `s`?");
+        assert_eq!(symbol_suggestion("barr", &[("bar", 2), ("mbar", 0)]), "valid: bar, mbar");
+        assert_eq!(symbol_suggestion("SUS", &[("cSt", 0), ("Pas", 0)]), "valid: cSt, Pas");
     }
 
     #[test]

@@ -90,7 +90,7 @@ pub fn judge(key: &Key, quantity: &Quantity, number: f64, si: f64) -> Plausibili
         return Plausibility::Usual;
     }
     let usual = format!("usual is {} to {}", range.texts[0], range.texts[1]);
-    let cure = likely(&range, quantity, number).unwrap_or_else(|| "check the value and its unit".into());
+    let cure = likely(&range, quantity, number, si).unwrap_or_else(|| "check the value and its unit".into());
     if (too_large || positive) && outside(range.margin) {
         return Plausibility::Refused(usual, cure);
     }
@@ -103,18 +103,24 @@ fn range_of(key: &Key, dimension: Dimension) -> Option<Range> {
     ranges.find(|range| range.dimension.is_none_or(|of_range| of_range == dimension))
 }
 
-/// Whether the value `si` of `key` is usual.
-pub fn is_usual(key: &Key, dimension: Dimension, si: f64) -> bool {
-    range_of(key, dimension).is_none_or(|range| (range.low..=range.high).contains(&si.abs()))
+/// How far the value `si` of `key` is from what is usual: 0 usual, 1 up to ten times outside, 2 further.
+pub fn size(key: &Key, dimension: Dimension, si: f64) -> u8 {
+    let Some(range) = range_of(key, dimension) else { return 0 };
+    let within = |margin: f64| (range.low / margin..=range.high * margin).contains(&si.abs());
+    [1.0, 10.0].iter().take_while(|margin| !within(**margin)).count() as u8
 }
 
 /// The number with the probably intended unit: the one that people write most, or that for which it is nearest to the middle of the range.
-fn likely(range: &Range, quantity: &Quantity, number: f64) -> Option<String> {
+/// Who wrote the one that people write most meant no other, unless the number is SI.
+fn likely(range: &Range, quantity: &Quantity, number: f64, si: f64) -> Option<String> {
+    let written = units::parse_unit(quantity.written()).ok()?;
+    let only_si = written.factor != 1.0 && written.to_si(number) == si;
     let distance = |si: f64| libm::log(si * si / (range.low.max(1e-3 * range.high) * range.high)).abs();
     let meant = units::usual_symbols().chain(WRITTEN_UNITS).filter_map(|symbol| {
         let unit = units::own_unit(symbol);
         let si = unit.to_si(number).abs();
-        let fits = unit.dimension == quantity.dimension && (range.low..=range.high).contains(&si);
+        let meant = unit.factor == 1.0 || !only_si;
+        let fits = meant && unit.dimension == quantity.dimension && (range.low..=range.high).contains(&si);
         fits.then_some((symbol, if symbol == quantity.written() { 0.0 } else { distance(si) }))
     });
     let (symbol, _) = meant.min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -168,6 +174,13 @@ mod tests {
             pressure,
             Plausibility::Unusual("usual is 5 bar to 500 bar".into(), "did you mean \"100 bar\"?".into())
         );
+        for (number, cure) in [(2200.0, "check the value and its unit"), (2e7, "did you mean \"2e7 Pa\"?")] {
+            let found = judge(declared("supply.pressure"), &quantities::PRESSURE.quantity(), number, 1e5 * number);
+            assert!(
+                matches!(&found, Plausibility::Unusual(_, of) | Plausibility::Refused(_, of) if of == cure),
+                "{found:?}"
+            );
+        }
     }
 
     #[test]

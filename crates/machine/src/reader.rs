@@ -6,7 +6,7 @@ use crate::document::{check_name, check_text, join, Entry, Node, NodeKind, Place
 use crate::errors::{ErrorKind, MachineError};
 pub use crate::field::Field;
 use crate::field::POINT_EXAMPLE;
-use crate::keys::{find, Key, Value};
+use crate::keys::{find, Key, Value, SCENARIO};
 pub use crate::log::Log;
 use crate::nearest::suggestion;
 use crate::number::Number;
@@ -22,6 +22,16 @@ pub struct Reader<'a> {
     pub path: String,
     log: &'a Log,
     keys: &'static [Key],
+}
+
+/// A table of scenario files with this name, or their key in one of these.
+fn of_a_scenario(name: &str) -> Option<String> {
+    let within = |table: &Key| match table.value {
+        _ if table.name == name => Some(name.to_string()),
+        Value::Table(keys) => keys.iter().any(|key| key.name == name).then(|| format!("{}.{name}", table.name)),
+        _ => None,
+    };
+    SCENARIO.iter().find_map(within)
 }
 
 impl<'a> Reader<'a> {
@@ -58,7 +68,12 @@ impl<'a> Reader<'a> {
             key @ ("extends" | "include" | "without") => {
                 format!("`{key}` belongs above the first table of a machine file, above this [{}]", self.path)
             }
-            key => suggestion(key, known.iter().copied()),
+            key => {
+                let near = suggestion(key, known.iter().copied());
+                let elsewhere =
+                    if self.path.is_empty() && !near.starts_with("did") { of_a_scenario(key) } else { None };
+                elsewhere.map_or(near, |of| format!("`{of}` is a key of scenario files: change it there"))
+            }
         };
         Err(entry.place.error(ErrorKind::UnknownKey, &join(&self.path, &entry.key), "unknown key").help(help))
     }

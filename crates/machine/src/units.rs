@@ -3,7 +3,6 @@
 //! Everything becomes SI. The plane angle counts as a base dimension of its own, so that an angle, a ratio and a count
 //! cannot be mistaken for each other. `Hz` means cycles per second of an angular frequency: 1 Hz = 2 pi rad/s.
 
-use crate::nearest::suggestion_among;
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -169,7 +168,7 @@ fn parse_number(text: &str) -> Result<f64, UnitError> {
 }
 
 /// Bytes of the number that `text` starts with: `inf` and `nan` count, so that they are reported as not finite.
-fn number_length(text: &str) -> usize {
+pub fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
     let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
     let start = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
@@ -403,31 +402,12 @@ const TRADE: &[Known] = &[
     ("lbf", POUND * GRAVITY, [1, 1, -2, 0, 0, 0]),
     ("kp", GRAVITY, [1, 1, -2, 0, 0, 0]),
     ("kgf", GRAVITY, [1, 1, -2, 0, 0, 0]),
+    ("tf", 1e3 * GRAVITY, [1, 1, -2, 0, 0, 0]),
 ];
 
 /// Exponents of m, kg, s, K, A and rad in a unit; `None` where the text is no unit.
 pub fn unit_exponents(unit: &str) -> Option<[f64; 6]> {
     parse_unit(unit).ok().map(|unit| unit.dimension.0)
-}
-
-/// `"140 bar"` as its SI value and the name of its dimension, for readers of other files than machines; the error
-/// says what is wrong and what was probably meant, in units of the same dimension as `expected`, if it is given.
-pub fn quantity(text: &str, expected: Option<&str>) -> Result<(f64, String), String> {
-    let (number, unit) = parse_scalar(text).map_err(|error| match error {
-        UnitError::Malformed(message) => message,
-        UnitError::Unknown(symbol) => {
-            let expected = expected.and_then(|unit| parse_unit(unit).ok()).map(|unit| unit.dimension);
-            let fits = |meant: &Meant| expected.is_none_or(|dimension| meant.unit.dimension == dimension);
-            let fitting = meant(text, &symbol).into_iter().filter(fits).map(|meant| meant.symbol);
-            format!("unknown unit `{symbol}`; {}", suggestion_among(&symbol, [], fitting))
-        }
-    })?;
-    let value = unit.to_si(number);
-    if value.is_finite() {
-        Ok((value, unit.dimension.to_string()))
-    } else {
-        Err(format!("`{}` is not finite", text.trim()))
-    }
 }
 
 /// A known symbol in the place of an unknown one, with what the text is then.
@@ -474,11 +454,11 @@ pub fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static str> {
 }
 
 /// Whether a character may stand in the symbol of a unit.
-fn in_symbol(c: char) -> bool {
+pub fn in_symbol(c: char) -> bool {
     c.is_alphabetic() || c == '%' || c == '°'
 }
 
-fn lookup(symbol: &str) -> Option<Unit> {
+pub fn lookup(symbol: &str) -> Option<Unit> {
     // The Greek letter looks like the sign for a millionth.
     let symbol = &*symbol.replace('μ', "µ");
     let (_, factor, powers) = UNITS.iter().chain(TRADE).find(|(name, _, _)| *name == symbol)?;

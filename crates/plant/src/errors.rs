@@ -25,10 +25,10 @@ pub enum BuildError {
     NoStroke(String),
     #[error("link.{0}: its mass or moment of inertia differs too much from those of the other links; the motion of the joints cannot be resolved in double precision")]
     Unresolvable(String),
-    #[error("joint.{0}.limits: the cylinder `{1}` reverses inside these limits, so one stroke would belong to two joint coordinates; narrow them, or check their units and the pins")]
-    DeadCentreInside(String, String),
-    #[error("joint.{0}.limits: nowhere inside these limits is the piston of `{1}` between its ends; check the limits, the pins and the lengths of the cylinder, with their units")]
-    LimitsBeyondStroke(String, String),
+    #[error("joint.{0}.limits: the cylinder `{1}` reverses inside these limits, so one stroke would belong to two joint coordinates; {2}")]
+    DeadCentreInside(String, String, String),
+    #[error("joint.{0}.limits: nowhere inside these limits is the piston of `{1}` between its ends; {2}")]
+    LimitsBeyondStroke(String, String, String),
     #[error("the derivative of `{0}` is not finite in the middle of the joint limits; some value of this machine is extreme")]
     NotFinite(String),
 }
@@ -48,8 +48,9 @@ pub struct StrokeError {
 /// A pose in which the crane cannot rest.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PoseError {
-    #[error("{0}; choose a pose inside them")]
-    OutsideLimits(String),
+    /// `place` is that of the coordinate in a file.
+    #[error("{place}joint {joint} is at {compared}; choose a pose inside them")]
+    OutsideLimits { place: String, joint: String, compared: String },
     #[error(
         "joint `{joint}` at {coordinate:.6}: the piston of `{cylinder}` would be at {position:.4} m, \
          its ends are at {lower:.4} and {upper:.4} m; choose a pose inside the joint limits"

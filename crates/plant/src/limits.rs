@@ -6,7 +6,7 @@ use hydrocrane_num::{bisect, Archive, Stored};
 use hydrocrane_physics::geometry::frames::Joint;
 use hydrocrane_physics::geometry::stroke::Actuation;
 use std::cell::RefCell;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Cause of a joint limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +61,9 @@ pub struct JointActuation<'a> {
     pub cylinder: &'a file::Cylinder,
 }
 
+/// An error of stated limits, to be made of joint, cylinder and cure.
+type Fault = fn(String, String, String) -> BuildError;
+
 impl JointActuation<'_> {
     /// Piston position and lever arm, `None` where the linkage does not close.
     fn stroke(&self, q: f64) -> Option<(f64, f64)> {
@@ -79,9 +82,9 @@ impl JointActuation<'_> {
     }
 
     pub fn limits(&self) -> Result<JointLimits, BuildError> {
-        if let Some([lower, upper]) = self.description.limits {
-            let limits = JointLimits { lower, upper, reasons: [LimitReason::File; 2] };
-            return self.within_stroke(self.require_one_branch(limits)?);
+        if let Some(range) = self.description.limits {
+            let (joint, cylinder) = (&self.description.name, &self.cylinder.name);
+            return self.stated(range).map_err(|fault| fault(joint.clone(), cylinder.clone(), self.cure(range)));
         }
         let geometry = self.geometry();
         let found = KNOWN.with_borrow(|known| known.iter().find(|(of, _)| *of == geometry).map(|(_, limits)| *limits));
@@ -97,6 +100,22 @@ impl JointActuation<'_> {
             known.insert(0, (geometry, limits));
         });
         Ok(limits)
+    }
+
+    fn stated(&self, [lower, upper]: [f64; 2]) -> Result<JointLimits, Fault> {
+        self.within_stroke(self.require_one_branch(JointLimits { lower, upper, reasons: [LimitReason::File; 2] })?)
+    }
+
+    /// The cure of limits that do not fit: the unit in which their numbers would.
+    fn cure(&self, range: [f64; 2]) -> String {
+        let fits = |scale: f64| self.joint.revolute && self.stated(range.map(|limit| scale * limit)).is_ok();
+        match [("deg", PI / 180.0), ("rad", 180.0 / PI)].into_iter().find(|(_, scale)| fits(*scale)) {
+            Some((unit, _)) => format!("write them in {unit}, in which these numbers fit"),
+            None if self.joint.revolute && range.iter().any(|limit| limit.abs() > TAU) => {
+                "they are more than a turn: write degrees as deg".into()
+            }
+            None => "change them, or check the pins and the lengths of the cylinder, with their units".into(),
+        }
     }
 
     /// Everything that limits which are searched for depend on, as bytes.
@@ -185,7 +204,7 @@ impl JointActuation<'_> {
         (inside, LimitReason::StrokeEnd)
     }
 
-    fn require_one_branch(&self, limits: JointLimits) -> Result<JointLimits, BuildError> {
+    fn require_one_branch(&self, limits: JointLimits) -> Result<JointLimits, Fault> {
         const SAMPLES: usize = 400;
         let span = limits.upper - limits.lower;
         let mut lever_arms = (0..=SAMPLES).map(|i| self.stroke(limits.lower + span * i as f64 / SAMPLES as f64));
@@ -194,15 +213,15 @@ impl JointActuation<'_> {
         if monotone {
             Ok(limits)
         } else {
-            Err(BuildError::DeadCentreInside(self.description.name.clone(), self.cylinder.name.clone()))
+            Err(BuildError::DeadCentreInside)
         }
     }
 
     /// The part of the file's range that the stroke allows.
-    fn within_stroke(&self, file: JointLimits) -> Result<JointLimits, BuildError> {
+    fn within_stroke(&self, file: JointLimits) -> Result<JointLimits, Fault> {
         let ([low, high], (least, most, low_reason)) = (self.stroke_range(&file), self.stroke_limits());
         if low >= most || high <= least {
-            return Err(BuildError::LimitsBeyondStroke(self.description.name.clone(), self.cylinder.name.clone()));
+            return Err(BuildError::LimitsBeyondStroke);
         }
         let mut limits = file;
         let rising = self.stroke(file.lower) < self.stroke(file.upper);
@@ -270,13 +289,13 @@ impl JointLimits {
 }
 
 /// The first of the `joints` outside its limits in the pose `q`, as text, if any.
-pub fn outside_limits(joints: &[file::Joint], limits: &[JointLimits], q: &[f64]) -> Option<String> {
+pub fn outside_limits(joints: &[file::Joint], limits: &[JointLimits], q: &[f64]) -> Option<(String, String)> {
     let outside = |(q, limits): (&f64, &JointLimits)| {
         let [lower, upper] = limits.widened();
         !(*q >= lower && *q <= upper)
     };
     let i = q.iter().zip(limits).position(outside)?;
-    Some(format!("joint {} is at {}", joints[i].name, limits[i].compared(&joints[i], q[i])))
+    Some((joints[i].name.clone(), limits[i].compared(&joints[i], q[i])))
 }
 
 /// A joint coordinate with its unit.

@@ -44,6 +44,7 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
         joints.set_item(name, q)?;
     }
     out.set_item("joints", joints)?;
+    out.set_item("places", &s.initial.places)?;
     match &s.initial.pressures {
         Pressures::Equilibrium => out.set_item("pressures", "equilibrium")?,
         Pressures::Explicit(pairs) => {

@@ -116,6 +116,8 @@ pub struct ScenarioEntry<'py> {
     duration: f64,
     record_interval: f64,
     joints: Vec<(String, f64)>,
+    /// Of the joints in a file, in their order.
+    places: Vec<String>,
     /// `None`: those that hold the crane at rest.
     pressures: Option<Vec<(String, [f64; 2])>>,
     /// Cylinder, times, spool positions, and whether to join them.
@@ -145,7 +147,7 @@ impl ScenarioEntry<'_> {
             payload_changes: self.payload_changes.clone(),
             duration: self.duration,
             record_interval: self.record_interval,
-            initial: Initial { joints: self.joints.clone(), pressures },
+            initial: Initial { joints: self.joints.clone(), places: self.places.clone(), pressures },
             commands: self.commands()?,
             supply: self.supply()?,
             cylinders: cylinders.iter().map(|name| name.to_string()).collect(),

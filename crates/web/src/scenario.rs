@@ -54,7 +54,7 @@ impl Request {
             payload_changes: Vec::new(),
             duration: f64::INFINITY,
             record_interval: 0.01,
-            initial: Initial { joints, pressures: Pressures::Equilibrium },
+            initial: Initial { joints, places: Vec::new(), pressures: Pressures::Equilibrium },
             commands: Vec::new(),
             supply: None,
             cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),

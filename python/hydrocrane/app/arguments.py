@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -36,6 +37,22 @@ def number(help: str, kind: type = float, least: float = -math.inf, most: float 
         raise typer.BadParameter(f"`{text}` is not {'a whole' if kind is int else 'a'} number{of}")
 
     option: OptionInfo = typer.Option(help=help, parser=read, metavar=f"<{kind.__name__}>")
+    return option
+
+
+def choice(kind: type[StrEnum], help: str) -> OptionInfo:
+    """An option that is one of a few words; a misspelt one is told the nearest."""
+
+    def read(text: str) -> StrEnum:
+        from hydrocrane.errors import nearest
+
+        try:
+            return kind(str(text))
+        except ValueError:
+            raise typer.BadParameter(f"`{text}` is none of its choices{nearest(text, kind)}") from None
+
+    metavar = f"<{'|'.join(kind)}>"
+    option: OptionInfo = typer.Option(help=help, parser=read, metavar=metavar, autocompletion=lambda: list(kind))
     return option
 
 

@@ -284,6 +284,7 @@ def modes(
     from hydrocrane.analysis.poses import pose_grid
     from hydrocrane.app.options import pose
     from hydrocrane.app.report import modes_table
+    from hydrocrane.errors import InputError
     from hydrocrane.machine.poses import in_words
 
     headless()
@@ -303,7 +304,12 @@ def modes(
     if samples:
         with waiting("computing the workspace"):
             drawn = linear.mode_map(loaded, samples=samples, payload=payload)
-        write_figure(plots.mode_map(loaded, drawn), path)
+        try:
+            figure = plots.mode_map(loaded, drawn)
+        except InputError as nothing:
+            warn(str(nothing))
+        else:
+            write_figure(figure, path)
 
 
 @app.command(epilog="Example:  hydrocrane machines")
@@ -324,7 +330,7 @@ def check(
     """Check a machine or scenario file and say what it describes."""
     import hydrocrane as hc
     from hydrocrane.app.options import is_scenario, overrides
-    from hydrocrane.app.report import findings, machine_report, scenario_report
+    from hydrocrane.app.report import machine_report, print_findings, scenario_report
 
     if is_scenario(file):
         plan = hc.load_scenario(file).changed(overrides=overrides(settings))
@@ -339,7 +345,7 @@ def check(
         found = figures(machine)
         say(*machine_report(machine, found))
         unusual = (*machine.warnings, *doubts(machine, found))
-    say(*findings(unusual))
+    print_findings(unusual)
 
 
 @app.command(epilog="Example:  hydrocrane new my-crane --pump ls")

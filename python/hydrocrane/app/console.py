@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -30,10 +32,40 @@ def say(*parts: RenderableType) -> None:
     from rich.table import Table
 
     # A pipe has no width of its own; tables need room for their columns.
-    console = _console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 150)
+    console = _console(width=None if _has_width() else 150)
     for part in parts:
-        shown = _fitted(part, console) if isinstance(part, Table) else part
-        console.print(shown, soft_wrap=isinstance(shown, str))
+        if isinstance(part, str):
+            console.print(_wrapped(part, console), soft_wrap=True)
+        else:
+            console.print(_fitted(part, console) if isinstance(part, Table) else part)
+
+
+def _has_width(*, stderr: bool = False) -> bool:
+    return "COLUMNS" in os.environ or (sys.stderr if stderr else sys.stdout).isatty()
+
+
+def _wrapped(text: str, console: Console, *, stderr: bool = False) -> str:
+    """A text within the width, where there is one; words, so paths, and lines quoted from files stay whole."""
+    if not _has_width(stderr=stderr):
+        return text
+    return "\n".join(line if _QUOTED.match(line) else _line(line, console.width) for line in text.split("\n"))
+
+
+# A line of a file: as errors show it, with carets under it, or to be copied.
+_QUOTED = re.compile(r" *\d* \| |[\w.-]+ = ")
+# What stands before the text of a line: a word in a column of its own, or spaces.
+_LABEL = re.compile(r" *\S+  +| *")
+
+
+def _line(line: str, width: int) -> str:
+    """One line; what follows stands under its text, if that leaves half the width."""
+    if len(line) <= width:
+        return line
+    column = len(line) - len(_LABEL.sub("", line, count=1))
+    column = column if column <= width // 2 else 0
+    indent = " " * (column or 2)
+    parts = textwrap.wrap(line[column:], width - len(indent), break_long_words=False, break_on_hyphens=False)
+    return line[:column] + f"\n{indent}".join(parts)
 
 
 def plain_table(
@@ -92,15 +124,18 @@ def complain(message: str) -> None:
     _told("error: ", "bold red", message)
 
 
-def warn(message: str) -> None:
-    """Print one warning to stderr."""
-    _told("warning: ", "bold yellow", message)
+def warn(message: str, *, stderr: bool = True) -> None:
+    """Print one warning, to stderr unless it is what was asked for."""
+    _told("warning: ", "bold yellow", message, stderr=stderr)
 
 
-def _told(kind: str, style: str, message: str) -> None:
+def _told(kind: str, style: str, message: str, *, stderr: bool = True) -> None:
     from rich.text import Text
 
-    _console(stderr=True).print(Text.assemble((kind, style), printable(message)), soft_wrap=True)
+    console = _console(stderr=stderr)
+    told = Text(_wrapped(kind + printable(message), console, stderr=stderr))
+    told.stylize(style, 0, len(kind))
+    console.print(told, soft_wrap=True)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.arguments import Payload, Settings, headless, number
+from hydrocrane.app.arguments import Payload, Settings, choice, headless, number
 from hydrocrane.app.console import reporting, say
 
 if TYPE_CHECKING:
@@ -33,10 +33,10 @@ def fit(
     mapping: Annotated[Path | None, typer.Option(help="Mapping of columns to signals, TOML.")] = None,
     signal: Annotated[list[str], typer.Option(help="Compare only this signal; repeat for more.")] = [],  # noqa: B006
     motion: Annotated[
-        MotionChoice, typer.Option(help="Simulate the motion, or take it as measured and compare forces.")
+        MotionChoice, choice(MotionChoice, "Simulate the motion, or take it as measured and compare forces.")
     ] = MotionChoice.simulated,
     interpolation: Annotated[
-        InterpolationChoice, typer.Option(help="Interpolation of a logged command between samples.")
+        InterpolationChoice, choice(InterpolationChoice, "Interpolation of a logged command between samples.")
     ] = InterpolationChoice.linear,
     bandwidth: Annotated[float, number("Bandwidth of a measured motion, Hz.")] = 2.0,
     window: Annotated[str | None, typer.Option(help="Part of the logs, FROM:TO, s.")] = None,

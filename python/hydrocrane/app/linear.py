@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.arguments import MachineName, Payload, Settings, headless, named_machine, picture_path, write_figure
+from hydrocrane.app.arguments import (
+    MachineName,
+    Payload,
+    Settings,
+    choice,
+    headless,
+    named_machine,
+    picture_path,
+    write_figure,
+)
 from hydrocrane.app.console import plain_table, say, warn
 
 if TYPE_CHECKING:
@@ -37,9 +46,9 @@ class Mode(StrEnum):
 At = Annotated[list[str], typer.Option(help="Joint of the pose, JOINT=VALUE with its unit; others in mid-range.")]
 Inputs = Annotated[list[str], typer.Option("--from", help="Input, such as cylinder.lift.command; all commands.")]
 Outputs = Annotated[list[str], typer.Option("--to", help="Output, such as tip.z; joints and tip by default.")]
-SideOf = Annotated[Side, typer.Option(help="Side of closed valves.")]
-FrictionOf = Annotated[Friction, typer.Option(help="smoothed: as simulated; released: none, as in larger motions.")]
-ModeOf = Annotated[Mode, typer.Option(help="Equilibrium: valves closed, or feeding the leakage.")]
+SideOf = Annotated[Side, choice(Side, "Side of closed valves.")]
+FrictionOf = Annotated[Friction, choice(Friction, "smoothed: as simulated; released: none, as in larger motions.")]
+ModeOf = Annotated[Mode, choice(Mode, "Equilibrium: valves closed, or feeding the leakage.")]
 
 
 def linearise(

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrocrane.app.arguments import Output, Settings, headless, named_machine, named_run, picture_path, write_figure
+from hydrocrane.app.arguments import (
+    Output,
+    Settings,
+    choice,
+    headless,
+    named_machine,
+    named_run,
+    picture_path,
+    write_figure,
+)
 from hydrocrane.errors import InputError, unknown
 
 if TYPE_CHECKING:
@@ -37,7 +46,7 @@ def plot(
             help="Saved run, scenario, or (last three charts) machine; several runs with --signal.", metavar="TARGET"
         ),
     ],
-    chart: Annotated[Chart, typer.Option(help="What to draw; the last three take a machine.")] = Chart.cylinders,
+    chart: Annotated[Chart, choice(Chart, "What to draw; the last three take a machine.")] = Chart.cylinders,
     signal: Annotated[
         list[str],
         typer.Option(help="Draw this signal instead of a chart, as tip.z or cylinder.lift.p1; again for each."),

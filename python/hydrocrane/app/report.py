@@ -10,7 +10,7 @@ from rich.text import Text
 
 from hydrocrane import _core
 from hydrocrane.analysis.capacity import Height, at_height, spread
-from hydrocrane.app.console import plain_table
+from hydrocrane.app.console import plain_table, say, warn
 from hydrocrane.machine.description import described
 from hydrocrane.machine.poses import SHOWN, in_words
 from hydrocrane.machine.stated import PROVENANCE_CLASSES
@@ -90,12 +90,12 @@ def _in_the_middle(machine: Machine, figures: Figures) -> list[Text | Table]:
     ]
 
 
-def findings(warnings: Sequence[ResultWarning]) -> list[Text]:
-    """Each warning, and how many there are, under a file without errors."""
-    if not warnings:
-        return [Text("no errors found")]
+def print_findings(warnings: Sequence[ResultWarning]) -> None:
+    """Print each warning, and how many there are, under a file without errors."""
+    for warning in warnings:
+        warn(str(warning), stderr=False)
     count = f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}"
-    return [*(Text(f"warning: {warning}", style="yellow") for warning in warnings), Text(f"no errors, {count}")]
+    say(f"no errors, {count}" if warnings else "no errors found")
 
 
 def _limits(machine: Machine, counts: list[float]) -> Table:
@@ -108,8 +108,8 @@ def _limits(machine: Machine, counts: list[float]) -> Table:
         cylinder, count = machine.cylinder_names[i], counts[i]
         low_x, high_x = machine.stroke_limits[i] * 1e3
         table.add_row(
-            joint, f"{low:.1f} {unit}", why_low, f"{high:.1f} {unit}", why_high,
-            f"{count:g} x {cylinder}" if count > 1.0 else cylinder, f"{low_x:.1f} .. {high_x:.1f} mm",
+            joint, f"{low:z.1f} {unit}", why_low, f"{high:z.1f} {unit}", why_high,
+            f"{count:g} x {cylinder}" if count > 1.0 else cylinder, f"{low_x:z.1f} .. {high_x:z.1f} mm",
         )  # fmt: skip
     return table
 

@@ -275,6 +275,8 @@ def mode_map(machine: MachineLike, modes: ModeMap) -> Figure:
     Forbidden positions are hatched.
     """
     machine = as_machine(machine)
+    if not np.isfinite(modes.frequency).any():
+        raise InputError("the map has no pose in which the crane holds its load and swings: carry less, or draw no map")
     fig, (left, right) = figure(12.0, 5.0, ncols=2)
     for panel, value, label in (
         (left, modes.frequency, "natural frequency [Hz]"),

@@ -51,7 +51,7 @@ def _tip(run: Record) -> list[str]:
     if "tip.x" not in columns:
         return []
     tip = [columns[f"tip.{axis}"].values for axis in run.machine.tip_axes]
-    start, end = (", ".join(f"{values[at]:.3f}" for values in tip) for at in (0, -1))
+    start, end = (", ".join(f"{values[at]:z.3f}" for values in tip) for at in (0, -1))
     return [f"  tip        ({start}) m -> ({end}) m, way {path_length(tip):.3f} m"]
 
 
@@ -99,7 +99,7 @@ def _cylinders(run: Record) -> list[str]:
 
 def _range(columns: Columns, name: str, scale: float) -> str:
     values = columns[name].values * scale
-    return f"{values.min():.1f} .. {values.max():.1f}"
+    return f"{values.min():z.1f} .. {values.max():z.1f}"
 
 
 def _energy(run: Record) -> list[str]:
@@ -108,10 +108,10 @@ def _energy(run: Record) -> list[str]:
         return []
     balance = energy_balance(run)
     lost = sorted(balance.lost.items(), key=lambda entry: -abs(entry[1]))
-    loads = f", energy of loads {balance.loads:+.0f} J" if run.payload_changes else ""
+    loads = f", energy of loads {balance.loads:+z.0f} J" if run.payload_changes else ""
     where = ", ".join(f"{name} {value:.0f}" for name, value in lost[:4] if abs(value) >= 0.5)
     return [
-        f"  energy     pump {balance.pump:.0f} J{loads}, stored {balance.stored:+.0f} J,"
+        f"  energy     pump {balance.pump:.0f} J{loads}, stored {balance.stored:+z.0f} J,"
         f" lost {sum(balance.lost.values()):.0f} J" + (f" ({where})" if where else ""),
         f"             the ledger closes to {balance.residual:.1e} J",
     ]

@@ -82,6 +82,7 @@ def scenario_entry(plan: Plan, cylinders: tuple[str, ...] | None = None) -> Scen
         "duration": float(plan.duration),
         "record_interval": float(plan.record_interval),
         "joints": [(name, _one(f"start of joint {name}", q)) for name, q in plan.joints.items()],
+        "places": [getattr(q, "place", "") for q in plan.joints.values()],
         "pressures": _pressures(plan),
         "commands": _commands(plan, cylinders),
         "supply": None if plan.supply is None else plan.supply.entry,

@@ -53,7 +53,7 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
     solver = cast(SolverFields, {key: value for key, value in raw["solver"].items() if value is not None})
     return Scenario(
         machine=machine,
-        joints=dict(raw["joints"]),
+        joints=dict(zip(raw["joints"], map(_Placed.at, raw["places"], raw["joints"].values()), strict=True)),
         commands={name: Command(**command) for name, command in raw["commands"].items()},
         supply=None if raw["supply"] is None else SupplyPressure(**raw["supply"]),
         duration=raw["duration"],
@@ -75,6 +75,18 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
         warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
         **_loop(raw["controller"]),
     )
+
+
+class _Placed(float):
+    """A value of a file that keeps its place, for messages of what is checked later."""
+
+    place: str
+
+    @classmethod
+    def at(cls, place: str, value: float) -> _Placed:
+        placed = cls(value)
+        placed.place = place
+        return placed
 
 
 class LoopFields(TypedDict, total=False):

@@ -13,6 +13,8 @@ from hydrocrane.arrays import Array, brief
 SHOWS_WELL = 10
 # What takes longer than a quarter of an hour for a turn is drift by leakage, in pairs where pistons share a load, Hz.
 _DRIFT = 1e-3
+# Real parts this small beside the largest eigenvalue are rounding.
+_ROUNDING = 1e-13
 
 
 @dataclass(frozen=True)
@@ -59,10 +61,10 @@ def oscillations(matrix: Array, names: Sequence[str]) -> Oscillations:
     swinging = np.flatnonzero(values.imag > max(1e-9 * np.abs(values).max(), 2 * np.pi * _DRIFT))
     swinging = swinging[np.argsort(np.abs(values[swinging]))]
     leading = np.argmax(np.abs(left.conj() * right), axis=0)
-    size = np.abs(values[swinging])
+    size, decay = np.abs(values[swinging]), -values.real[swinging]
     return Oscillations(
         frequency=size / (2 * np.pi),
-        damping=-values.real[swinging] / size,
+        damping=np.where(np.abs(decay) > _ROUNDING * np.abs(values).max(), decay / size, 0.0),
         state=tuple(names[leading[i]] for i in swinging),
         eigenvalues=values,
         shapes=right.T[swinging],

@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import run
 
 import hydrocrane as hc
 from hydrocrane.analysis.figures import doubts, figures
+from hydrocrane.state_space.oscillations import oscillations
 
 ROOT = Path(__file__).parents[3]
 MINI = ROOT / "crates/machine/tests/suite/mini.toml"
@@ -18,6 +20,8 @@ WRONG = [
     ("rottne-f9-lab", {"supply.pressure": "5 bar"}, "cylinder.lift needs 10"),
     ("hiab-xs031", {"supply.pressure": "19 bar"}, "it cannot lift"),
     ("hiab-xs031", {"supply.pressure": "35 bar"}, "cylinder.tilt needs 93"),
+    ("rottne-f9-ls", {"joint.boom.limits": ["30 rad", "116 rad"]}, "write them in deg, in which these numbers fit"),
+    (MINI, {"joint.arm.limits": ["-2.4 deg", "-1 deg"]}, "write them in rad, in which these numbers fit"),
     (MINI, {"supply.pressure": "35 bar", "payload.mass": "300 kg"}, "it cannot lift"),
     (MINI, {"payload.mass": "30 t"}, "it cannot lift"),
     (MINI, {"environment.gravity": "98.1 m/s^2"}, "it cannot lift"),
@@ -112,6 +116,28 @@ def test_a_start_that_the_supply_cannot_hold_is_named_without_a_run():
     done = run("check", "vertical-lift-open-loop", "--set", "payload.mass=900 kg")
     assert "warning: " in done.stdout and "no errors found" not in done.stdout
     assert "no errors found" in run("check", "vertical-lift-open-loop").stdout
+
+
+@pytest.mark.parametrize(
+    ("boom", "told"), [(3.0, "is at 171.89 deg, outside its limits"), (100.0, 'did you mean "100 deg"?')]
+)
+def test_a_start_outside_the_limits_is_named_at_its_place(tmp_path, boom, told):
+    plan = hc.load_scenario("vertical-lift-open-loop").changed(joints={"boom": boom, "jib": 1.7, "extension": 0.0})
+    file = plan.save(tmp_path / "far.toml")
+    for command in ("check", "simulate"):
+        message = run(command, file, folder=tmp_path).stderr
+        assert f"{file}:13:8: initial.joint.boom: joint boom" in message and told in message
+
+
+def test_a_key_of_scenarios_is_no_key_of_the_machine():
+    told = run("check", "vertical-lift-open-loop", "--set", "duration=3 s").stderr
+    assert "`scenario.duration` is a key of scenario files: change it there" in told
+
+
+def test_rounding_is_no_damping():
+    turned = np.linalg.qr(np.random.default_rng(1).normal(size=(4, 4)))[0]
+    swings = np.array([[0.0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 9], [0, 0, -9, 0]])
+    assert not oscillations(turned @ swings @ turned.T, "abcd").damping.any()
 
 
 def test_drift_by_leakage_is_no_oscillation():

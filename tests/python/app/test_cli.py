@@ -236,6 +236,25 @@ def test_a_number_with_an_underscore_is_a_misprint(command):
     assert command[-2] in done.stderr and f"`{command[-1]}` is not a" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("command", "meant"),
+    [
+        (("plot", "rottne-f9-lab", "--chart", "joint-strok"), "joint-stroke"),
+        (("bode", "rottne-f9-lab", "--friction", "relesed"), "released"),
+        (("fit", "flow-valve-lift", "log.csv", "-p", "payload.mass", "--motion", "mesured"), "measured"),
+    ],
+)
+def test_a_misspelt_choice_is_told_the_nearest(command, meant):
+    done = run(*command)
+    assert done.returncode == 2 and f"did you mean `{meant}`?" in " ".join(done.stderr.replace("│", " ").split())
+
+
+def test_a_map_without_a_pose_that_holds_the_load_is_not_drawn(tmp_path):
+    done = run("modes", "rottne-f9-lab", "--payload", "50000", "--samples", "4", folder=tmp_path)
+    assert done.returncode == 0 and "carry less, or draw no map" in done.stderr and "NaN" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_no_option_reads_numbers_by_itself():
     # They have one reader, which takes what files take.
     for path in Path(hc.__file__).parent.joinpath("app").glob("*.py"):

@@ -11,6 +11,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.app import cli
+from hydrocrane.app.console import say
 
 COMMANDS = {
     "machines": ("machines",),
@@ -19,6 +20,12 @@ COMMANDS = {
     "modes of a jib": ("modes", "hiab-xs031", "--samples", "0"),
     "linearise": ("linearise", "hiab-xs031", "-o", "linear.json"),
     "loops": ("bode", "rottne-f9-lab", "--loops", "-o", "bode.png"),
+    "bode": ("bode", "rottne-f9-lab", "-o", "bode.png"),
+    "simulate": ("simulate", "vertical-lift-open-loop", "--duration", "0.3", "--film", "none", "-o", "."),
+    "rig list": ("rig", "list"),
+    "loadchart": ("loadchart", "rottne-f9-lab", "--samples", "5"),
+    "an error": ("check", "rottne-f9-lap"),
+    "check of a scenario": ("check", "flow-valve-lift"),
 }
 
 
@@ -35,12 +42,13 @@ def test_tables_fit_narrow_terminals(name, columns, monkeypatch, capsys, tmp_pat
     monkeypatch.setenv("COLUMNS", str(columns))
     with pytest.raises(SystemExit):
         cli.main(list(COMMANDS[name]))
-    shown = capsys.readouterr().out
+    shown, told = capsys.readouterr()
     assert "…" not in shown
+    assert not [line for line in (shown + told).splitlines() if len(line) > columns and " " in line.strip()]
     for machine in hc.bundled_machines() if name == "machines" else ("rottne-f9-lab",)[: name == "check"]:
         assert machine in shown
     words = ("modulus", "extension") if name == "loops" else ("frequency", "damping", "record", "every", "ms")
-    for word in words if name not in ("machines", "check") else ():
+    for word in words if name in ("modes", "modes of a jib", "linearise", "loops") else ():
         assert word in shown.replace(",", "").split()
 
 
@@ -63,3 +71,10 @@ def test_ctrl_c_says_what_was_written(tmp_path, monkeypatch, capsys):
     told = capsys.readouterr()
     assert "vertical-lift-open-loop.nc" in told.out and "not everything was written" in told.err
     assert (tmp_path / "vertical-lift-open-loop.nc").exists() and ".gif" not in told.out
+
+
+def test_lines_of_files_are_not_wrapped(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "20")
+    lines = ['12 | bore = "50 mm" # of the lift cylinder', 'source = "the longest of all data sheets"']
+    say(*lines)
+    assert capsys.readouterr().out.splitlines() == lines

@@ -320,12 +320,16 @@ def test_limits_are_those_of_the_machine_whatever_was_built_before():
     np.testing.assert_array_equal(crane.changed({"cylinder.lift.bore": 0.101}).joint_limits, first)
 
 
-def test_drawn_links_of_the_loader_crane_go_through_its_pins():
-    crane = hc.load_machine("hiab-xs031")
+@pytest.mark.parametrize("name", hc.bundled_machines())
+def test_drawn_links_go_through_the_pins(name):
+    crane = hc.load_machine(name)
     lines = crane.drawing(crane.home)
-    corners = [corner for kind, _, line in lines if kind == "link" for corner in line]
+    links = [np.asarray(line) for kind, _, line in lines if kind in ("link", "torque-link")]
+    sides = np.concatenate([np.stack((line[:-1], line[1:]), axis=1) for line in links])
+    start, side = sides[:, 0], sides[:, 1] - sides[:, 0]
     ends = {"cylinder-barrel": 0, "cylinder-rod": -1}
     pins = [line[ends[kind]] for kind, _, line in lines if kind in ends]
-    assert len(pins) == 6
+    assert pins
     for pin in pins:
-        assert min(np.linalg.norm(pin - corner) for corner in corners) < 1e-6
+        along = np.clip(((pin - start) * side).sum(axis=1) / (side**2).sum(axis=1), 0.0, 1.0)
+        assert np.linalg.norm(pin - start - along[:, None] * side, axis=1).min() < 1e-6

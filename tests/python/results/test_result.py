@@ -2,6 +2,7 @@
 
 import dataclasses
 import pickle
+import re
 import signal
 import threading
 
@@ -151,6 +152,10 @@ def test_summary_says_what_happened(run):
         "tip",
     ):
         assert word in text
+
+
+def test_a_summary_writes_what_rounds_to_zero_as_zero():
+    assert not re.search(r"-0\.0+\b", hc.simulate("tip-vertical-line", duration=0.2).summary())
 
 
 # --- changing a scenario --------------------------------------------------------------------------------------------

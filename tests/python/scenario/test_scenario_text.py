@@ -22,9 +22,9 @@ def in_si(value):
 
 
 def plain(value):
-    """An entry with lists in place of arrays, and named things in one order."""
+    """An entry with lists in place of arrays, and named things in one order, wherever its file lies."""
     if isinstance(value, dict):
-        return {key: plain(inner) for key, inner in value.items()}
+        return {key: plain(inner) for key, inner in value.items() if key != "places"}
     if isinstance(value, list | tuple):
         return [plain(inner) for inner in value]
     return value.tolist() if isinstance(value, np.ndarray) else value

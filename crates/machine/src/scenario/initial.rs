@@ -11,6 +11,8 @@ use crate::sections::coordinate;
 pub struct Initial {
     /// Joint coordinates by name, rad or m.
     pub joints: Vec<(String, f64)>,
+    /// Where the file states each; empty without a file.
+    pub places: Vec<String>,
     pub pressures: Pressures,
 }
 
@@ -25,17 +27,19 @@ pub enum Pressures {
 /// The start that `[initial]` describes.
 pub fn read(root: &Reader, machine: &Machine) -> Result<Initial> {
     let Some(table) = root.table("initial")? else {
-        return Ok(Initial { joints: Vec::new(), pressures: Pressures::Equilibrium });
+        return Ok(Initial { joints: Vec::new(), places: Vec::new(), pressures: Pressures::Equilibrium });
     };
-    let mut joints = Vec::new();
+    let (mut joints, mut places) = (Vec::new(), Vec::new());
     if let Some(names) = table.names("joint")? {
         for name in names.keys() {
             let joint =
                 &machine.joints[known_name(&names, name, "joint", machine.joints.iter().map(|j| j.name.as_str()))?];
-            joints.push((name.to_string(), names.quantity_of(name, &coordinate(&joint.kind))?));
+            let field = names.required(name, "the start of the joint")?;
+            joints.push((name.to_string(), field.quantity_of(&coordinate(&joint.kind))?));
+            places.push(field.place.to_string());
         }
     }
-    Ok(Initial { joints, pressures: pressures(&table, machine)? })
+    Ok(Initial { joints, places, pressures: pressures(&table, machine)? })
 }
 
 fn pressures(table: &Reader, machine: &Machine) -> Result<Pressures> {

@@ -2,7 +2,7 @@
 
 use crate::keys::LEVER;
 use crate::merge::OverrideValue;
-use crate::units::quantity;
+use crate::misread::quantity;
 
 /// A field of a scenario that replaces a key of the machine.
 #[derive(Debug, Clone, PartialEq)]

@@ -37,10 +37,19 @@ fn suggestions_give_the_expected_quantity_of_a_usual_size() {
         ("valve.lift.nominal-flow", "40 lt/min", "did you mean `l`?"),
         ("cylinder.lift.bore", "63 nm", "did you mean `mm`?"),
         ("pump.main.speed", "1450 1/min", "write 1450 rpm"),
+        ("control.period", "1 S", "did you mean `s`?"),
+        ("joint.boom.dead-centre-margin", "3 grad", "write deg: a grad is 1 deg to some"),
+        ("fluid.viscosity", "46 SSU", "write cSt, from a table"),
+        ("supply.pressure", "190 kg/cm2", "write kgf and tf for their weights"),
+        ("supply.pressure", "190 bar g", "gauge: write \"190 bar\""),
+        ("supply.pressure", "190 bara", "gauge: write what is above the atmosphere, 1.01325 bar, in bar"),
+        ("payload.mass", "5 tf", "write kg or t for the mass"),
+        ("valve.lift.overlap", "20 %", "a share, and nothing says of what; give a length"),
     ] {
         let found = with(key, value).unwrap_err();
         assert!(found.contains(wanted), "{key} = {value}: {found}");
     }
+    assert!(with("supply.pressure", "190 kgf/cm2").is_ok());
     // What is nothing like a unit of the quantity is answered by a list of its own units, never by another quantity's.
     let found = with("valve.lift.nominal-flow", "40 xyz").unwrap_err();
     assert!(!found.contains("rpm") && !found.contains("MPa"), "{found}");

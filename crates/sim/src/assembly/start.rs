@@ -7,7 +7,7 @@ use crate::warning::Warning;
 use crate::warnings::doubts_at_rest;
 use hydrocrane_machine::scenario::{Initial, Pressures, Scenario};
 use hydrocrane_machine::suggestion;
-use hydrocrane_plant::EquilibriumMode;
+use hydrocrane_plant::{EquilibriumMode, PoseError};
 use std::f64::consts::TAU;
 
 /// State at time zero with `payload` (kg) at the tip, and warnings.
@@ -16,7 +16,8 @@ use std::f64::consts::TAU;
 /// A missing or unknown joint or cylinder, or a pose that is not possible.
 pub fn start(scenario: &Scenario, model: &dyn Model, payload: f64) -> Result<(Vec<f64>, Vec<Warning>), AssemblyError> {
     let q = pose(&scenario.initial, model)?;
-    let mut x = at_rest(&scenario.initial, model, &q, payload)?;
+    let placed = |error| with_place(error, &scenario.initial);
+    let mut x = at_rest(&scenario.initial, model, &q, payload).map_err(placed)?;
     if let Some(supply) = &scenario.supply {
         if let Some((message, cure)) = supply.fault() {
             return Err(format!("{message}; {cure}").into());
@@ -58,6 +59,21 @@ fn at_rest(initial: &Initial, model: &dyn Model, q: &[f64], payload: f64) -> Res
     Ok(x)
 }
 
+/// The error of a start with its place in the file.
+fn with_place(mut error: AssemblyError, initial: &Initial) -> AssemblyError {
+    if let AssemblyError::Pose(PoseError::OutsideLimits { place, joint, .. }) = &mut error {
+        *place = place_of(joint, initial).unwrap_or_default();
+    }
+    error
+}
+
+/// What stands before a message about the start of a joint that a file states.
+fn place_of(joint: &str, initial: &Initial) -> Option<String> {
+    let mut stated = initial.joints.iter().zip(&initial.places);
+    let (_, place) = stated.find(|((name, _), place)| name == joint && !place.is_empty())?;
+    Some(format!("{place}: initial.joint.{joint}: "))
+}
+
 /// The coordinate of every joint.
 fn pose(initial: &Initial, model: &dyn Model) -> Result<Vec<f64>, AssemblyError> {
     let machine = model.machine();
@@ -72,22 +88,23 @@ fn pose(initial: &Initial, model: &dyn Model) -> Result<Vec<f64>, AssemblyError>
     let bounds = model.layout().units.iter().zip(model.joint_limits());
     for ((name, value), (unit, limits)) in names.iter().zip(&q).zip(bounds) {
         if *unit == "rad" && value.abs() > TAU {
-            return Err(turned(name, *value, limits.lower, limits.upper).into());
+            return Err(turned(name, *value, limits.lower, limits.upper, place_of(name, initial)).into());
         }
     }
     Ok(q)
 }
 
 /// A start of more than a full turn: often degrees in place of radians.
-fn turned(name: &str, value: f64, lower: f64, upper: f64) -> String {
+fn turned(name: &str, value: f64, lower: f64, upper: f64, place: Option<String>) -> String {
     let (low, high) = (lower.to_degrees(), upper.to_degrees());
-    let meant = if (low..=high).contains(&value) {
-        format!("; numbers are radians: write np.deg2rad({})", short(value))
-    } else {
-        String::new()
+    let meant = match &place {
+        _ if !(low..=high).contains(&value) => String::new(),
+        Some(_) => format!("; did you mean \"{} deg\"?", short(value)),
+        None => format!("; numbers are radians: write np.deg2rad({})", short(value)),
     };
     format!(
-        "joint {name} starts at {} rad, {} deg: more than a whole turn; its limits are {low:.1} and {high:.1} deg{meant}",
+        "{}joint {name} starts at {} rad, {} deg: more than a whole turn; its limits are {low:.1} and {high:.1} deg{meant}",
+        place.unwrap_or_default(),
         short(value),
         short(value.to_degrees())
     )
