@@ -11,9 +11,8 @@ from contextlib import contextmanager
 from socketserver import BaseServer
 from typing import Any, TypeVar
 
-from hydrocrane.app.live import cockpit_server
+from hydrocrane.app.live import cockpit_server, viewer_server
 from hydrocrane.app.live_server import Files, Server
-from hydrocrane.app.view import viewer_server
 from hydrocrane.results.run import Run
 
 AnyServer = TypeVar("AnyServer", bound=BaseServer)

@@ -27,16 +27,11 @@ from hydrocrane.app.arguments import (
 )
 from hydrocrane.app.console import bar, complain, say, waiting, warn
 from hydrocrane.app.control import control
-from hydrocrane.app.export import export
-from hydrocrane.app.fit import fit
-from hydrocrane.app.identify import identify
-from hydrocrane.app.linear import bode, linearise
-from hydrocrane.app.live import live
-from hydrocrane.app.plot import plot
-from hydrocrane.app.rig import rig
-from hydrocrane.app.schema import schema
+from hydrocrane.app.export import export, schema
+from hydrocrane.app.identify import fit, identify, rig
+from hydrocrane.app.live import live, view
+from hydrocrane.app.plot import bode, linearise, plot
 from hydrocrane.app.sweep import sweep
-from hydrocrane.app.view import view
 
 if TYPE_CHECKING:
     from hydrocrane.results.run import Run

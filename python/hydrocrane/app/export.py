@@ -1,7 +1,8 @@
-"""``hydrocrane export``: machines and controllers for other programs."""
+"""``hydrocrane export`` and ``schema``: machines and controllers for other programs, and what editors must know."""
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -181,3 +182,25 @@ def _source(target: str, settings: list[str], at: list[str]) -> Machine | Scenar
         return machine
     joints = dict(zip(machine.joint_names, pose(machine, at).tolist(), strict=True))
     return hc.Scenario(machine=machine, joints=joints, name=machine.name)
+
+
+class FileKind(StrEnum):
+    machine = "machine"
+    scenario = "scenario"
+
+
+def schema(
+    kind: Annotated[FileKind, typer.Argument(help="Kind of file.")] = FileKind.machine,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="File to write; by default it is printed.")
+    ] = None,
+) -> None:
+    """Print or write the JSON Schema of machine or scenario files, for completion and hover in editors."""
+    from hydrocrane import _core
+    from hydrocrane.files.whole_file import write_text
+
+    text = _core.json_schema(kind.value)
+    if output is None:
+        print(text, end="")
+    else:
+        say(f"written: {write_text(output, text)}")

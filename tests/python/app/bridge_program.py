@@ -10,10 +10,8 @@ from contextlib import ExitStack, contextmanager
 
 from websockets.sync.client import connect
 
-from hydrocrane.app.bridge import Bridge
-from hydrocrane.app.bridge_command import part_of, transport_of
-from hydrocrane.app.bridge_packets import HEADER, Kind, Packet, PacketFlag
-from hydrocrane.app.bridge_transport import address_of
+from hydrocrane.app.bridge import Bridge, part_of, transport_of
+from hydrocrane.app.bridge_transport import HEADER, Kind, Packet, PacketFlag, address_of
 
 HERE = "127.0.0.1"
 

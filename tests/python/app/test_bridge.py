@@ -19,10 +19,8 @@ from command_line import run
 
 import hydrocrane as hc
 from hydrocrane.app import bridge as bridge_module
-from hydrocrane.app.bridge import Bridge
-from hydrocrane.app.bridge_command import part_of, transport_of
-from hydrocrane.app.bridge_packets import Kind, Packet, PacketFlag
-from hydrocrane.app.bridge_transport import Address, address_of, is_local
+from hydrocrane.app.bridge import Bridge, part_of, transport_of
+from hydrocrane.app.bridge_transport import Address, Kind, Packet, PacketFlag, address_of, is_local
 
 CLIENT = Path(__file__).parents[3] / "docs/howto/bridge_client.c"
 

@@ -18,8 +18,8 @@ from websockets.sync.client import connect
 
 import hydrocrane as hc
 from hydrocrane.app import bridge_websocket
-from hydrocrane.app.bridge_command import part_of, transport_of
-from hydrocrane.app.bridge_packets import Kind, Packet
+from hydrocrane.app.bridge import part_of, transport_of
+from hydrocrane.app.bridge_transport import Kind, Packet
 
 # Of the page: whether the tip has risen so far.
 RISES = """(height) => {

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.app.starter import write_starter
-from hydrocrane.app.starter_pump import KINDS
+from hydrocrane.app.starter import KINDS, write_starter
 from hydrocrane.errors import InputError
 
 

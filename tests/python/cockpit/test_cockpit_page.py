@@ -11,7 +11,7 @@ from browser import served
 from cockpit_tab import DRIVE, PICTURES, STARTS, Page, hold, table
 
 import hydrocrane as hc
-from hydrocrane.app.view import viewer_server
+from hydrocrane.app.live import viewer_server
 
 # What a gamepad is to a page: first stick half to the right, second axis up (negative).
 GAMEPAD = """
