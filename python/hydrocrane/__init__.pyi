@@ -45,10 +45,10 @@ from hydrocrane.results.outcome import Outcome as Outcome
 from hydrocrane.results.record import Event as Event
 from hydrocrane.results.run import Run as Run
 from hydrocrane.results.run import load_run as load_run
-from hydrocrane.scenario.bursts import Burst as Burst
 from hydrocrane.scenario.command import Command as Command
 from hydrocrane.scenario.command import read_commands as read_commands
-from hydrocrane.scenario.goals import Goal as Goal
+from hydrocrane.scenario.events import Burst as Burst
+from hydrocrane.scenario.events import Goal as Goal
 from hydrocrane.scenario.payload import PayloadChange as PayloadChange
 from hydrocrane.scenario.phases import Phase as Phase
 from hydrocrane.scenario.scenario import Scenario as Scenario

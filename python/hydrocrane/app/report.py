@@ -14,8 +14,8 @@ from hydrocrane.app.console import plain_table, say, warn
 from hydrocrane.machine.description import described
 from hydrocrane.machine.poses import SHOWN, in_words
 from hydrocrane.machine.stated import PROVENANCE_CLASSES
+from hydrocrane.scenario.phases import ScenarioStage
 from hydrocrane.scenario.solver import named
-from hydrocrane.scenario.stage import ScenarioStage
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -1,7 +1,7 @@
 """Scenarios: what is to be simulated, built in Python or read from a file."""
 
-from hydrocrane.scenario.bursts import Burst
 from hydrocrane.scenario.command import INTERPOLATIONS, Command, read_commands
+from hydrocrane.scenario.events import Burst
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario

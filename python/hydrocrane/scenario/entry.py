@@ -23,10 +23,9 @@ from hydrocrane.errors import InputError, unknown
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
-from hydrocrane.scenario.bursts import Burst
 from hydrocrane.scenario.changes import Pressures
 from hydrocrane.scenario.command import Command, split_table
-from hydrocrane.scenario.goals import Goal
+from hydrocrane.scenario.events import Burst, Goal
 from hydrocrane.scenario.phases import ControllerSettings, Phase
 from hydrocrane.scenario.solver import Solver
 from hydrocrane.scenario.supply import SupplyPressure

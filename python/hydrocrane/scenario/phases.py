@@ -1,10 +1,12 @@
-"""Changes during a run: controller, sticks, values of the machine."""
+"""Changes during a run: controller, sticks, values of the machine; timed entries in order of time."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, TypeVar
 
+from hydrocrane._core_types import Override, StageTable
 from hydrocrane.arrays import scenario_quantity
 from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
@@ -12,6 +14,62 @@ from hydrocrane.errors import InputError, check_known
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SENSORS
+
+
+class Due(Protocol):
+    """An entry with a time, s."""
+
+    @property
+    def time(self) -> float: ...
+
+
+D = TypeVar("D", bound=Due)
+
+
+def in_order_of_time(given: Iterable[D] | D, kind: type[D], name: str, twice: str) -> tuple[D, ...]:
+    """The entries `given` of one `kind`, in order of time.
+
+    In messages `name` is the name of the argument, and `twice` says what two entries do at one time.
+    """
+    listed = list(given) if isinstance(given, Iterable) else [given]
+    if not all(isinstance(one, kind) for one in listed):
+        raise InputError(f"{name} must be a list of {kind.__name__}; got {given!r}")
+    ordered = sorted(listed, key=lambda one: one.time)
+    for early, late in zip(ordered[:-1], ordered[1:], strict=True):
+        if early.time == late.time:
+            raise InputError(f"two {name} {twice} at {late.time:g} s; give each a different time")
+    return tuple(ordered)
+
+
+@dataclass(frozen=True)
+class ScenarioStage:
+    """What holds from a time on: the start of a scenario, or one of its phases with all that stays.
+
+    Attributes
+    ----------
+    driver : str, object or None
+        The controller; ``None`` under spool commands.
+    sensors : {"ideal", "data-sheet"}
+    stick_mode : {"tip", "lever"}
+    stick_times : int
+        Times at which the sticks are stated.
+    machine_overrides : mapping
+        Of the scenario and all phases until here, with those that a named controller's period and full speed make.
+    """
+
+    driver: AnyController | None
+    sensors: str
+    stick_mode: str
+    stick_times: int
+    machine_overrides: Mapping[str, Override]
+
+    @classmethod
+    def of(cls, told: StageTable, own: Mapping[int, AnyController]) -> ScenarioStage:
+        """From the core's data; `own` are your controllers by their numbers."""
+        number = told["own"]
+        driver = told["controller"] if number is None else own[number]
+        return cls(driver, told["sensors"], told["mode"], told["stick_times"], dict(told["overrides"]))
+
 
 # Fields of a phase that come with a controller.
 LOOP = ("period", "delay", "sensors", "controller_model", "monitor")

@@ -31,18 +31,14 @@ from hydrocrane.machine.overrides import Override, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.scenario.bursts import Burst, as_bursts
-from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields
+from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields, check_agreement, later_counts, stated_fields
 from hydrocrane.scenario.command import Command, as_command
-from hydrocrane.scenario.due import in_order_of_time
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
-from hydrocrane.scenario.goals import Goal
+from hydrocrane.scenario.events import Burst, Goal, as_bursts
 from hydrocrane.scenario.payload import payload_changes
-from hydrocrane.scenario.phases import Phase, check_values
-from hydrocrane.scenario.precedence import check_agreement, later_counts, stated_fields
+from hydrocrane.scenario.phases import Phase, ScenarioStage, check_values, in_order_of_time
 from hydrocrane.scenario.record_size import bytes_of, check_size, row_count
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver
-from hydrocrane.scenario.stage import ScenarioStage
 from hydrocrane.scenario.supply import MEASURED, SupplyPressure, as_supply
 
 

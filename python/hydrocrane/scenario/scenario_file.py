@@ -13,10 +13,9 @@ from hydrocrane.errors import translated
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.scenario.bursts import Burst
 from hydrocrane.scenario.changes import SolverFields
 from hydrocrane.scenario.command import Command
-from hydrocrane.scenario.goals import Goal
+from hydrocrane.scenario.events import Burst, Goal
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.solver import Solver

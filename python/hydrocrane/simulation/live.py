@@ -18,7 +18,7 @@ from hydrocrane.results.outcome import Outcome
 from hydrocrane.results.record import Event
 from hydrocrane.scenario.changes import RunChanges
 from hydrocrane.scenario.entry import own_controllers, scenario_entry
-from hydrocrane.scenario.goals import Goal
+from hydrocrane.scenario.events import Goal
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario
