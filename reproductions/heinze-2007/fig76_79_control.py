@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from common import figure, printed_controller, save
+from common import completed, figure, printed_controller, save
 
 import hydrocrane as hc
 
@@ -29,10 +29,7 @@ def drive(machine: str, duration: float, stick: hc.Joystick, **options):
     plan = hc.Scenario(
         machine=machine, joints=START, duration=duration, joystick=stick, solver=SOLVERS[machine], **options
     )
-    run = hc.simulate(plan, ledger=False)
-    if run.outcome.kind != "completed":
-        raise RuntimeError(f"{machine} ended at {run.outcome.time:g} s: {run.outcome.message}")
-    return run.data
+    return completed(hc.simulate(plan, ledger=False))
 
 
 @cache
