@@ -15,6 +15,9 @@ from scipy.optimize import brentq
 POSE = np.array([np.deg2rad(100.0), np.deg2rad(100.0), 0.0])
 PER_MINUTE = 6e4  # m^3/s to l/min
 ROTTNE_EXTENDING = (160.0, 180.0, 8000.0, 0.002)  # Table 3: alpha0, alpha1, alpha2, v_sigma
+# Break-away alpha0 + alpha1 of Table 3, N, and sigma_0 of Table 4, N/m: Rottne, extending and retracting.
+ROTTNE_BREAKAWAY = {"0kg": (340.0, 400.0), "115kg": (620.0, 800.0)}
+ROTTNE_STIFFNESS = (1.2e5, 1.0e5)
 
 
 def e1_gravity() -> dict[str, float]:
@@ -127,6 +130,15 @@ def e15_e16_friction() -> dict[str, float]:
     }
 
 
+def e20_deflection() -> dict[str, float]:
+    """Bristle deflection at break-away by Tables 3 and 4, "x 10e5" read as 10^5, and as 10^6."""
+    out = {}
+    for load, forces in ROTTNE_BREAKAWAY.items():
+        for direction, force, stiffness in zip(("extending", "retracting"), forces, ROTTNE_STIFFNESS, strict=True):
+            out[f"{load}_{direction}_m"] = force / stiffness
+    return out | {"0kg_retracting_read_literally_m": ROTTNE_BREAKAWAY["0kg"][1] / (10 * ROTTNE_STIFFNESS[1])}
+
+
 def e23_to_e28_geometry() -> dict[str, float]:
     """Inverse kinematics behind the pillar, and equations (12), (36), (40) read literally."""
     # The corner of Table 1's box that folds the tip behind the pillar.
@@ -177,6 +189,7 @@ CHECKS = (
     e9_to_e11_leakage,
     e13_e14_strokes,
     e15_e16_friction,
+    e20_deflection,
     e23_to_e28_geometry,
     e40_e42_size,
 )
