@@ -85,5 +85,5 @@ def draw() -> None:
         for axis, joint, motion, scale, unit in zip(row, JOINTS, motions, (57.2958, 57.2958, 1e3), ("deg", "deg", "mm")):
             axis.bar(("$x_s>0$", "$x_s<0$", "$x_s=0$"), scale * motion)
             axis.axhline(0.0, color="black", lw=0.8)
-            axis.set(title=f"Table 2, {joint}, {machine}", ylabel=f"motion in 0.5 s [{unit}]")
+            axis.set(title=f"{joint}, {machine}", ylabel=f"motion in 0.5 s [{unit}]")
     save(fig, "table2_valve_signs")
