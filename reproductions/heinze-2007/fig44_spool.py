@@ -41,7 +41,10 @@ def compute() -> dict[str, float]:
     ringing = 2 * np.pi / period
     tau = -first / np.log(top / STEP - 1)
     natural = np.sqrt(1 / tau**2 + ringing**2)
-    found = {"frequency_hz": float(natural / (2 * np.pi)), "damping_ratio": float(1 / np.sqrt(1 + (tau * ringing) ** 2))}
+    found = {
+        "frequency_hz": float(natural / (2 * np.pi)),
+        "damping_ratio": float(1 / np.sqrt(1 + (tau * ringing) ** 2)),
+    }
     shares = [abs(found[key] - value) / rounding for key, (value, rounding) in PRINTED.items()]
     return found | {"overshoot": float(top / STEP - 1), "largest_share_of_the_rounding": max(shares)}
 

@@ -60,7 +60,9 @@ def compute() -> dict[str, float]:
         held += [wider, deeper_when_rising, higher_when_falling]
         numbers[f"{cylinder}_is_higher_when_falling"] = float(higher_when_falling)
     # The Rottne cylinder is too short for these loops with the Stribeck velocity of its loaded row.
-    peaks = {f"{c}_{load}kg_largest_friction_N": peak(c, load) for c, load in (("Rottne", 0), ("Kalmar", 0), ("Kalmar", 115))}
+    peaks = {
+        f"{c}_{load}kg_largest_friction_N": peak(c, load) for c, load in (("Rottne", 0), ("Kalmar", 0), ("Kalmar", 115))
+    }
     return numbers | peaks | {"violations": violations(held)}
 
 

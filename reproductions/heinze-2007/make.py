@@ -38,6 +38,7 @@ def statements() -> list[dict]:
 def scripts() -> list[str]:
     """Names of all scripts with numbers, the evidence of the errata included."""
     return sorted({Path(i["script"]).stem for i in items() if "script" in i}) + [
+        "errata_effects",
         "errata_evidence",
         "errata_switches",
         "published_heights",

@@ -69,7 +69,9 @@ def repeatability(key: str) -> float:
 
 def report(numbers: dict[str, float]) -> list[str]:
     """Entries missed, machine by machine."""
-    lines = ["| machine | driven entries missed, of 6 | closed entries missed, of 3 | largest creep with the valve closed |"]
+    lines = [
+        "| machine | driven entries missed, of 6 | closed entries missed, of 3 | largest creep with the valve closed |"
+    ]
     lines.append("|---|---|---|---|")
     for machine in SOLVERS:
         cells = " | ".join(f"{numbers[f'{machine}.{kind}_missed']:.0f}" for kind in ("driven", "closed"))
@@ -82,7 +84,9 @@ def draw() -> None:
     fig, axes = figure(2, 3, (9.5, 5.5))
     for machine, row in zip(SOLVERS, axes):
         motions = responses(machine)
-        for axis, joint, motion, scale, unit in zip(row, JOINTS, motions, (57.2958, 57.2958, 1e3), ("deg", "deg", "mm")):
+        for axis, joint, motion, scale, unit in zip(
+            row, JOINTS, motions, (57.2958, 57.2958, 1e3), ("deg", "deg", "mm")
+        ):
             axis.bar(("$x_s>0$", "$x_s<0$", "$x_s=0$"), scale * motion)
             axis.axhline(0.0, color="black", lw=0.8)
             axis.set(title=f"{joint}, {machine}", ylabel=f"motion in 0.5 s [{unit}]")

@@ -133,9 +133,7 @@ def within(working_area: str) -> bool:
     """Whether every set-point of a run outward can be reached within the joint limits, on the corrected machine."""
     stick = hc.Joystick([0.0], {"x": [1.0], "z": [0.0]}, full_speed=OUT["speed"])
     keys = {"control.heinze-pid.working-area": working_area}
-    data = drive(
-        "rottne-f9-lab", OUT["duration"], stick, controller="heinze-pid", period=OUT["period"], overrides=keys
-    )
+    data = drive("rottne-f9-lab", OUT["duration"], stick, controller="heinze-pid", period=OUT["period"], overrides=keys)
     crane = hc.load_machine("rottne-f9-lab")
     points = columns(data, ["set_point.x", "set_point.z"])[::20]
     return all(len(crane.inverse_kinematics(point)) > 0 for point in points)
