@@ -25,6 +25,7 @@ __all__ = [
     "ROOT",
     "RUN_REPEATABILITY",
     "TABLE_1",
+    "completed",
     "figure",
     "printed_controller",
     "printed_program",
@@ -59,6 +60,13 @@ def save(fig, name: str) -> None:
     PICTURES.mkdir(parents=True, exist_ok=True)
     fig.savefig(PICTURES / f"{name}.png", dpi=110, metadata={"Software": None})
     plt.close(fig)
+
+
+def completed(run):
+    """The data of a run that has reached its end; what ended early would be judged before anything moves."""
+    if run.outcome.kind != "completed":
+        raise RuntimeError(f"{run.data.attrs['machine']} ended at {run.outcome.time:g} s: {run.outcome.message}")
+    return run.data
 
 
 def program_rhs(crane):

@@ -15,6 +15,11 @@ from scipy.optimize import brentq
 POSE = np.array([np.deg2rad(100.0), np.deg2rad(100.0), 0.0])
 PER_MINUTE = 6e4  # m^3/s to l/min
 ROTTNE_EXTENDING = (160.0, 180.0, 8000.0, 0.002)  # Table 3: alpha0, alpha1, alpha2, v_sigma
+# Kalmar, extending: alpha0 + alpha1 and alpha2 of Table 3 with 0 and 115 kg.
+KALMAR_EXTENDING = ((455.0, 1250.0), (450.0, 1200.0))
+# Break-away alpha0 + alpha1 of Table 3, N, and sigma_0 of Table 4, N/m: Rottne, extending and retracting.
+ROTTNE_BREAKAWAY = {"0kg": (340.0, 400.0), "115kg": (620.0, 800.0)}
+ROTTNE_STIFFNESS = (1.2e5, 1.0e5)
 
 
 def e1_gravity() -> dict[str, float]:
@@ -127,6 +132,15 @@ def e15_e16_friction() -> dict[str, float]:
     }
 
 
+def e20_deflection() -> dict[str, float]:
+    """Bristle deflection at break-away by Tables 3 and 4, "x 10e5" read as 10^5, and as 10^6."""
+    out = {}
+    for load, forces in ROTTNE_BREAKAWAY.items():
+        for direction, force, stiffness in zip(("extending", "retracting"), forces, ROTTNE_STIFFNESS, strict=True):
+            out[f"{load}_{direction}_m"] = force / stiffness
+    return out | {"0kg_retracting_read_literally_m": ROTTNE_BREAKAWAY["0kg"][1] / (10 * ROTTNE_STIFFNESS[1])}
+
+
 def e23_to_e28_geometry() -> dict[str, float]:
     """Inverse kinematics behind the pillar, and equations (12), (36), (40) read literally."""
     # The corner of Table 1's box that folds the tip behind the pillar.
@@ -169,6 +183,54 @@ def e40_e42_size() -> dict[str, float]:
     return out
 
 
+def e51_regenerative() -> dict[str, float]:
+    """No-load speed of the extending telescope at full spool, turbulent edges, with either valve."""
+    a1, a2 = program.CYLINDERS[2].areas
+    full = program.DISCHARGE * program.SPOOL_STROKE
+    return {
+        "regenerative_m_s": full * np.sqrt(program.SUPPLY * (a1 - a2) / (a1**3 + a2**3)),
+        "plain_m_s": full * np.sqrt(program.SUPPLY / (a1**2 + a2**3 / a1)),
+    }
+
+
+def e52_viscous() -> dict[str, float]:
+    """The viscous term of 8000 at 0.1 m/s, linear and with the exponent 1.5."""
+    alpha2 = ROTTNE_EXTENDING[2]
+    return {"linear_at_100mm_s_n": alpha2 * 0.1, "power_at_100mm_s_n": alpha2 * 0.1**1.5}
+
+
+def e54_slopes() -> dict[str, float]:
+    """Slopes dx/dq where the text calls the strokes linear; cylinder 2 also with the length of E13."""
+    alpha, beta = (np.deg2rad(np.linspace(*limits, 20001)) for limits in ((45.0, 172.0), (5.0, 178.0)))
+    x1, x2 = program.lift_stroke(alpha), program.jib_stroke(beta)
+    first = np.gradient(x1, alpha)[(x1 > -0.1) & (x1 <= 0.15)]
+    second = -np.gradient(x2, beta)
+    out = {"x1_least_m_rad": first.min(), "x1_most_m_rad": first.max()}
+    for name, shift in (("x2", 0.0), ("x2_with_670mm", 0.7125 - 0.670)):
+        here = second[x2 + shift < 0.150]
+        out |= {
+            f"{name}_least_m_rad": here.min(),
+            f"{name}_most_m_rad": here.max(),
+            f"{name}_ratio": here.max() / here.min(),
+        }
+    return out
+
+
+def e55_load_cell() -> dict[str, float]:
+    """0.5 % of either nominal force, and the most that the supply can push with on cylinder 3."""
+    return {
+        "error_of_20kn_n": 0.005 * 20e3,
+        "error_of_10kn_n": 0.005 * 10e3,
+        "supply_force_n": program.SUPPLY * program.CYLINDERS[2].areas[0],
+    }
+
+
+def e56_loads() -> dict[str, float]:
+    """Kalmar, extending: Table 3 with 115 kg less that with 0 kg."""
+    (force, viscous), (loaded_force, loaded_viscous) = KALMAR_EXTENDING
+    return {"breakaway_n": loaded_force - force, "alpha_2": loaded_viscous - viscous}
+
+
 CHECKS = (
     e1_gravity,
     e2_inertia,
@@ -177,8 +239,14 @@ CHECKS = (
     e9_to_e11_leakage,
     e13_e14_strokes,
     e15_e16_friction,
+    e20_deflection,
     e23_to_e28_geometry,
     e40_e42_size,
+    e51_regenerative,
+    e52_viscous,
+    e54_slopes,
+    e55_load_cell,
+    e56_loads,
 )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from common import completed
 
 from hydrocrane import rig
 from hydrocrane.logs import Log
@@ -31,7 +32,9 @@ VISCOUS_EXPONENT = {"rig-rottne": 1.5, "rig-kalmar": 1.0}
 
 def experiment(name: str, cylinder: str, *, calibration: float = CALIBRATION, **settings) -> rig.RigLog:
     """One run of the virtual rig with sensors as in the data sheets, zero calibration before it."""
-    return rig.run(name, RIGS[cylinder], seed=SEED, calibration=calibration, load_cell=False, **settings)
+    log = rig.run(name, RIGS[cylinder], seed=SEED, calibration=calibration, load_cell=False, **settings)
+    completed(log.run)
+    return log
 
 
 def calibrated(log: rig.RigLog) -> Log:

@@ -7,7 +7,7 @@ printed PID once every 0.2 ms, outside the solver.
 from __future__ import annotations
 
 import numpy as np
-from common import RUN_REPEATABILITY, printed_controller, printed_program
+from common import RUN_REPEATABILITY, completed, printed_controller, printed_program
 
 import hydrocrane as hc
 
@@ -48,7 +48,7 @@ def sampled_heights(machine: str, task: str) -> list[float]:
         period=SAMPLE_TIME,
         solver=explicit if machine == "heinze-2007" else stiff,
     )
-    data = hc.simulate(plan, ledger=False).data
+    data = completed(hc.simulate(plan, ledger=False))
     return [float(np.interp(instant, data.time.values, data["tip.z"].values)) for instant in INSTANTS]
 
 
