@@ -115,7 +115,7 @@ def test_days_from_zero_are_no_seconds(tmp_path):
 
 
 @pytest.mark.parametrize("clock", ["Time", "Uhrzeit"])
-@pytest.mark.parametrize("suffix", ["xlsx"])
+@pytest.mark.parametrize("suffix", ["csv", "xlsx"])
 def test_dates_and_times_of_day_belong_together(suffix, clock, tmp_path):
     days = pd.to_datetime(["2024-05-13"] * 30 + ["2024-05-14"] * 30)
     cells = pd.DataFrame({"Date": days, clock: [f"10:00:{t:05.2f}" for t in T], "x [m]": X})
@@ -127,6 +127,13 @@ def test_dates_and_times_of_day_belong_together(suffix, clock, tmp_path):
         log = hc.read_log(tmp_path / f"d.{suffix}", mapping)
         np.testing.assert_allclose(log.time, T + 86400 * (np.arange(N) >= 30), atol=1e-6)
     assert list(log.data.data_vars) == ["x"]
+
+
+def test_times_of_day_beside_undecided_dates_are_refused(tmp_path):
+    path = text(tmp_path, "Date;Time;x\n" + rows(lambda i, t: f"0{1 + 3 * (i >= 30)}/05/2024;10:00:{t:05.2f};{i}"))
+    with pytest.raises(hc.InputError, match="a time of day beside the dates in `Date`, .* say .time. date-order"):
+        hc.read_log(path)
+    assert hc.read_log(path, {"time": {"date-order": "day-month"}}).time[30] == pytest.approx(3 * 86400 + 0.6)
 
 
 # --- columns --------------------------------------------------------------------------------------------------------
@@ -230,3 +237,19 @@ def test_a_mark_of_missing_values_among_readings_is_told(tmp_path):
     path = text(tmp_path, "time,x [mm],n\n" + rows(lambda i, t: f"{t},{-9999 if i in (7, 8) else i},{999 - i}"))
     log = hc.read_log(path)
     assert said(log, "missing-mark").startswith("`x` reads -9999 in 2 samples and 0 to 59 in all others")
+
+
+def test_whole_numbers_above_points_of_thousands_are_asked_for(tmp_path):
+    path = text(
+        tmp_path, "time,p1 [kPa]\n" + "".join(f"{i},{f'{900 + 10 * i:,}'.replace(',', '.')}\n" for i in range(N))
+    )
+    with pytest.raises(hc.InputError, match="may mean decimals or thousands"):
+        hc.read_log(path, {"signal": {"p1": {}}})
+    assert hc.read_log(path, number_format="1.234,5")["p1"][-1] == pytest.approx(1490e3)
+
+
+def test_a_blank_cell_between_blanks_shifts_no_other(tmp_path):
+    content = "time p1 p3\ns bar bar\n" + rows(lambda i, t: f"{t:8.2f}{'' if i == 20 else 50 + i:>12}{20 + i:12}")
+    log = hc.read_log(text(tmp_path, content, "log.txt"))
+    assert np.isnan(log["p1"][20]) and np.isfinite(np.delete(log["p1"], 20)).all()
+    np.testing.assert_allclose(log["p3"], 1e5 * (20 + np.arange(N)))
