@@ -3,6 +3,7 @@
 
 use crate::clock::Moment;
 use crate::split::{first_cell, BLANK};
+use std::ops::Range;
 
 /// What a number's marks mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +40,8 @@ pub struct Cells {
     /// Whether all cells are empty.
     pub blank: bool,
     pub decision: Decision,
+    /// Whether a number has three digits and no mark.
+    whole: bool,
     /// First cell of each format that no other explains.
     certain: [Option<String>; 2],
     /// By mark, point and comma: the first cell that both formats explain differently, and the rows of all of them that may still become
@@ -53,6 +56,10 @@ pub struct Grid {
     stated: Option<Format>,
     pub columns: Vec<Cells>,
     rows: u32,
+    /// Between blanks: where the cells of the last row begin and end that had one for every column.
+    places: Vec<Range<usize>>,
+    /// Between blanks: rows with fewer cells, of which some may belong to several columns; these are missing.
+    pub unplaced: usize,
 }
 
 const POINT: u8 = 1;
@@ -62,20 +69,26 @@ const GAPS: [char; 5] = [' ', '\u{a0}', '\u{202f}', '\'', '\u{2019}'];
 /// Cells that say that there is no number.
 const MISSING: [&str; 12] = ["", "nan", "na", "n/a", "null", "inf", "-inf", "+inf", "#n/a", "-nan", "nil", "--"];
 
+/// Where the cells of a line between blanks stand.
+fn places(line: &str) -> Vec<Range<usize>> {
+    let place = |cell: &str| {
+        let start = cell.as_ptr() as usize - line.as_ptr() as usize;
+        start..start + cell.len()
+    };
+    line.split_whitespace().map(place).collect()
+}
+
 impl Grid {
-    /// An empty table. `stated` leaves nothing to decide.
-    pub fn new(delimiter: u8, stated: Option<Format>) -> Self {
-        Grid { delimiter, stated, columns: Vec::new(), rows: 0 }
+    /// An empty table. `stated` leaves nothing to decide; `whole` is a row with a cell for every column.
+    pub fn new(delimiter: u8, stated: Option<Format>, whole: &str) -> Self {
+        Grid { delimiter, stated, columns: Vec::new(), rows: 0, places: places(whole), unplaced: 0 }
     }
 
     /// Appends a line; returns the number of its cells, and that without empty ones at its end.
     pub fn push(&mut self, line: &str) -> (usize, usize) {
         let (mut width, mut filled) = (0, 0);
         if self.delimiter == BLANK {
-            for cell in line.split_whitespace() {
-                self.cell(width, cell, number(cell));
-                width += 1;
-            }
+            width = self.push_between_blanks(line);
             filled = width;
         } else {
             let mut rest = Some(line);
@@ -95,17 +108,46 @@ impl Grid {
                 }
             }
         }
-        for short in self.columns.iter_mut().skip(width) {
-            short.values.push(f64::NAN);
-        }
         self.rows += 1;
+        for column in &mut self.columns {
+            column.values.resize(self.rows as usize, f64::NAN);
+        }
         (width, filled)
+    }
+
+    /// Where a row has fewer cells than others, each belongs to the column below which it stands.
+    fn push_between_blanks(&mut self, line: &str) -> usize {
+        let cells = places(line);
+        if cells.len() >= self.places.len() {
+            cells.iter().enumerate().for_each(|(index, place)| self.cell_at(index, line, place));
+            if cells.len() == self.places.len() {
+                self.places.clone_from(&cells);
+            }
+            return cells.len();
+        }
+        let below = |place: &Range<usize>| {
+            let mut above = (0..self.places.len())
+                .filter(|at| self.places[*at].start < place.end && place.start < self.places[*at].end);
+            above.next().filter(|_| above.next().is_none())
+        };
+        let found: Vec<Option<usize>> = cells.iter().map(below).collect();
+        if found.iter().all(Option::is_some) && found.windows(2).all(|pair| pair[0] < pair[1]) {
+            found.iter().flatten().zip(&cells).for_each(|(index, place)| self.cell_at(*index, line, place));
+        } else {
+            self.unplaced += 1;
+        }
+        cells.len()
+    }
+
+    fn cell_at(&mut self, index: usize, line: &str, place: &Range<usize>) {
+        let cell = &line[place.clone()];
+        self.cell(index, cell, number(cell));
     }
 
     #[inline]
     fn cell(&mut self, index: usize, cell: &str, number: Option<Number>) {
         let row = self.rows;
-        if self.columns.len() == index {
+        while self.columns.len() <= index {
             let values = vec![f64::NAN; row as usize];
             self.columns.push(Cells { values, blank: true, ..Cells::default() });
         }
@@ -127,6 +169,7 @@ impl Grid {
             column.append(part, rows);
             self.columns.push(column);
         }
+        self.unplaced += next.unplaced;
         self.rows += next.rows;
     }
 
@@ -134,11 +177,11 @@ impl Grid {
     pub fn finish(mut self) -> Vec<Cells> {
         let said =
             |format: usize| self.columns.iter().any(|c| c.certain[format].is_some() && c.certain[1 - format].is_none());
-        // Between commas a comma is no decimal mark, so that a point is one where nothing says otherwise.
+        // Between commas a comma is no decimal mark, so that a point is one where nothing says otherwise: 900 above 1.100 may.
         let elsewhere = match (said(0), said(1)) {
             (true, false) => Some(Format::Point),
             (false, true) => Some(Format::Comma),
-            (false, false) if self.delimiter == b',' && !self.columns.iter().any(Cells::has_comma) => {
+            (false, false) if self.delimiter == b',' && !self.columns.iter().any(Cells::may_have_thousands) => {
                 Some(Format::Point)
             }
             _ => None,
@@ -166,6 +209,7 @@ impl Cells {
         let thousands = number.mark.is_some() && found & [POINT, COMMA][usize::from(comma)] == 0;
         self.values.push(if thousands { in_thousands(number.value) } else { number.value });
         if found == POINT | COMMA {
+            self.whole |= number.mark.is_none() && (100.0..1000.0).contains(&number.value.abs());
             if number.mark.is_some() {
                 let same = self.either[usize::from(comma)].get_or_insert_with(|| (cell.into(), Vec::new()));
                 if self.certain[usize::from(comma)].is_none() {
@@ -186,6 +230,7 @@ impl Cells {
         }
         self.moments.extend(next.moments.into_iter().map(|(row, moment)| (rows + row, moment)));
         self.blank &= next.blank;
+        self.whole |= next.whole;
         for (own, other) in self.certain.iter_mut().zip(next.certain) {
             *own = own.take().or(other);
         }
@@ -204,8 +249,8 @@ impl Cells {
         }
     }
 
-    fn has_comma(&self) -> bool {
-        self.either[1].is_some()
+    fn may_have_thousands(&self) -> bool {
+        self.either[1].is_some() || (self.whole && self.either[0].is_some())
     }
 
     fn decide(&mut self, elsewhere: Option<Format>) {

@@ -47,12 +47,12 @@ const SECOND: i64 = 1_000_000_000;
 const DAY: i64 = 86_400 * SECOND;
 
 impl Moment {
-    /// A cell like `2024-05-01T12:30:00.25Z`, `2024/5/1 12:30:00`, `31.12.2024 12:30:00`, `12/31/2024 1:30:00 PM` or `12:30:00,25`. Times
-    /// without a zone are taken as they are.
+    /// A cell like `2024-05-01T12:30:00.25Z`, `2024/5/1 12:30:00`, `31.12.2024 12:30:00`, `12/31/2024 1:30:00 PM`, `12:30:00,25`, or a date
+    /// alone. Times without a zone are taken as they are.
     pub fn parse(cell: &str) -> Option<Self> {
         let cell = cell.trim();
         if !cell.contains(':') {
-            return None;
+            return Some(Moment { day: Day::parse(cell)?, nanoseconds: 0 });
         }
         if let Some(nanoseconds) = time_of_day(cell, true) {
             return Some(Moment { day: Day::Unstated, nanoseconds });

@@ -2,7 +2,8 @@
 
 use crate::names::split_name;
 
-/// Names of a column of times, in any case, the likeliest first; loggers also write it in their maker's language.
+/// Names of a column of times, in any case, the likeliest first; loggers also write it in their maker's language. `T`, which may be a
+/// temperature, counts where no other column may hold times.
 pub const TIME_NAMES: [&str; 18] = [
     "time",
     "t",
@@ -78,16 +79,37 @@ impl Loss {
     }
 }
 
-/// Index of the time column: the one with such a name, or the only one with dates.
-pub fn time_column(columns: &[Column]) -> Option<usize> {
-    let named = |wanted: &str| {
-        let is = |name: &str| name.eq_ignore_ascii_case(wanted);
-        columns.iter().position(|column| is(&column.name) || is(split_name(&column.name).0))
+/// Index of the column with a name, with or without its unit: as it is written, else in any case. `None` if several have it.
+pub fn column_named(columns: &[Column], wanted: &str) -> Option<usize> {
+    let one = |is: &dyn Fn(&str) -> bool, short: bool| {
+        let own = |column: &Column| is(if short { split_name(&column.name).0 } else { &column.name });
+        let mut found = (0..columns.len()).filter(|at| own(&columns[*at]));
+        found.next().map(|first| found.next().is_none().then_some(first))
     };
-    TIME_NAMES.into_iter().find_map(named).or_else(|| {
-        let dated = |(_, column): &(usize, &Column)| matches!(column.content, Content::Numbers { start: Some(_), .. });
-        let mut found = columns.iter().enumerate().filter(dated);
-        let (first, _) = found.next()?;
-        found.next().is_none().then_some(first)
-    })
+    let any_case = |name: &str| name.eq_ignore_ascii_case(wanted);
+    let exact = |name: &str| name == wanted;
+    [one(&exact, false), one(&exact, true), one(&any_case, false), one(&any_case, true)].into_iter().flatten().next()?
+}
+
+/// Index of the time column: the one with such a name, or the only one with dates; `T` at last. `None` if several have one name.
+pub fn time_column(columns: &[Column]) -> Option<usize> {
+    let name = |at: usize| split_name(&columns[at].name).0;
+    let is = |at: usize, wanted: &str| name(at) != "T" && name(at).eq_ignore_ascii_case(wanted);
+    let held = |wanted: &&str| (0..columns.len()).any(|at| is(at, wanted));
+    if let Some(wanted) = TIME_NAMES.into_iter().find(held) {
+        return column_named(columns, wanted);
+    }
+    // A date alone is no time.
+    let in_days =
+        |start: f64, values: &[f64]| values.iter().all(|value| value.is_nan() || (start + value) % 86_400.0 <= 0.0);
+    let dated = |at: &usize| match &columns[*at].content {
+        Content::Numbers { start: Some(start), values, .. } => !in_days(*start, values),
+        _ => false,
+    };
+    let mut found = (0..columns.len()).filter(dated);
+    match (found.next(), found.next()) {
+        (None, _) => column_named(columns, "T"),
+        (first, None) => first,
+        _ => None,
+    }
 }

@@ -95,7 +95,8 @@ impl Head {
 }
 
 fn is_value(cell: &str) -> bool {
-    number(cell).is_some() || Moment::parse(cell).is_some()
+    // A date alone is rather part of a title.
+    number(cell).is_some() || (cell.contains(':') && Moment::parse(cell).is_some())
 }
 
 /// Number of cells of a row that are words; zero if one is a number or all are missing.

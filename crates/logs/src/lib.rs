@@ -14,7 +14,7 @@ mod table;
 
 pub use cells::Format;
 pub use clock::DateOrder;
-pub use column::{time_column, Column, Content, Loss, Note, TIME_NAMES};
+pub use column::{column_named, time_column, Column, Content, Loss, Note, TIME_NAMES};
 pub use decode::decoded;
 pub use names::split_name;
 pub use table::{read, Fault, Form, Table};

@@ -85,7 +85,9 @@ pub fn read(text: &str, form: &Form) -> Result<Table, Fault> {
         return Err(Fault { what, cure: "is it a CSV log?" });
     };
     let (above, body) = text.split_at(at);
-    let start = Filling::new(delimiter, form.numbers, head.width);
+    let count = |line: &&&str| line.split_whitespace().count();
+    let whole = sample[head.lines..].iter().filter(|line| count(line) <= head.width).max_by_key(count);
+    let start = Filling::new(Grid::new(delimiter, form.numbers, whole.unwrap_or(&"")), delimiter, head.width);
     let filled = in_parts(body, |part| start.clone().fill(part, stated))?;
     let comments = lines(above).map(str::trim).filter(|line| !stated && is_comment(line)).map(str::to_string);
     let comments = comments.chain(filled.comments.iter().cloned()).take(MOST_COMMENTS).collect();
@@ -174,8 +176,7 @@ struct Filling<'a> {
 }
 
 impl<'a> Filling<'a> {
-    fn new(delimiter: u8, numbers: Option<Format>, named: usize) -> Self {
-        let grid = Grid::new(delimiter, numbers);
+    fn new(grid: Grid, delimiter: u8, named: usize) -> Self {
         let (wider, comments) = ((0, String::new()), Vec::new());
         Filling { grid, delimiter, named, waiting: None, rows: 0, narrowest: usize::MAX, wider, comments }
     }
@@ -262,11 +263,20 @@ impl<'a> Filling<'a> {
             );
             notes.push(("ragged-rows", text));
         }
+        if self.grid.unplaced > 0 {
+            let text = format!(
+                "{} rows have fewer cells than others, and do not stand below these: which cells are missing is not known, so that all \
+                 count as missing. Export with semicolons",
+                self.grid.unplaced
+            );
+            notes.push(("ragged-rows", text));
+        }
         Ok((self.grid.finish(), notes, self.rows))
     }
 }
 
-/// Cells with their names, and those names that have no cells. Delimiters at the ends of lines make empty columns without a name.
+/// Cells with their names, and those names that have no cells. Delimiters at the ends of lines make empty columns without a name, which count
+/// where others follow.
 fn columns(cells: Vec<Cells>, head: Head, rows: usize, dates: Option<DateOrder>) -> Vec<Column> {
     let (width, named) = (cells.len(), head.names.len());
     let mut units = head.units.into_iter();
@@ -274,11 +284,12 @@ fn columns(cells: Vec<Cells>, head: Head, rows: usize, dates: Option<DateOrder>)
     let mut found = Vec::new();
     for (index, cells) in cells.into_iter().enumerate() {
         let (name, unit) = (names.next().unwrap_or_default(), units.next().unwrap_or_default());
-        if name.is_empty() && cells.blank {
-            continue;
-        }
-        let name = if name.is_empty() { format!("column {}", index + 1) } else { name };
-        found.push(Column { name, unit, content: content(cells, rows, dates) });
+        let name = if name.is_empty() && !cells.blank { format!("column {}", index + 1) } else { name };
+        let content = if name.is_empty() { Content::Lost(Loss::NoCells) } else { content(cells, rows, dates) };
+        found.push(Column { name, unit, content });
+    }
+    while found.last().is_some_and(|last: &Column| last.name.is_empty()) {
+        found.pop();
     }
     let lost = |name| Column { name, unit: String::new(), content: Content::Lost(Loss::NoCells) };
     found.extend(names.filter(|name| width < named && !name.is_empty()).map(lost));

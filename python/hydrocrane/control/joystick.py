@@ -189,13 +189,13 @@ class Joystick:
         from hydrocrane.logs.table import split_name
 
         table = table_of(log)
-        short = {split_name(name)[0]: name for name in reversed(table.columns)}
+        short = dict.fromkeys(split_name(name)[0] for name in table.columns)
         if columns is None:
-            own = {name: name.removeprefix("stick.") for name in reversed(short) if name.lower() not in TIME_NAMES}
+            own = {name: name.removeprefix("stick.") for name in short if name.lower() not in TIME_NAMES}
             own = {name: axis for name, axis in own.items() if axis != "precision"}
             prefixed = {name: axis for name, axis in own.items() if name.startswith("stick.")}
             found = prefixed or {n: a for n, a in own.items() if mode != "tip" or a in TIP_AXES}
-            given = {short[name]: axis for name, axis in found.items()}
+            given = dict(found)
         else:
             given = dict(columns)
         if not given:

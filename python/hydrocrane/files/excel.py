@@ -41,15 +41,24 @@ def write_excel(data: xr.Dataset | Columns, path: Path) -> None:
 
 
 def read_sheet(path: Path) -> Iterator[list[str]]:
-    """The rows of the first sheet as texts; a number has an exponent, so that its point is no mark of thousands."""
+    """The rows of the first sheet as texts; a number has an exponent, so that its point is no mark of thousands.
+
+    Below a header with a percent sign a number that is shown in percent counts as it is shown.
+    """
     from openpyxl import load_workbook
 
     book = load_workbook(path, read_only=True, data_only=True)
     read = 0
-    for row in book.worksheets[0].iter_rows(values_only=True):
+    percent: set[int] = set()
+    for row in book.worksheets[0].iter_rows():
         read += len(row)
         check_values(path, read)
-        yield [cell_text(value) for value in row]
+        values = [cell.value for cell in row]
+        percent |= {i for i, value in enumerate(values) if isinstance(value, str) and "%" in value}
+        for i in percent.intersection(range(len(row))):
+            if isinstance(values[i], int | float) and "%" in row[i].number_format:
+                values[i] = 100.0 * values[i]
+        yield [cell_text(value) for value in values]
 
 
 def cell_text(value: object) -> str:

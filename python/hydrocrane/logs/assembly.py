@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
+from hydrocrane.logs.checks import GAP
 from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, Source, expected_units, is_gauge, si_values
 from hydrocrane.logs.signals import SIGNALS
@@ -22,8 +24,11 @@ if TYPE_CHECKING:
 _LATEST = 1e11
 # Days of 1900 to 2100 as MATLAB and Excel count them.
 _SERIAL = ((693962.0, 767010.0), (25569.0, 73051.0))
-# Days that count as these have steps of less: more than a thousand samples per second if they were seconds.
-_LEAST_STEP = 1e-3
+# Days that count as these have steps of less: more than a thousand samples per second if they were seconds. Days from
+# zero: more than fifty thousand.
+_LEAST_STEP, _LEAST_ELAPSED = 1e-3, 2e-5
+# Digits of the marks that loggers write for a missing value, -999 and longer.
+_NINES = re.compile(r"-?9{3,}\.(0|9+)")
 
 
 def signals_of(
@@ -101,12 +106,13 @@ class _Assembly:
         if own and own != self.clock:
             values, apart = self._at_times(name, column, values, own)
         else:
-            apart = self._apart(name, column)
+            apart = self._apart(column, bool(entry.time))
         if apart and not self.every:
             raise InputError(f"{source}: column `{column}` does not fit the log's times: {apart}")
         if apart:
             self.left_out[column] = apart
             return None
+        self._tell_mark(name, table.columns[column].values)
         about = SIGNALS[name].long_name if name in SIGNALS else column
         stated = table.unit_of(column)
         if entry.unit is None and stated and not known_unit(stated):
@@ -174,6 +180,18 @@ class _Assembly:
             )
             self._flag("assumed-unit", name, text)
 
+    def _tell_mark(self, name: str, values: Array) -> None:
+        """Flag of an end of the values that is written in nines, and far from all others."""
+        known = values[np.isfinite(values)]
+        for mark in {float(known.min()), float(known.max())} if known.size else ():
+            rest = known[known != mark] if _NINES.fullmatch(repr(mark)) else known[:0]
+            if rest.size and 0.0 < 2.0 * np.ptp(rest) < np.abs(rest - mark).min():
+                text = (
+                    f"`{name}` reads {mark:g} in {known.size - rest.size} samples and {rest.min():.4g} to "
+                    f"{rest.max():.4g} in all others: is it the mark of a missing value? Leave such cells empty"
+                )
+                self.flags.append(self._whole("missing-mark", name, text))
+
     def _name_ends_in_unit(self, name: str, column: str) -> None:
         ending = column.rsplit("_", 1)[-1] if "_" in column else ""
         if not ending or not known_unit(ending):
@@ -186,11 +204,13 @@ class _Assembly:
             )
             self._flag("assumed-unit", name, text)
 
-    def _apart(self, name: str, column: str) -> str:
-        """Reason why a column does not fit the log's times; empty if it does."""
+    def _apart(self, column: str, stated: bool) -> str:
+        """Reason why a column does not fit the log's times, unless a mapping `stated` its times; empty if it does."""
         columns = self.table.columns
         own, size = columns[column].clock, columns[column].values.size
-        if own and self.clock is not None and own != self.clock:
+        if not stated and self.clock is not None and own not in (self.clock, columns[self.clock].clock):
+            if not own:
+                return f'of no known times; if they are `{self.clock}`, give [signal.NAME] time = "{self.clock}"'
             if own == column:
                 return f'the time of another recording; read that one with [time] column = "{own}"'
             if not np.array_equal(columns[own].values, columns[self.clock].values):
@@ -225,14 +245,28 @@ class _Assembly:
                 clock, *ends
             )
         found = np.interp(self.time, times, values, left=np.nan, right=np.nan)
+        gaps = _in_gaps(times, self.time)
+        found[gaps] = np.nan
         text = (
             f"`{name}` has its own times, `{clock}`, {times.size} from {times[0]:.6g} to {times[-1]:.6g} s, and is "
             f"interpolated at those of the log: {np.isfinite(found).sum()} of {found.size} have a value"
         )
+        if gaps.any():
+            text += f", {gaps.sum()} are in gaps of more than {GAP:g} of its usual intervals"
         if times.size > 2 * shared:
             text += f'. Most of its samples are lost; [time] {self.table.clock_key} = "{clock}" reads the log at these'
         self._flag("resampled", name, text)
         return found, ""
+
+
+def _in_gaps(times: Array, wanted: Array) -> np.ndarray:
+    """Which of the `wanted` times lie between two `times` that are further apart than usual."""
+    if times.size < 2:
+        return np.zeros(wanted.shape, bool)
+    steps = np.diff(times)
+    after = np.searchsorted(times, wanted).clip(1, times.size - 1)
+    inside = (times[after - 1] < wanted) & (wanted < times[after])
+    return np.asarray(inside & (steps[after - 1] > GAP * np.median(steps)))
 
 
 def _increases(values: Array) -> bool:
@@ -281,14 +315,20 @@ def _counted_in(values: Array) -> str:
     largest = np.abs(finite).max(initial=0.0)
     if largest >= _LATEST:
         return "ms" if largest < 1e14 else "1e-6 s" if largest < 1e17 else "1e-9 s"
-    day = any(low <= finite.min() and finite.max() <= high for low, high in _SERIAL) if finite.size > 1 else False
-    return "d" if day and 0.0 < float(np.median(np.diff(finite))) < _LEAST_STEP else ""
+    if finite.size < 2:
+        return ""
+    day = any(low <= finite.min() and finite.max() <= high for low, high in _SERIAL)
+    return "d" if 0.0 < float(np.median(np.diff(finite))) < (_LEAST_STEP if day else _LEAST_ELAPSED) else ""
 
 
 def no_column(table: LogTable, wanted: str | int) -> str:
     """Message on a missing column, with the likeliest reason."""
     if isinstance(wanted, int):
-        return f"has no column `{wanted}`; columns count from 1 to {len(table.columns)}"
+        if table.clock:
+            return f"has signals with clocks of their own, which have no number `{wanted}`; give the name"
+        if not 1 <= wanted <= len(table.names) or not table.names[wanted - 1]:
+            return f"has no column `{wanted}`; columns count from 1 to {len(table.names)}"
+        wanted = table.names[wanted - 1]
     lost = table.first_of((wanted,), table.left_out) or wanted
     if lost in table.words:
         return (

@@ -16,6 +16,7 @@ from hydrocrane.logs.hum import hum_of
 from hydrocrane.logs.noise import Noise, carries_noise, finite_of, most_noise, noise_of
 from hydrocrane.logs.rates import own_samples, runs
 from hydrocrane.logs.signals import PRESSURES
+from hydrocrane.logs.units import ATMOSPHERE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -368,6 +369,14 @@ def _wrong_units(time: Array, usual: float, signals: _Signals) -> list[Flag]:
         if peak > MOST_PRESSURE:
             message = f"`{name}` reaches {peak:.4g} Pa; check its unit and its scale"
             flags.append(Flag("wrong-unit", name, *ends, message, fatal=True))
+    for name, (low, _) in held.items():
+        if low < -ATMOSPHERE - 5.0 * signals[name].noise.total:
+            count = np.count_nonzero(signals[name].values < -ATMOSPHERE)
+            message = (
+                f"`{name}` falls to {low / 1e5:.4g} bar, in {count} samples below vacuum, {-ATMOSPHERE / 1e5:.4g} bar "
+                "gauge; check its zero, its sign, and whether it is gauge or absolute"
+            )
+            flags.append(Flag("wrong-unit", name, *ends, message))
     if travel > LONGEST_STROKE:
         message = f"the piston travels {travel:.4g} m; is it in mm? State the unit in the file or the mapping"
         flags.append(Flag("wrong-unit", "x", *ends, message, fatal=True))

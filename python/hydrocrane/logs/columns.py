@@ -57,6 +57,7 @@ def table_of(log: LogLike, form: LogForm = AS_FOUND) -> LogTable:
             f"a log is an xarray Dataset, a pandas DataFrame, a mapping or a path; got {type(log).__name__}"
         )
     table.in_memory = True
+    table.join_dates()
     return table
 
 
@@ -111,7 +112,10 @@ def _clock_of(part: LogTable, entry: Source, time: Source | None) -> str | None:
     if entry.time:
         return part.find(entry.time)
     own = part.columns[column].clock if (column := part.find(entry.column)) else ""
-    return own or (part.find(time.column) if time and time.column else None) or part.time_column()
+    chosen = part.find(time.column) if time and time.column else None
+    if chosen and part.columns[chosen].clock == own:
+        return chosen
+    return own or chosen or part.time_column()
 
 
 def _on_one_clock(

@@ -13,7 +13,7 @@ import numpy as np
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.hdf5 import Hdf5Walk, Node, attributes, refers
 from hydrocrane.files.received import MOST_VALUES, SHORTER, check_values, plain, readable
-from hydrocrane.logs.nested import Measured, table_of
+from hydrocrane.logs.nested import SPARSE, Measured, Unread, table_of
 from hydrocrane.logs.table import LogTable, plain_facts
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -103,8 +103,8 @@ def is_hdf5(path: Path) -> bool:
 
 
 def read_hdf5(path: Path) -> LogTable:
-    """Datasets of an HDF5 file, written by MATLAB (7.3) or another program; a dataset's attribute `units` or `unit` is
-    its unit."""
+    """Datasets of an HDF5 file, written by MATLAB (7.3) or another program; the attribute `units` or `unit` of a
+    dataset, in any case, is its unit."""
     if not is_hdf5(path):
         raise ResultFileError(f"{path} is not an HDF5 file; is its suffix right?")
     with readable(path, "an HDF5 file that is whole"), h5py.File(path, "r", track_order=True) as stored:
@@ -121,7 +121,9 @@ class _MatlabReader:
         found = self._walk.members(group, level)
         return {name: self._node(node, level + 1) for name, node in found if not name.startswith("#")}
 
-    def _group(self, group: h5py.Group, level: int) -> dict[str, object] | list[dict[str, object]]:
+    def _group(self, group: h5py.Group, level: int) -> dict[str, object] | list[dict[str, object]] | Unread:
+        if "MATLAB_sparse" in group.attrs:
+            return SPARSE
         members = self.members(group, level)
         # An array of structures is stored as a structure of arrays of references, each of which is read as a list.
         if members and all(isinstance(group[name], h5py.Dataset) for name in members):
@@ -152,9 +154,8 @@ class _MatlabReader:
             return _text(value)
         if getattr(value, "dtype", None) is not None and value.dtype.names:
             return {name: np.asarray(value[name]) for name in value.dtype.names}
-        unit = next((_text(about[key]) for key in ("units", "unit", "Unit") if key in about), "")
         # MATLAB stores arrays by columns.
-        return Measured(np.squeeze(np.transpose(value) if kind else np.asarray(value)), {**about, "unit": unit})
+        return Measured(np.squeeze(np.transpose(value) if kind else np.asarray(value)), about)
 
     def _referred(self, node: h5py.Dataset, level: int) -> list[object]:
         found = []

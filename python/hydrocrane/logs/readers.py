@@ -18,7 +18,7 @@ from hydrocrane.files.datasets import require_library
 from hydrocrane.files.excel import cell_text, read_sheet
 from hydrocrane.files.mdf import mdf_class
 from hydrocrane.files.netcdf import read_netcdf
-from hydrocrane.files.received import SHORTER, check_values, readable, received
+from hydrocrane.files.received import SHORTER, check_values, plain, readable, received
 from hydrocrane.files.toml_file import parsed
 from hydrocrane.logs.bags import read_bag, read_mcap
 from hydrocrane.logs.flags import Flag
@@ -27,14 +27,17 @@ from hydrocrane.logs.table import (
     AS_FOUND,
     BOUNDS,
     NO_NUMBERS,
+    TIME_NAMES,
     Clocked,
     LogColumn,
     LogForm,
     LogTable,
     as_column,
+    attribute,
     check_width,
     plain_facts,
     said_of,
+    stated_unit,
 )  # fmt: skip
 from hydrocrane.logs.units import tidy_unit
 
@@ -76,6 +79,7 @@ def read_table(path: Path, form: LogForm = AS_FOUND) -> LogTable:
     if not path.stat().st_size:
         raise ResultFileError(f"{path} is empty; copy it again from the logger")
     table = _READERS[suffix](path, form)
+    table.join_dates()
     check_width(path, len(table.columns))
     if not table.columns:
         raise ResultFileError("; ".join([f"{path} holds no column of numbers", *said_of(table.left_out)]))
@@ -83,20 +87,33 @@ def read_table(path: Path, form: LogForm = AS_FOUND) -> LogTable:
 
 
 def table_of_dataset(data: xr.Dataset) -> LogTable:
-    """Columns of a dataset: its one-dimensional numeric variables, with their `units`."""
+    """Columns of a dataset: its one-dimensional numeric variables, with their `units` and the values of their
+    dimension as their clock."""
     table = LogTable()
+    clocks = {str(dim): _clock_over(data, str(dim)) for dim in data.dims}
     for name in data.variables:
         variable = data[name]
+        dim = str(variable.dims[0]) if variable.dims else ""
+        if variable.ndim == 1 and not clocks[dim] and any(clocks.values()):
+            table.leave(str(name), f"it is over `{dim}`, of which no variable is the time")
+            continue
         # xarray unpacks values, but not their bounds.
         factor, offset = (
             variable.encoding.get(key, start) for key, start in (("scale_factor", 1.0), ("add_offset", 0.0))
         )
         stated = {key: np.asarray(variable.attrs[key]) for key in BOUNDS if key in variable.attrs}
         bounds = {key: value * factor + offset for key, value in stated.items() if value.dtype.kind in "iuf"}
-        unit = tidy_unit(str(variable.attrs.get("units", "")))
-        table.take(str(name), variable.values, unit, {**variable.attrs, **bounds})
+        table.take(str(name), variable.values, tidy_unit(stated_unit(variable.attrs)), {**variable.attrs, **bounds})
+        if variable.ndim == 1 and str(name) in table.columns:
+            table.columns[str(name)].clock = clocks[dim]
     table.about = plain_facts(data.attrs)
     return table
+
+
+def _clock_over(data: xr.Dataset, dim: str) -> str:
+    """The variable with the values of a dimension: the one of its name, or one that is called like times."""
+    over = [str(n) for n, held in data.variables.items() if held.dims == (dim,) and held.dtype.kind in "iufmM"]
+    return dim if dim in over else LogTable(dict.fromkeys(over, LogColumn(np.zeros(0)))).first_of(TIME_NAMES) or ""
 
 
 def table_of_frame(frame: pd.DataFrame, form: LogForm = AS_FOUND) -> LogTable:
@@ -108,7 +125,7 @@ def table_of_frame(frame: pd.DataFrame, form: LogForm = AS_FOUND) -> LogTable:
     columns = [(name, frame.iloc[:, i] if index is not None else frame[name]) for i, name in enumerate(frame.columns)]
     if index is not None and (index.name or getattr(index.dtype, "kind", "O") in "mM"):
         columns.insert(0, (index.name or "time", index))
-    units = getattr(frame, "attrs", {}).get("units", {})
+    units = attribute(getattr(frame, "attrs", {}), "units", "unit")
     return table_of_columns(columns, units if isinstance(units, Mapping) else {}, form)
 
 
@@ -116,22 +133,28 @@ def table_of_columns(
     columns: Iterable[tuple[object, object]], units: Mapping[object, object], form: LogForm = AS_FOUND
 ) -> LogTable:
     """Columns of a program: arrays of numbers, dates, durations, or texts of numbers and dates."""
-    table, texts, order = LogTable(), [], []
+    table, read = LogTable(), LogTable()
+    given: list[tuple[str, object, str]] = []
+    texts: dict[int, list[str]] = {}
     for name, values in columns:
-        unit = tidy_unit(str(units.get(name, "")))
-        order.append(str(name))
         cells = np.asarray(values)
         found = cells.tolist() if cells.ndim == 1 and cells.dtype.kind not in "buifcmM" else []
         if any(isinstance(cell, str) for cell in found):
-            texts.append((str(name), unit, [_one_line(cell_text(cell)) for cell in found]))
-        else:
-            table.take(str(name), values, unit)
+            texts[len(given)] = [_one_line(cell_text(cell)) for cell in found]
+        given.append((str(name), values, tidy_unit(str(units.get(name, "")))))
     # Together, because one column may say what the marks of another mean.
-    for size in dict.fromkeys(len(cells) for _, _, cells in texts):
-        names, stated, columns_of_text = zip(*(text for text in texts if len(text[2]) == size))
-        lines = (_CELLS.join(cells) + "\n" for cells in zip(*columns_of_text))
-        add_text(table, "".join(lines), form, _CELLS, names, stated)
-    table.columns = {name: table.columns[name] for name in (*order, *table.columns) if name in table.columns}
+    for size in dict.fromkeys(map(len, texts.values())):
+        held = {str(place): cells for place, cells in texts.items() if len(cells) == size}
+        lines = (_CELLS.join(cells) + "\n" for cells in zip(*held.values()))
+        add_text(read, "".join(lines), form, _CELLS, list(held), [given[int(place)][2] for place in held])
+    for place, (name, values, unit) in enumerate(given):
+        if place not in texts:
+            table.take(name, values, unit)
+        elif str(place) in read.columns:
+            table.add(name, read.columns[str(place)])
+        else:
+            table.leave(name, read.left_out[str(place)], read.words.get(str(place), ""))
+    table.about, table.notes = read.about, read.notes
     return table
 
 
@@ -214,9 +237,17 @@ def _parquet(path: Path, form: LogForm) -> LogTable:
     from pyarrow import parquet
 
     with readable(path, "a Parquet file that is whole"):
-        about = parquet.ParquetFile(path).metadata
-        check_values(path, about.num_rows * about.num_columns)
-        return table_of_frame(pd.read_parquet(path), form)
+        stored = parquet.ParquetFile(path)
+        check_values(path, stored.metadata.num_rows * stored.metadata.num_columns)
+        frame = pd.read_parquet(path)
+        about = {
+            field.name: {plain(k.decode()): v for k, v in (field.metadata or {}).items()}
+            for field in stored.schema_arrow
+        }
+        units: dict[object, object] = {name: unit for name, facts in about.items() if (unit := stated_unit(facts))}
+        given = attribute(frame.attrs, "units", "unit")
+        frame.attrs["units"] = units | (given if isinstance(given, dict) else {})
+        return table_of_frame(frame, form)
 
 
 def _excel(path: Path, form: LogForm) -> LogTable:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -15,7 +16,7 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.received import plain
 from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.units import tidy_unit
+from hydrocrane.logs.units import SECOND, known_unit, log_unit, tidy_unit
 
 TIME_NAMES = tuple(_core.TIME_NAMES)
 # Most columns that are named per reason when they are left out.
@@ -31,6 +32,11 @@ BOUNDS = ("valid_min", "valid_max", "valid_range")
 # How numbers and dates may be written in texts.
 NUMBER_FORMATS = ("1,234.5", "1.234,5")
 DATE_ORDERS = ("day-month", "month-day")
+# s; and how the reason begins why dates were left out that may mean two things.
+DAY = 86400.0
+UNDECIDED_DATES = "its dates"
+# A name with its unit behind it: `z in mm`.
+_IN_UNIT = re.compile(r"(?P<name>.*\S)\s+in\s+(?P<unit>[^\d\s].*)")
 
 
 class LogForm(NamedTuple):
@@ -75,6 +81,11 @@ class LogColumn:
     start: float | None = None
     notes: list[tuple[str, str]] = field(default_factory=list)
 
+    def in_days(self, size: int) -> bool:
+        """Whether these are so many dates without a time."""
+        whole = self.start is not None and not (np.mod(self.start + self.values, DAY) > 0.0).any()
+        return whole and self.values.size == size
+
     def mask(self, valid: np.ndarray) -> None:
         """Makes samples missing that their source marks as invalid, and notes how many."""
         lost = int(valid.size - np.count_nonzero(valid))
@@ -117,6 +128,8 @@ class LogTable:
         Columns that were left out because they hold no numbers, with their first text.
     left_out : dict of str
         Every column that was left out, with the reason.
+    names : list of str
+        The columns of the source in their order, also those that were left out; empty for one without a name.
     """
 
     columns: dict[str, LogColumn] = field(default_factory=dict)
@@ -128,6 +141,7 @@ class LogTable:
     about: dict[str, str | float | int] = field(default_factory=dict)
     words: dict[str, str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
+    names: list[str] = field(default_factory=list)
 
     def add(self, name: str, column: LogColumn, owner: str = "") -> str:
         """Add a column and return its full name; a repeated name gets its `owner` as prefix, or a number as suffix."""
@@ -135,6 +149,7 @@ class LogTable:
         if full != name:
             column.notes.append(("renamed", f"is a second column called `{name}`"))
         self.columns[full] = column
+        self.names.append(full)
         return full
 
     def add_clocked(self, groups: Sequence[Clocked]) -> None:
@@ -164,35 +179,117 @@ class LogTable:
         elif column.values.ndim != 1:
             self.leave(name, f"{column.values.ndim} dimensions, where a signal has one")
         else:
-            unpack(column, attributes or {})
-            self.add(name, column)
+            self.keep(name, column, attributes or {})
+
+    def keep(self, name: str, column: LogColumn, attributes: Mapping[str, object], owner: str = "") -> str | None:
+        """Add a column that its source may have packed, and return its full name; None if it cannot be unpacked."""
+        try:
+            unpack(column, attributes)
+        except ValueError as error:
+            self.leave(name, str(error))
+            return None
+        return self.add(name, column, owner)
 
     def leave(self, name: str, reason: str, word: str = "") -> None:
-        """Leave out a column, and note the reason."""
-        name = self._free(name, "")
+        """Leave out a column, and note the reason; one without a name only counts."""
+        name = self._free(name, "") if name else ""
+        self.names.append(name)
+        if not name:
+            return
         self.left_out[name] = reason
         if word:
             self.words[name] = word
 
     def find(self, wanted: str | int) -> str | None:
-        """Full name of a column by its name, its name without the unit, or its number counted from 1."""
+        """Full name of a column by its name, its name without the unit, or its number counted from 1 in the source.
+
+        Raises
+        ------
+        InputError
+            If several columns have the name.
+        """
         if isinstance(wanted, int):
-            return list(self.columns)[wanted - 1] if 1 <= wanted <= len(self.columns) else None
+            # Signals with clocks of their own stand in no order.
+            name = self.names[wanted - 1] if 1 <= wanted <= len(self.names) and not self.clock else ""
+            return name if name in self.columns else None
         if wanted in self.columns:
             return wanted
-        return next((name for name in self.columns if split_name(name)[0] == wanted), None)
+        return self._only([name for name in self.columns if split_name(name)[0] == wanted], quoted(wanted))
 
-    def first_of(self, names: Sequence[str], among: Mapping[str, object] | None = None) -> str | None:
-        """Full name of the first column with one of these names, with or without its unit, in any case."""
-        known = list(self.columns if among is None else among)
-        full = {name.lower(): name for name in reversed(known)}
-        short = {split_name(name)[0].lower(): name for name in reversed(known)}
-        return next((found[n.lower()] for n in names for found in (full, short) if n.lower() in found), None)
+    def first_of(self, names: Sequence[str], among: Iterable[str] | None = None) -> str | None:
+        """Full name of the first column with one of these names, with or without its unit: as it is written, else in
+        any case.
+
+        Raises
+        ------
+        InputError
+            If several columns have that name.
+        """
+        known = [
+            (full, short) for full in (self.columns if among is None else among) for short in (split_name(full)[0],)
+        ]
+        for wanted in names:
+            low = wanted.lower()
+            ways = (
+                [full for full, _ in known if full == wanted],
+                [full for full, short in known if short == wanted],
+                [full for full, _ in known if full.lower() == low],
+                [full for full, short in known if short.lower() == low],
+            )
+            if any(ways):
+                return self._only(next(filter(None, ways)), quoted(wanted))
+        return None
+
+    def _only(self, found: Sequence[str], what: str) -> str | None:
+        if len(found) > 1:
+            raise InputError(
+                f"{self.source} has {' and '.join(map(quoted, found))}; say by its full name which is {what}"
+            )
+        return found[0] if found else None
 
     def time_column(self) -> str | None:
-        """Full name of the time column: that of the log, the one with such a name, or the only one with dates."""
-        dates = [name for name, column in self.columns.items() if column.start is not None]
-        return self.clock or self.first_of(TIME_NAMES) or (dates[0] if len(dates) == 1 else None)
+        """Full name of the time column: that of the log, the one with such a name, the only one with dates, or that
+        of the only group with times.
+
+        Raises
+        ------
+        InputError
+            If there are several.
+        """
+        if self.clock:
+            return self.clock
+        # One letter may be a temperature.
+        named = [name for name in self.columns if split_name(name)[0] != "T" and self._in_time(name)]
+        dated = [(name, column) for name, column in self.columns.items() if column.start is not None]
+        dates = [name for name, column in dated if not column.in_days(column.values.size)]
+        groups = [name for name, column in self.columns.items() if column.clock == name and is_time(name)]
+        found = self.first_of(TIME_NAMES, named) or self._only(dates, "the time") or self._only(groups, "the time")
+        return found or self.first_of(("T",), filter(self._in_time, self.columns))
+
+    def _in_time(self, name: str) -> bool:
+        """Whether the source states no other unit for a column than one of time."""
+        unit = self.unit_of(name)
+        return not known_unit(unit or "s") or log_unit(unit or "s").dimension == SECOND
+
+    def join_dates(self) -> None:
+        """Times of day beside a column of dates count from the first of these."""
+        dated = {name: column for name, column in self.columns.items() if column.start is not None}
+        of_day = [name for name, column in dated.items() if 0.0 <= (column.start or 0.0) < DAY]
+        undecided = [name for name, reason in self.left_out.items() if reason.startswith(UNDECIDED_DATES)]
+        for name in of_day:
+            column = dated[name]
+            days = [n for n in dated if n not in of_day and dated[n].in_days(column.values.size)]
+            if undecided or len(days) > 1:
+                reason = self.left_out[undecided[0]] if undecided else "of which one belongs to it"
+                which = " and ".join(map(quoted, undecided[:1] or days))
+                self.left_out[name] = f"a time of day beside the dates in {which}, {reason}"
+                del self.columns[name]
+            elif days:
+                day, first = dated[days[0]], column.start or 0.0
+                column.values = day.values + np.mod(first + column.values, DAY) - first
+                column.start = (day.start or 0.0) + first
+                self.left_out[days[0]] = f"its dates belong to the times of day in `{name}`"
+                self.columns.pop(days[0], None)
 
     def unit_of(self, column: str) -> str:
         """The unit that the source states for a column; empty if it states none."""
@@ -228,9 +325,35 @@ def said_of(left_out: Mapping[str, str]) -> list[str]:
 
 
 def split_name(text: str) -> tuple[str, str]:
-    """``"x [mm]"`` as name and unit; the unit is empty if there is none."""
+    """``"x [mm]"`` or ``"x in mm"`` as name and unit; the unit is empty if there is none."""
     name, unit = _core.split_name(text)
+    found = None if unit else _IN_UNIT.fullmatch(name)
+    if found and known_unit(found["unit"]):
+        name, unit = found["name"], found["unit"]
     return name, tidy_unit(unit)
+
+
+def is_time(name: str) -> bool:
+    """Whether times are called so, in any group and any case."""
+    return split_name(name)[0].rsplit(".", 1)[-1].lower() in TIME_NAMES
+
+
+def quoted(name: str) -> str:
+    return f"`{name}`"
+
+
+def attribute(attributes: Mapping[str, object], *names: str) -> object:
+    """The value of the first attribute with one of these names, in any case; None if there is none."""
+    known = {name.lower(): attributes[name] for name in reversed(list(attributes))}
+    return next((known[name] for name in names if name in known), None)
+
+
+def stated_unit(attributes: Mapping[str, object]) -> str:
+    """The unit that attributes state, as they write it; empty if they state none."""
+    unit = attribute(attributes, "units", "unit")
+    if isinstance(unit, np.ndarray) and unit.size == 1:
+        unit = unit.item()
+    return plain(unit.decode("utf-8", "replace") if isinstance(unit, bytes) else "" if unit is None else str(unit))
 
 
 def plain_facts(content: Mapping[str, object]) -> dict[str, str | float | int]:
@@ -295,14 +418,25 @@ def _of_objects(array: np.ndarray) -> np.ndarray:
 def unpack(column: LogColumn, attributes: Mapping[str, object]) -> None:
     """Numbers of a file that packs them by the conventions of NetCDF: marks of missing values, then factor and offset.
 
+    Raises
+    ------
+    ValueError
+        If a factor or an offset is no number.
+
     Sources
     -------
     NetCDF Climate and Forecast Metadata Conventions 1.11, sections 2.5.1 and 8.1.
     """
 
     def numbers(name: str) -> Array:
-        stated = np.ravel(np.asarray(attributes.get(name, ())))
-        return stated.astype(np.float64) if stated.dtype.kind in "buif" else np.zeros(0)
+        stated = attribute(attributes, name.lower())
+        found = np.ravel(np.asarray(() if stated is None else stated))
+        try:
+            return found.astype(np.float64) if found.dtype.kind in "buifSUO" else np.zeros(0)
+        except (TypeError, ValueError):
+            if name in ("scale_factor", "add_offset"):
+                raise ValueError(f"its attribute `{name}` is no number, `{stated}`") from None
+            return np.zeros(0)
 
     values = column.values
     marks = np.concatenate([numbers("_FillValue"), numbers("missing_value")])

@@ -14,6 +14,8 @@ from hydrocrane.arrays import Array
 ATMOSPHERE = 101325.0
 # Least SI value of one unit of a log; its inverse is the greatest. Beyond these bounds its numbers lose precision.
 LEAST_UNIT = 1e-30
+# The dimension of times.
+SECOND = _core.quantity("1 s")[1]
 # Units that loggers and machine files write differently.
 _SPELLINGS = {
     "sec": "s",

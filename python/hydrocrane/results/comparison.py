@@ -198,8 +198,8 @@ def _pairs(ours: Columns, table: LogTable, columns: Mapping[str, str] | None) ->
     names = [name for name in ours if name != TIME]
     if columns is None:
         # `tip.z [m]` is the run's `tip.z`.
-        pairs = {split_name(column)[0]: Source(column) for column in reversed(table.columns)}
-        pairs = {name: pairs[name] for name in names if name in pairs}
+        short = {split_name(column)[0] for column in table.columns}
+        pairs = {name: Source(name) for name in names if name in short}
         if not pairs:
             given = ", ".join(n for n in table.columns if n.lower() not in TIME_NAMES)
             raise InputError(f"no column of the log ({given}) is a name of the run; state the pairs with columns=")

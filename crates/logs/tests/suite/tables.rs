@@ -52,6 +52,49 @@ fn the_times_are_found_in_the_languages_of_makers() {
 }
 
 #[test]
+fn a_t_that_may_be_a_temperature_is_no_clock_beside_another() {
+    for (head, wanted) in [
+        ("T;timestamp", Some(1)),
+        ("T;Zeit [s]", Some(1)),
+        ("T;t", Some(1)),
+        ("T;x", Some(0)),
+        ("TIME;time", Some(1)),
+        ("TIME;Time", None),
+        ("time [s];time [ms]", None),
+    ] {
+        assert_eq!(time_column(&of(&format!("{head}\n1;0\n-2;1\n")).columns), wanted, "{head}");
+    }
+    assert_eq!(time_column(&of("T;when\n1;12:00:00\n2;12:00:01\n").columns), Some(1));
+    assert_eq!(time_column(&of("Date;Uhrzeit\n1.5.2024;12:00:00\n1.5.2024;12:00:01\n").columns), Some(1));
+}
+
+#[test]
+fn a_blank_cell_between_blanks_shifts_no_other() {
+    let blank = "time p1 p3\n 0.0   50.0   20.0\n 0.1          20.1\n 0.2   50.2\n 10.0  50.3   20.3\n";
+    let table = of(blank);
+    assert!(numbers(&table, "p1")[1].is_nan() && numbers(&table, "p3")[2].is_nan() && table.notes.is_empty());
+    assert_eq!([numbers(&table, "p3")[1], numbers(&table, "p1")[2]], [20.1, 50.2]);
+    // The first row is the short one; and one that stands below no column.
+    assert_eq!(numbers(&of("time p1 p3\n 0.0          20.0\n 0.1   50.1   20.1\n"), "p3"), [20.0, 20.1]);
+    let table = of("time p1 p3\n0.0 50.0 20.0\n0.1    20.1\n0.2 50.2 20.2\n");
+    assert!(numbers(&table, "time")[1].is_nan() && numbers(&table, "p3")[1].is_nan());
+    assert_eq!(table.notes[0].0, "ragged-rows");
+}
+
+#[test]
+fn a_column_without_a_name_counts() {
+    let table = of("time;;x;\n0;;1;\n1;;2;\n");
+    assert_eq!(table.columns.iter().map(|column| column.name.as_str()).collect::<Vec<_>>(), ["time", "", "x"]);
+}
+
+#[test]
+fn whole_numbers_above_points_of_thousands_are_asked_for() {
+    let table = of("time,p\n0,900\n1,1.100\n");
+    assert_eq!(table.columns[1].content, Content::Lost(Loss::Undecided("1.100".into())));
+    assert_eq!(numbers(&of("time,p\n0,0.900\n1,1.100\n"), "p"), [0.9, 1.1]);
+}
+
+#[test]
 fn what_is_lost_is_told() {
     let lost = |text: &str| match &of(text).columns.last().unwrap().content {
         Content::Lost(loss) => loss.clone(),

@@ -260,7 +260,7 @@ static SOLVER: &[Key] = &[
         .source("theory/integration.md"),
     Key::quantity("rtol", &[NUMBER], Positive)
         .defaults(&["3e-5"])
-        .usual(&[("1e-12", "0.1", 10.0)])
+        .usual(&[("1e-12", "0.1", 1e3)])
         .means("Relative tolerance.")
         .source("theory/integration.md"),
     Key::quantity("atol", &[NUMBER], Positive)

@@ -7,7 +7,7 @@ use crate::load::given;
 use crate::nearest::suggestion;
 use crate::quantities::TIME;
 use crate::units::{parse_unit, with_article, Quantity};
-use hydrocrane_logs::{split_name, time_column, Column, Content, Form, Format, Loss, Table};
+use hydrocrane_logs::{column_named, split_name, time_column, Column, Content, Form, Format, Loss, Table};
 use std::cell::RefCell;
 use std::path::Path;
 
@@ -83,7 +83,10 @@ fn table_of(text: &str, numbers: Option<Format>) -> Result<Table, Problem> {
     let Some((kind, _)) = table.notes.first() else { return Ok(table) };
     let (message, cure) = match *kind {
         "truncated" => ("the last line of the log is cut off", "complete it, or leave it out"),
-        _ => ("rows of the log have more cells than its header", "give each column a name, and export with semicolons"),
+        _ => (
+            "rows of the log have more or fewer cells than its header",
+            "give each column a name, and export with semicolons",
+        ),
     };
     Err((ErrorKind::BadSeries, message.into(), cure.into()))
 }
@@ -130,14 +133,11 @@ impl Log {
 
     /// The column with one of these names, with or without its unit, in any case.
     fn find(&self, wanted: &[&str]) -> Option<usize> {
-        wanted.iter().find_map(|wanted| {
-            let is = |name: &str| name.eq_ignore_ascii_case(wanted);
-            self.columns.iter().position(|own| is(&own.name) || is(split_name(&own.name).0))
-        })
+        wanted.iter().find_map(|wanted| column_named(&self.columns, wanted))
     }
 
     fn names(&self) -> Vec<&str> {
-        self.columns.iter().map(|column| split_name(&column.name).0).collect()
+        self.columns.iter().map(|column| split_name(&column.name).0).filter(|name| !name.is_empty()).collect()
     }
 
     /// The column of one of these names, in SI; `what` states its purpose. Its unit is the given `unit`, else that of the log, else SI.
