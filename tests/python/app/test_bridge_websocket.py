@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import hydrocrane as hc
-from hydrocrane.app import bridge_websocket
+from hydrocrane.app import bridge_transport
 from hydrocrane.app.bridge import part_of, transport_of
 from hydrocrane.app.bridge_transport import Kind, Packet
 
@@ -52,7 +52,7 @@ def test_what_is_no_packet_changes_nothing():
 
 
 def test_connections_are_counted(monkeypatch):
-    monkeypatch.setattr(bridge_websocket, "_CONNECTIONS", 2)
+    monkeypatch.setattr(bridge_transport, "_CONNECTIONS", 2)
     with served(plant(period="5 ms"), "ws") as (_, bridge), connect(bridge.address):
         refused = connect(bridge.address)
         with refused, pytest.raises(ConnectionClosed, match="2 connections"):
@@ -60,7 +60,7 @@ def test_connections_are_counted(monkeypatch):
 
 
 def test_a_program_that_does_not_read_delays_nothing_and_takes_no_memory(monkeypatch):
-    monkeypatch.setattr(bridge_websocket, "_UNSENT", 8192)
+    monkeypatch.setattr(bridge_transport, "_UNSENT", 8192)
     # The program reads 16 packets ahead and then no more.
     bridge_here = served(plant(period="1 ms"), "ws", watchdog=5.0)
     with bridge_here as (_, bridge), connect(bridge.address, max_queue=16, compression=None, close_timeout=0.2) as deaf:

@@ -125,7 +125,7 @@ def test_a_start_outside_the_limits_is_named_at_its_place(tmp_path, boom, told):
     plan = hc.load_scenario("vertical-lift-open-loop").changed(joints={"boom": boom, "jib": 1.7, "extension": 0.0})
     file = plan.save(tmp_path / "far.toml")
     for command in ("check", "simulate"):
-        message = run(command, file, folder=tmp_path).stderr
+        message = " ".join(run(command, file, folder=tmp_path).stderr.split())
         assert f"{file}:13:8: initial.joint.boom: joint boom" in message and told in message
 
 

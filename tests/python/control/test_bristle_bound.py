@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "theory" / "control" / "damping.md"
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "theory" / "control" / "regulate.md"
 RATIOS = (0.25, 0.4, 0.6)
 
 

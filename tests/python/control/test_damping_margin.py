@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-PAGE = Path(__file__).parents[3] / "docs" / "theory" / "control" / "damping.md"
+PAGE = Path(__file__).parents[3] / "docs" / "theory" / "control" / "regulate.md"
 # Valves: dead time, natural frequency per period, damping ratio. A dead time of a fifth of a period alone, and at 10 ms
 # 25 ms with 8 Hz and 50 ms with 5 Hz.
 FAST = (0.2, np.inf, 1.0)
