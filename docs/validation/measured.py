@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from hydrocrane.arrays import Array
 from hydrocrane.identification import FrictionPoints, StaticFit, fit_static
+from hydrocrane.identification.block import interval
 from hydrocrane.logs import Log, read_log
 from hydrocrane.plots.style import INK, MUTED, one_chart, styled, write
 from hydrocrane.signals import RigParameters, derivative, steady_windows
@@ -153,8 +154,8 @@ def parameter_table(fit: StaticFit) -> list[str]:
     rows = ["| parameter | value | 95 % interval | unit |", "|---|---|---|---|"]
     ranges = fit.intervals(0.95)
     for label in ("coulomb.extending", "viscous.extending", "coulomb.retracting", "viscous.retracting"):
-        low, high = ranges[label]
-        rows.append(f"| `{label}` | {fit.value(label):.4g} | {low:.4g} to {high:.4g} | {fit.unit(label)} |")
+        ends = interval(*ranges[label]).replace("..", "to")
+        rows.append(f"| `{label}` | {fit.value(label):.4g} | {ends} | {fit.unit(label)} |")
     return rows
 
 

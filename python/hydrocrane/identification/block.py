@@ -54,8 +54,10 @@ def signature(date: str = "") -> str:
 
 
 def interval(low: float, high: float) -> str:
-    """An interval as a block's comments show it."""
-    return f"{low:.4g} .. {high:.4g}" if np.isfinite(low) else "not identifiable"
+    """An interval as a block's comments show it: from zero, the bound of a positive quantity, by its upper end only."""
+    if not np.isfinite([low, high]).all():
+        return "not identifiable"
+    return f"not determined, at most {high:.4g}" if low == 0.0 else f"{low:.4g} .. {high:.4g}"
 
 
 def shown(value: float, low: float, high: float) -> str:
@@ -68,4 +70,6 @@ def parameter_row(label: str, unit: str, value: float, low: float, high: float) 
     """A row of a table: parameter, unit, value, both ends of its interval."""
     if not (np.isfinite(low) and np.isfinite(high)):
         return (label, unit, "-", "not identifiable", "")
+    if low == 0.0:
+        return (label, unit, "not determined", "0", f"{high:.4g}")
     return (label, unit, shown(value, low, high), f"{low:.4g}", f"{high:.4g}")

@@ -17,6 +17,8 @@ DOUBLINGS = 12
 # Most iterations of the method of false position, and its tolerance as a share of the reach.
 CLOSINGS = 12
 CLOSE = 0.005
+# Other parameters replace one whose standard deviation exceeds that with the others held by this factor.
+REPLACED = 1e5
 # Parameters whose unknown has bounds of its own; the others are forces and coefficients not below zero.
 BOXED = ("stribeck-velocity", "stribeck-exponent", "viscous-exponent")
 
@@ -126,6 +128,9 @@ class Solved:
         """
         scale = LOG if label.split(".")[0] in LOGARITHMIC else NATURAL
         handle = Handle(self.problem, LABELS.index(label), scale)
+        over = self.problem.coordinates.to_map(self.problem.theta(self.x)).evaluate(self.problem.points.velocity)[2]
+        if deviation * float(np.linalg.norm(over[:, handle.index] / self.sigma)) > REPLACED:
+            return handle.back(handle.edge(False)), handle.back(handle.edge(True))
         step = deviation / handle.value(self.x) if scale is LOG else deviation
         return self._end(handle, -step, reach), self._end(handle, step, reach)
 

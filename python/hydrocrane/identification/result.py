@@ -191,7 +191,8 @@ class StaticFit:
 
     def force_interval(self, v: Array, level: float = 0.95) -> Array:
         """(n, 2) interval of friction, N, at velocities v (n,), m/s, averaged over all forms that the points hardly
-        distinguish. Beyond the measured speeds these differ, and it widens; infinite where nothing is known."""
+        distinguish. Beyond the measured speeds these differ, and it widens, but friction drives nothing; infinite where
+        nothing is known."""
         forms = (self, *self.rivals)
         weights = akaike_weights([fit.aicc for fit in forms])
         forces = np.stack([fit.force(v) for fit in forms])
@@ -203,6 +204,7 @@ class StaticFit:
             middle, width = forces[known, i], half[known, i]
             ends = list(zip(middle - width, middle + width, strict=True))
             found[i] = averaged(weights[known] / weights[known].sum(), list(middle), ends, level)
+            found[i] = np.clip(found[i], *((0.0, np.inf) if v[i] > 0.0 else (-np.inf, 0.0))) if v[i] else found[i]
         return found
 
     def value(self, label: str) -> float:
@@ -277,8 +279,9 @@ class StaticFit:
         method : {"t", "profile"}
             ``t``: Student's t with the degrees of freedom of the levels, widened by the priors of the sensors (taken
             as known, hence Welch's degrees of freedom for the sum), in the logarithm for Stribeck velocity and
-            exponent. ``profile``: profile likelihood; slower, and correct where the map is strongly nonlinear in the
-            parameter. The default is ``profile`` if an exponent is free.
+            exponent, and as ``profile`` where it would reach below zero. ``profile``: profile likelihood; slower, and
+            correct where the map is strongly nonlinear in the parameter. The default is ``profile`` if an exponent is
+            free.
         """
         check_level(level)
         spread = self._known_spread()
@@ -324,11 +327,11 @@ class StaticFit:
         rivals = self._rivals_in(label)
         if not rivals or not np.isfinite(alone).all():
             return alone
-        others = ((fit, fit._alone(label, level, "t")) for fit in rivals)
+        others = ((fit, fit._linear(label, level)) for fit in rivals)
         models = [(self, alone), *((fit, ends) for fit, ends in others if _closed(label, fit.value(label), ends))]
         weights = akaike_weights([fit.aicc for fit, _ in models])
         low, high = averaged(weights, [fit.value(label) for fit, _ in models], [ends for _, ends in models], level)
-        return (low if of_sensors(label) else max(low, min(0.0, alone[0]))), high
+        return (low if of_sensors(label) else max(low, 0.0)), high
 
     def _rivals_in(self, label: str) -> list[StaticFit]:
         """The rivals that have a parameter too; viscous coefficients are comparable only with equal exponents."""
@@ -346,28 +349,38 @@ class StaticFit:
         return float(np.sqrt(spread.from_data[at, at] + spread.from_prior[at, at]))
 
     def _alone(self, label: str, level: float, method: str) -> tuple[float, float]:
-        """The interval of this form alone."""
+        """The interval of this form alone; beyond the physical bound of zero the map is not linear in a parameter."""
+        sigma, linear = self._deviation(label), self._linear(label, level)
+        if self.solved is None or of_sensors(label) or not 0.0 < sigma < np.inf:
+            return linear
+        curved = method == "profile" or -np.inf < linear[0] < 0.0
+        return self.solved.ends(label, sigma, self._far(label, level)) if curved else linear
+
+    def _far(self, label: str, level: float) -> float:
+        """Half width of an interval in standard deviations, which are finite."""
         spread = self._known_spread()
         at = spread.labels.index(label)
         variance, bounds = spread.from_data[at, at] + spread.from_prior[at, at], spread.bounds[at]
-        value, sigma = self.value(label), self._deviation(label)
-        if not np.isfinite(sigma):
-            return -np.inf, np.inf
         normal = max(variance - float(bounds @ bounds) / BOUND**2, 0.0)
         # The part estimated from the scatter has its degrees of freedom; the stated part counts as known.
         share = spread.from_scatter[at, at] / normal if normal > 0.0 else 0.0
         freedom = spread.degrees_of_freedom / share**2 if share > 0.0 else np.inf
-        far = reach(level, float(np.sqrt(normal)), freedom, bounds)
-        if method == "profile" and not of_sensors(label) and self.solved is not None and sigma > 0.0:
-            return self.solved.ends(label, sigma, far)
+        return reach(level, float(np.sqrt(normal)), freedom, bounds)
+
+    def _linear(self, label: str, level: float) -> tuple[float, float]:
+        """The interval of this form alone from the derivatives at the fit."""
+        value, sigma = self.value(label), self._deviation(label)
+        if not np.isfinite(sigma):
+            return -np.inf, np.inf
+        wide = self._far(label, level) * sigma
         if label.split(".")[0] in LOGARITHMIC:
             with np.errstate(over="ignore"):
-                factor = float(np.exp(far * sigma / value))
+                factor = float(np.exp(wide / value))
             # The range in which it was searched; if nothing in that is excluded, it is not identifiable.
             least, most = (0.0, np.inf) if self.solved is None else self.solved.edges(label)
             low, high = max(value / factor, least), min(value * factor, most)
             return (low, high) if low > least or high < most else (-np.inf, np.inf)
-        return float(value - far * sigma), float(value + far * sigma)
+        return float(value - wide), float(value + wide)
 
     def toml(
         self,

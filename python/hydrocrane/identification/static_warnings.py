@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hydrocrane.identification.block import interval
 from hydrocrane.identification.graphical import FAR
 from hydrocrane.identification.points import DIRECTIONS
 from hydrocrane.identification.result import StaticFit, missing_directions, of_sensors
@@ -83,10 +84,12 @@ def _poorly_known(fit: StaticFit) -> Iterator[str]:
         value = fit.value(label)
         if of_sensors(label):
             continue
-        if not np.isfinite(low):
+        if not np.isfinite([low, high]).all():
             yield f"{label} is not identifiable from these points"
+        elif low == 0.0:
+            yield f"{label} is {interval(low, high)} (95 %)"
         elif max(high - value, value - low) > POOR * abs(value):
-            yield f"{label} is poorly known: {value:.3g}, 95 % interval {low:.3g} to {high:.3g}"
+            yield f"{label} is poorly known: {value:.4g}, 95 % interval {low:.4g} to {high:.4g}"
     spread = fit.spread
     if spread is not None and spread.condition > ILL_CONDITIONED:
         yield f"parameters have the same effect: condition number {spread.condition:.2g}; see the correlation"
@@ -98,10 +101,10 @@ def _extrapolated(fit: StaticFit) -> Iterator[str]:
         speeds = fit.shown_speeds(side)
         if not speeds.size:
             continue
-        low, high = sorted(sign * fit.force_interval(sign * speeds[-1:])[0])
+        low, high = sorted(np.abs(fit.force_interval(sign * speeds[-1:])[0]))
         force = float(np.abs(fit.force(sign * speeds[-1])))
         if max(high - force, force - low) > OPEN * force:
-            known = f"95 % {low:.3g} to {high:.3g} N" if np.isfinite(high - low) else "but anything else is as likely"
+            known = f"95 % {low:.3g} to {high:.3g} N" if np.isfinite(high) else "but anything else is as likely"
             yield (
                 f"{name}: beyond {speeds[-2] * 1e3:.3g} mm/s, the fastest level, the map is an extrapolation: at "
                 f"{speeds[-1] * 1e3:.3g} mm/s it gives {force:.3g} N, {known}; add faster levels"

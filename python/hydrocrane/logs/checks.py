@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
 from hydrocrane.logs.flags import Flag
@@ -29,9 +30,15 @@ LONGEST_CONSTANT, USUAL_TIMES = 25, 5
 # Least number of consecutive samples at an end of the range that is no coincidence if noise exceeds the converter's
 # step; and least number of all such samples for the conclusion that the range is too narrow.
 CLIPPED_RUN, LEAST_CLIPPED = 3, 12
-# Chance below which a constant stretch is no accident of rounding; and least change of the other pressure, in steps of
-# a converter, that a pressure with that converter must follow.
-ACCIDENT, FOLLOWED_STEPS = 1e-6, 3.0
+# Chance below which a constant stretch is no accident of rounding.
+ACCIDENT = 1e-5
+# Number of samples over which changes of the other signals are judged, and least change of the other pressure, in steps
+# of a converter, that is one.
+PART, CHANGED_STEPS = 12, 3.0
+# A pressure that misses fewer than this share of these changes follows them all.
+SELDOM = 0.05
+# Readings of a coarse pressure are equal to their predecessors in more than this share.
+MOSTLY = 0.7
 # Bounds of the usual values of hydraulic signals.
 LEAST_PRESSURE, MOST_PRESSURE = 2000.0, 2e8
 LONGEST_STROKE = 20.0
@@ -42,7 +49,7 @@ MEASURED = ("x", "v", "p1", "p2", "force")
 # Flags that follow from the values; a resampled log no longer shows its slow signals.
 _OF_VALUES = (
     "too-short", "time-not-increasing", "not-finite", "gap", "irregular-time", "saturated", "frozen", "unmoving",
-    "clipped", "wrong-unit", "hum", "slow-signal",
+    "clipped", "coarse", "wrong-unit", "hum", "slow-signal",
 )  # fmt: skip
 # A larger number, in any SI unit, is a mark and no reading.
 ABSURD = 1e30
@@ -63,6 +70,18 @@ class _Signal:
     @cached_property
     def noise(self) -> Noise:
         return noise_of(self.values)
+
+    @cached_property
+    def constant(self) -> tuple[list[list[int]], NDArray[np.bool_]]:
+        """First and last + 1 sample of the unusually long constant stretches, and the samples outside of these."""
+        stretches = runs(self.values[1:] == self.values[:-1]) + (0, 1)
+        lengths = stretches[:, 1] - stretches[:, 0]
+        usual = float(np.quantile(lengths, 0.9)) if lengths.size > 4 else 1.0
+        long = stretches[lengths >= max(LONGEST_CONSTANT, USUAL_TIMES * usual)].tolist()
+        outside = np.ones(self.values.size, dtype=bool)
+        for a, b in long:
+            outside[a:b] = False
+        return long, outside
 
     @property
     def empty(self) -> bool:
@@ -94,6 +113,7 @@ def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
             stuck = _stuck(time, name, signals)
             told = any(flag.kind == "saturated" for flag in stuck)
             flags += stuck if told else stuck + _clipped(time, name, signals[name].values)
+        flags += [flag for name in PRESSURES if name in signals for flag in _coarse(time, name, signals[name])]
         flags += _hums(time, usual, signals) + _unmoving(time, signals) + _wrong_units(time, usual, signals)
     return tuple(sorted(flags, key=lambda flag: (not flag.fatal, flag.start)))
 
@@ -227,23 +247,14 @@ def _hums(time: Array, usual: float, signals: _Signals) -> list[Flag]:
 
 def _stuck(time: Array, name: str, signals: _Signals) -> list[Flag]:
     """Stretches in which a sensor with noise is exactly constant while other signals change."""
-    values = signals[name].values
-    stretches = runs(values[1:] == values[:-1]) + (0, 1)
-    lengths = stretches[:, 1] - stretches[:, 0]
-    usual = float(np.quantile(lengths, 0.9)) if lengths.size > 4 else 1.0
-    long = stretches[lengths >= max(LONGEST_CONSTANT, USUAL_TIMES * usual)].tolist()
-    if not long:
+    values, (long, outside) = signals[name].values, signals[name].constant
+    if not long or not _lives(values[outside]):
         return []
-    outside = np.ones(values.size, dtype=bool)
-    for a, b in long:
-        outside[a:b] = False
-    if not _lives(values[outside]) or (name == "x" and _repeats(values[outside]) > 0.3):
-        # A coarse position sensor repeats its reading while the piston is at rest.
-        return []
-    flags = []
     noise = noise_of(values[outside])
+    events = _Events(name, signals, noise.step) if noise.step and name in PRESSURES else None
+    flags = []
     for a, b in [s for s in long if _others_move(name, signals, *s)]:
-        if _rounded(noise, b - a) > ACCIDENT and not _follows(name, signals, a, b, noise.step):
+        if _rounded(noise, b - a) * (events.missed(a, b) if events else 1.0) > ACCIDENT:
             continue
         start, end = float(time[a]), float(time[b - 1])
         if values[a] in signals[name].ends:
@@ -297,11 +308,6 @@ def _lives(values: Array) -> bool:
     return finite.size > LONGEST_CONSTANT and (carries_noise(finite) or np.unique(finite).size > 0.9 * finite.size)
 
 
-def _repeats(values: Array) -> float:
-    """Share of samples that are equal to the previous one."""
-    return float(np.mean(np.diff(values) == 0.0))
-
-
 def _means(values: Array, parts: int = 6) -> Array:
     return np.array([np.mean(block) for block in np.array_split(values, parts)])
 
@@ -311,29 +317,71 @@ def _others_move(name: str, signals: _Signals, a: int, b: int) -> bool:
     return any((found := np.ptp(_means(other.values[a:b]))) > 0.0 and found > other.least_motion for other in others)
 
 
+def _fine(noise: Noise) -> bool:
+    """Whether noise exceeds half a step, by which quiet readings at the edge of a step scatter too."""
+    return noise.sigma > 0.5 * noise.step
+
+
 def _rounded(noise: Noise, count: int) -> float:
     """Largest chance that noise leaves `count` readings in one step of the converter: in the middle of the step."""
-    if not noise.sigma or not noise.step:
+    if not _fine(noise):
         return 1.0 if noise.step else 0.0
     return math.erf(noise.step / (2.0 * math.sqrt(2.0) * noise.sigma)) ** count
 
 
-def _follows(name: str, signals: _Signals, a: int, b: int, step: float) -> bool:
-    """Whether a signal must have changed by more than a `step` of its converter in samples a .. b - 1.
+class _Events:
+    """Changes that a pressure may have to follow: of the other pressure, and of the direction of the piston.
 
-    The position must where pressures change, and a pressure where the other one changes by several steps or the piston
-    turns round. At constant velocity pressures may be constant.
+    How often it does is learnt from the rest of the log: a pressure that a relief valve or the tank holds does not.
     """
-    if name not in PRESSURES:
-        return True
-    others = [signals[other].values[a:b] for other in PRESSURES if other != name and other in signals]
-    if any(np.ptp(_means(pressure)) > FOLLOWED_STEPS * step for pressure in others):
-        return True
-    if "x" not in signals:
-        return False
-    x = signals["x"]
-    travel = np.diff(_means(x.values[a:b]))
-    return bool(travel.max() > x.least_motion and travel.min() < -x.least_motion)
+
+    def __init__(self, name: str, signals: _Signals, step: float) -> None:
+        values = signals[name].values
+        count = values.size // PART
+        found: list[np.ndarray] = [np.empty((0, 2), dtype=int)]
+        for other in {"x", *PRESSURES} & signals.keys() - {name}:
+            means = signals[other].values[: count * PART].reshape(count, PART).mean(axis=1)
+            if other == "x":
+                found.append(_turns(means, signals[other].least_motion))
+            else:
+                found.append(runs(np.abs(np.diff(means)) > CHANGED_STEPS * step) + (0, 1))
+        # First and last + 1 sample of each, (k, 2).
+        self.at = PART * np.concatenate(found)
+        changes = np.concatenate([[0], np.cumsum(np.diff(values) != 0.0)])
+        self.followed = changes[self.at[:, 1] - 1] != changes[self.at[:, 0]]
+
+    def missed(self, a: int, b: int) -> float:
+        """Chance that a reading is constant in samples a .. b - 1, by the changes of the others during these."""
+        inside = (self.at[:, 0] >= a) & (self.at[:, 1] <= b)
+        others = self.followed[~inside]
+        share = (np.count_nonzero(~others) + 0.5) / (others.size + 1.0)
+        return float(share ** np.count_nonzero(inside)) if share < SELDOM else 1.0
+
+
+def _turns(x: Array, least: float) -> np.ndarray:
+    """(k, 2) first and last + 1 of the places (n,) between which the piston turns round, by more than `least`."""
+    found, sign, at = [], 0.0, 0
+    for i, place in enumerate(x.tolist()):
+        if math.isnan(x[at]) or (sign and (place - x[at]) * sign >= 0.0):
+            at = i
+        elif abs(place - x[at]) > least:
+            found += [(at, i + 1)] if sign else []
+            sign, at = math.copysign(1.0, place - x[at]), i
+    return np.array(found, dtype=int).reshape(-1, 2)
+
+
+def _coarse(time: Array, name: str, signal: _Signal) -> list[Flag]:
+    """Flag of a pressure that rounding keeps constant for long."""
+    noise = noise_of(signal.values[signal.constant[1]])
+    same = np.count_nonzero(signal.values[1:] == signal.values[:-1])
+    if not noise.step or _fine(noise) or same < MOSTLY * time.size or own_samples(signal.values) is not None:
+        return []
+    text = (
+        f"`{name}` is read in steps of {noise.step / 1e5:.3g} bar, wider than its noise: where it is steady its "
+        f"mean has a standard error of {noise.step / np.sqrt(12.0) / 1e5:.2g} bar. Record more digits, or use a "
+        "narrower range"
+    )
+    return [Flag("coarse", name, float(time[0]), float(time[-1]), text)]
 
 
 def _unmoving(time: Array, signals: _Signals) -> list[Flag]:

@@ -8,11 +8,10 @@ from hydrocrane.errors import InputError
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.hum import at_mains, hum_of
 from hydrocrane.logs.log import Log
-from hydrocrane.logs.noise import Noise, noise_of
+from hydrocrane.logs.noise import Noise, noise_before_rounding, noise_of
 from hydrocrane.machine.machine import Machine
 from hydrocrane.signals.friction import RigParameters, pressure_force, steady_friction
 from hydrocrane.signals.resample import readable, unbroken
-from hydrocrane.signals.rounding import noise_before_rounding
 from hydrocrane.signals.segments import LEAST_SAMPLES, command_changes, straight_pieces
 from hydrocrane.signals.steadiness import (
     MARGIN,

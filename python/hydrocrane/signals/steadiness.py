@@ -9,8 +9,7 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.logs.hum import Hum
-from hydrocrane.logs.noise import Noise
-from hydrocrane.signals.rounding import rounding_bias
+from hydrocrane.logs.noise import Noise, rounding_bias
 from hydrocrane.signals.statistics import fitted_line
 
 # Share at the end of a piece that may already belong to the next one.
@@ -233,6 +232,8 @@ def mean_force(time: Array, friction: Array, readings: list[tuple[Array, Noise, 
     rounding = 0.0
     for values, noise, factor in readings:
         travel = abs(np.polynomial.polynomial.polyfit(time - time[0], values, 1)[1]) * duration
-        rounding += (factor * rounding_bias(*noise, travel)) ** 2
+        # Without noise a reading may change by a step where the signal hardly does.
+        known = max(travel - np.sqrt(12.0) * rounding_bias(*noise), 0.0)
+        rounding += (factor * rounding_bias(*noise, known)) ** 2
     error = float(np.sqrt(line.mean_error**2 + (0.5 * drift) ** 2 + rounding))
     return line.mean, error, line.effective

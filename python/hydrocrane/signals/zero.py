@@ -11,10 +11,9 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.logs.checks import rechecked
 from hydrocrane.logs.log import Log
-from hydrocrane.logs.noise import noise_of
+from hydrocrane.logs.noise import noise_before_rounding, noise_of, rounding_bias
 from hydrocrane.signals.friction import RigParameters
 from hydrocrane.signals.resample import readable
-from hydrocrane.signals.rounding import noise_before_rounding, rounding_bias
 from hydrocrane.signals.statistics import fitted_line
 
 # Signals with a zero that can be read while the rig is at rest.

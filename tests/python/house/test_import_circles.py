@@ -37,8 +37,9 @@ def uses(module: str, known: dict[str, Path]) -> set[str]:
     own = module if known[module].name == "mod.rs" else module.rpartition("::")[0]
     paths = re.findall(r"\bcrate::((?:\w+::)*\w+)", code)
     paths += [f"{own}::{path}".removeprefix("::") for path in re.findall(r"\bsuper::((?:\w+::)*\w+)", code)]
-    for group in re.findall(r"use crate::\{([^;]*)\};", code):
-        paths += re.findall(r"(?:^|,)\s*((?:\w+::)*\w+)", group)
+    for root, room, group in re.findall(r"use (crate|super)::((?:\w+::)*)\{([^;]*)\};", code):
+        inside = f"{own}::{room}" if root == "super" and own else room
+        paths += [inside + path for path in re.findall(r"(?:^|,)\s*((?:\w+::)*\w+)", group)]
     return {found for path in paths if (found := named(path, known)) and found != module}
 
 
@@ -64,3 +65,13 @@ def test_files_of_the_page_import_each_other_in_no_circle():
 
 def test_a_circle_is_found():
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}}) and not circle({"a": {"b"}, "b": set()})
+
+
+@pytest.mark.parametrize(
+    "grouped", ["use super::{b, Kind};", "use crate::room::{b::B, Kind};", "use crate::{room::b, other};"]
+)
+def test_grouped_imports_are_seen(tmp_path, grouped):
+    (tmp_path / "a.rs").write_text(f"{grouped}\n")
+    (tmp_path / "b.rs").write_text("use super::a::A;\n")
+    known = {"room::a": tmp_path / "a.rs", "room::b": tmp_path / "b.rs"}
+    assert circle({module: uses(module, known) for module in known})

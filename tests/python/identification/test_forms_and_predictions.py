@@ -76,6 +76,30 @@ def test_speeds_that_do_not_tell_an_exponent_take_one_and_say_so_beyond():
     assert "Friction of the map" in table and "beyond the levels" in table
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_what_the_points_do_not_determine_has_an_upper_bound_only(seed):
+    """Fast levels on a long fall: Coulomb and viscous friction may be anything from zero up to all friction."""
+    rng = np.random.default_rng(seed)
+    v = np.concatenate([np.linspace(0.07, 0.25, 6), -np.linspace(0.07, 0.25, 6)])
+    force = np.sign(v) * (50.0 + 15.0 * np.exp(-((v / 0.15) ** 2)) + 60.0 * np.abs(v)) + rng.normal(0, 0.7, v.size)
+    levels = FrictionPoints.of(v, force, velocity_error=0.002 * np.abs(v), force_error=0.7)
+    fit = fit_static(levels, exponents={"viscous-exponent": 1.0})
+    table = identify_static(levels, exponents={"viscous-exponent": 1.0}).report("test").html()
+    determined = True
+    for each in (fit, *fit.rivals):
+        for label, (low, high) in each.intervals().items():
+            assert low >= 0.0 or np.isinf(low), (label, low, high)
+            if label.startswith("coulomb") and np.isfinite(high):
+                assert high < 3.0 * np.abs(force).max(), (label, low, high)
+    for label, (low, high) in fit.intervals().items():
+        if low == 0.0 and np.isfinite(high):
+            determined = False
+            assert f"{label} is not determined, at most {high:.4g} (95 %)" in fit.warnings
+            assert f"not determined, at most {high:.4g}" in fit.toml("test")
+            assert f"<td>not determined</td><td>0</td><td>{high:.4g}</td>" in table
+    assert not determined
+
+
 def test_a_form_that_leaves_a_parameter_open_says_nothing_on_it():
     """Levels from the fall on: no form that is nearly flat there may open the interval of Coulomb friction."""
     for seed in range(3):
@@ -88,4 +112,4 @@ def test_a_form_that_leaves_a_parameter_open_says_nothing_on_it():
         for label, (low, high) in fit.intervals().items():
             assert not np.isfinite(high) or low >= 0.0 or "Stribeck" not in label
             said = [text for text in fit.warnings if text.startswith(f"{label} is poorly known")]
-            assert not said or f"{low:.3g} to {high:.3g}" in said[0]
+            assert not said or f"{low:.4g} to {high:.4g}" in said[0]

@@ -1,6 +1,6 @@
 //! Makes an input that fails smaller: takes out blocks of lines, ever smaller ones, while it fails alike.
 
-use super::parent::{signature, worker, Failure};
+use super::child::{signature, worker, Failure};
 use super::Kind;
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -4,6 +4,7 @@
 //! dies needs to hand nothing back. That is also why the mutation is this crate's own: cargo-fuzz needs a nightly compiler,
 //! and proptest shrinks inside the process that a hang or an abort takes with it.
 
+pub mod child;
 pub mod exercise;
 pub mod link;
 pub mod minimise;
