@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from hydrocrane.arrays import Array
 from hydrocrane.identification import FrictionPoints, StaticFit, fit_static
-from hydrocrane.identification.block import interval
+from hydrocrane.identification.report import interval
 from hydrocrane.logs import Log, read_log
 from hydrocrane.plots.style import INK, MUTED, one_chart, styled, write
 from hydrocrane.signals import RigParameters, derivative, steady_windows

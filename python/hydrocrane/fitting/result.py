@@ -20,9 +20,17 @@ from hydrocrane.fitting.information import Information, SignalQuality
 from hydrocrane.fitting.search import FitTask, SearchResult
 from hydrocrane.fitting.simulated import modelled_signals
 from hydrocrane.fitting.ties import Tie, left_behind
-from hydrocrane.identification.block import comment, fitted_key, interval, signature, write_part
 from hydrocrane.identification.covariance import labelled
-from hydrocrane.identification.report import Report, Section, Table
+from hydrocrane.identification.report import (
+    Report,
+    Section,
+    Table,
+    comment,
+    fitted_key,
+    interval,
+    signature,
+    write_part,
+)
 from hydrocrane.machine.machine import Machine
 from hydrocrane.notebook import of_text
 from hydrocrane.results.comparison import Difference

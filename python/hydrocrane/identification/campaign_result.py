@@ -11,11 +11,20 @@ from pathlib import Path
 
 from hydrocrane.arrays import brief
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block import comment, head, interval, parameter_row, signature, write_part
 from hydrocrane.identification.comparison import FrictionComparison
 from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
 from hydrocrane.identification.records import STEADY, FrictionLog, name_of
-from hydrocrane.identification.report import Report, Section, Table
+from hydrocrane.identification.report import (
+    Report,
+    Section,
+    Table,
+    comment,
+    head,
+    interval,
+    parameter_row,
+    signature,
+    write_part,
+)
 from hydrocrane.identification.result import of_sensors
 from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.identification.sensors import PRESSURES

@@ -13,11 +13,10 @@ from scipy import stats
 from hydrocrane.arrays import Array, check_level
 from hydrocrane.asked import ask
 from hydrocrane.errors import InputError
-from hydrocrane.identification.block import fitted_key, interval, signature
 from hydrocrane.identification.bristle import BristleReading
 from hydrocrane.identification.covariance import labelled
 from hydrocrane.identification.output_error import Estimate
-from hydrocrane.identification.report import Section, Stage, Table
+from hydrocrane.identification.report import Section, Stage, Table, fitted_key, interval, signature
 from hydrocrane.identification.result import StaticFit
 from hydrocrane.identification.rig_model import RigResiduals
 from hydrocrane.identification.rig_unknowns import DYNAMIC

@@ -16,7 +16,7 @@ from scipy.stats import norm
 from hydrocrane.arrays import Array
 from hydrocrane.identification.least_squares import Problem, level_means, scatter
 from hydrocrane.identification.points import EXTENDING, RETRACTING, FrictionPoints
-from hydrocrane.identification.succession import Succession
+from hydrocrane.identification.residual_analysis import Succession
 
 # Least number of pairs of neighbours and of degrees of freedom for a test.
 LEAST = 6
@@ -72,7 +72,7 @@ def succession(order: str, white: Array, rows: Iterable[NDArray[np.intp]]) -> Su
     Parameters
     ----------
     order : str
-        One of :data:`~hydrocrane.identification.succession.ORDERS`.
+        One of :data:`~hydrocrane.identification.residual_analysis.ORDERS`.
     white : (n, 1 + k) array
         Residuals in standard deviations, then their derivatives by the k fitted unknowns.
     rows : iterable of int arrays

@@ -14,15 +14,14 @@ from hydrocrane.arrays import Array, check_level
 from hydrocrane.asked import ask
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.identification.averaging import akaike_weights, averaged
-from hydrocrane.identification.block import comment, head, interval, signature
 from hydrocrane.identification.covariance import correlation_of, labelled
 from hydrocrane.identification.form import Form
 from hydrocrane.identification.held_out import HeldOut
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.reach import BOUND, reach
-from hydrocrane.identification.residual_analysis import ResidualAnalysis
+from hydrocrane.identification.report import comment, head, interval, signature
+from hydrocrane.identification.residual_analysis import ResidualAnalysis, Succession
 from hydrocrane.identification.static_map import BREAKAWAY_SPEED, LABELS, LOGARITHMIC, PARAMETERS, StaticMap, unit_of
-from hydrocrane.identification.succession import Succession
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,15 +9,13 @@ from typing import Protocol, Unpack
 import numpy as np
 
 from hydrocrane.identification.averaging import akaike_weights
-from hydrocrane.identification.block import parameter_row, shown
 from hydrocrane.identification.graphical import graphical
 from hydrocrane.identification.points import DIRECTIONS, FrictionPoints, SteadyWindow
-from hydrocrane.identification.report import Report, Section, Stage, Table
-from hydrocrane.identification.residual_analysis import chance_text
+from hydrocrane.identification.report import Report, Section, Stage, Table, parameter_row, shown
+from hydrocrane.identification.residual_analysis import ORDERS, chance_text
 from hydrocrane.identification.result import ALIKE, StaticFit, of_sensors
 from hydrocrane.identification.static_fit import MapOptions, fit_static
 from hydrocrane.identification.static_map import EXPONENTS
-from hydrocrane.identification.succession import ORDERS
 
 
 class RejectedWindow(Protocol):

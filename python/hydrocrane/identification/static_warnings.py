@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrocrane.identification.block import interval
 from hydrocrane.identification.graphical import FAR
 from hydrocrane.identification.points import DIRECTIONS
+from hydrocrane.identification.report import interval
 from hydrocrane.identification.result import StaticFit, missing_directions, of_sensors
 
 # A parameter whose 95 % interval reaches further than this share of its value is called poorly known.

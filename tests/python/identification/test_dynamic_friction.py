@@ -13,11 +13,10 @@ import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.errors import InputError
 from hydrocrane.identification import Report, bristle, expected, first_readings, fit_dynamic, output_error
-from hydrocrane.identification.blocks import Blocks
 from hydrocrane.identification.bristle import PistonMotion
 from hydrocrane.identification.output_error import JointPrior, Unknown
 from hydrocrane.identification.result import Spread, StaticFit
-from hydrocrane.identification.rig_model import RigLogModel, RigResiduals, corners, lagged
+from hydrocrane.identification.rig_model import Blocks, RigLogModel, RigResiduals, corners, lagged
 from hydrocrane.identification.rig_unknowns import BEST_FITTED, DYNAMIC, map_prior, most_damping, rig_map, unknowns_of
 from hydrocrane.identification.sensors import RigSensors
 from hydrocrane.logs import Log
