@@ -79,7 +79,7 @@ fn what_is_no_log_is_told() {
         ("0,1\n1,2\n", "no column `time` for the times"),
         ("time,tilt\n0,1\n", "no column `lift`"),
         ("time,lift\n0,1\n1\n", "the last line of the log is cut off"),
-        ("time,lift\n0,0,1\n1,0,2\n", "rows of the log have more cells than its header"),
+        ("time,lift\n0,0,1\n1,0,2\n", "rows of the log have more or fewer cells than its header"),
         ("time,lift [bar]\n0,1\n", "must be a"),
         ("time,lift [furlong]\n0,1\n", "unknown unit"),
         ("time,lift\n0,0.01\n1,\n", "row 2"),
