@@ -14,7 +14,7 @@ import hydrocrane as hc
 from benches.models.chain import write_chain
 from benches.problem import MAX_STEP, clocked
 from hydrocrane import _core
-from hydrocrane.scenario.entry import scenario_entry
+from hydrocrane.scenario.scenario import scenario_entry
 
 JOINTS = 4
 RTOL, REFERENCE = 1e-4, 1e-9

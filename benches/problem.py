@@ -12,7 +12,7 @@ import numpy as np
 
 import hydrocrane as hc
 from hydrocrane import _core
-from hydrocrane.scenario.entry import scenario_entry
+from hydrocrane.scenario.scenario import scenario_entry
 
 SCENARIO = "vertical-lift-open-loop"
 REFERENCE = 1e-12

@@ -11,7 +11,7 @@ import numpy as np
 import hydrocrane as hc
 from benches.problem import MAX_STEP, NotAvailable
 from hydrocrane import _core
-from hydrocrane.scenario.entry import scenario_entry
+from hydrocrane.scenario.scenario import scenario_entry
 
 MACHINE = "rottne-f9-lab"
 TOLERANCES = (0.05, 0.02, 0.005)

@@ -10,7 +10,7 @@ import numpy as np
 import hydrocrane as hc
 from benches.problem import REFERENCE, Solution, clocked
 from hydrocrane import _core
-from hydrocrane.scenario.entry import scenario_entry
+from hydrocrane.scenario.scenario import scenario_entry
 
 # Largest distance of the tip from the tightest run of the same loop, m.
 TIP_ERROR = 5e-5

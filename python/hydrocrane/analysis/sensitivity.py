@@ -28,9 +28,8 @@ from hydrocrane.results.outcome import Outcome
 from hydrocrane.results.recording import RecordedStage, Recording
 from hydrocrane.results.run import Run
 from hydrocrane.scenario.changes import Changes
-from hydrocrane.scenario.entry import scenario_entry
 from hydrocrane.scenario.record_size import check_record
-from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario import Scenario, scenario_entry
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
 

@@ -21,8 +21,7 @@ from hydrocrane.files.whole_file import written_whole
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.machine.sensors import SENSORS
 from hydrocrane.scenario.against_time import against_time
-from hydrocrane.scenario.entry import scenario_entry
-from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario import Scenario, scenario_entry
 
 # Tables and keys of the machine file whose numbers become parameters of a plant.
 PARAMETERS = ("supply", "pump", "mains", "tank-line", "friction")

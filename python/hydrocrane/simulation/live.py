@@ -17,11 +17,10 @@ from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.outcome import Outcome
 from hydrocrane.results.record import Event
 from hydrocrane.scenario.changes import RunChanges
-from hydrocrane.scenario.entry import own_controllers, scenario_entry
 from hydrocrane.scenario.events import Goal
 from hydrocrane.scenario.payload import PayloadChange
 from hydrocrane.scenario.phases import Phase
-from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario import Scenario, own_controllers, scenario_entry
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.running import machine_for
 from hydrocrane.simulation.simulator import Sample

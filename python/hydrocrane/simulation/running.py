@@ -20,9 +20,8 @@ from hydrocrane.results.recording import Recording
 from hydrocrane.results.run import Run
 from hydrocrane.results.verification import compared
 from hydrocrane.scenario.changes import RunChanges
-from hydrocrane.scenario.entry import own_controllers, scenario_entry
 from hydrocrane.scenario.record_size import check_record
-from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.scenario import Scenario, own_controllers, scenario_entry
 from hydrocrane.scenario.scenario_file import load_scenario
 from hydrocrane.simulation.interruption import interruptible
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import cloudpickle
 
 from hydrocrane.errors import HydrocraneError, InputError
-from hydrocrane.scenario.entry import own_controllers
+from hydrocrane.scenario.scenario import own_controllers
 from hydrocrane.studies.board import TRIES, Board, board_of, killed
 from hydrocrane.studies.case import Abandoned, BlockResult, BlockTask, Job, run_block, too_long
 

@@ -5,7 +5,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane import _core
-from hydrocrane.scenario.entry import scenario_entry
+from hydrocrane.scenario.scenario import scenario_entry
 
 JOINTS = {"boom": 1.7, "jib": 1.65, "extension": 0.1}
 CYLINDERS = ("lift", "jib", "extension")
