@@ -25,7 +25,7 @@ import xarray as xr
 import zarr
 
 import hydrocrane as hc
-from hydrocrane.studies import local
+from hydrocrane.studies.distribution import WAYS, thread_count
 from hydrocrane.studies.processes import NotComputed
 
 SCENARIO = "vertical-lift-open-loop"
@@ -161,7 +161,7 @@ def killed(
     outcomes, counts = np.unique(undisturbed.outcome.values.astype(str), return_counts=True)
     return {
         "cases": cases,
-        "workers": local.thread_count(),
+        "workers": thread_count(),
         "block": int(np.prod(_blocks(store))),
         "lives": lives,
         "identical": bool(resumed.identical(undisturbed)),
@@ -455,7 +455,7 @@ def sections(folder: Path, cases: int, duration: float) -> dict[str, Callable[[]
         "equal": lambda: equal(folder, sizes),
         "pace": lambda: paces(((6000, 0.5), (3000, 5.0))),
         "killed": lambda: [
-            {"way": way, **killed(folder, cases, scheduler=way, duration=duration)} for way in local.WAYS
+            {"way": way, **killed(folder, cases, scheduler=way, duration=duration)} for way in WAYS
         ],
         "poisoned": lambda: poisoned(folder, 100),
         "lost_worker": lambda: lost_worker(folder, few, duration=duration),

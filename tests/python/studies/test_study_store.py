@@ -239,11 +239,11 @@ def test_a_lost_scheduler_is_one_error_after_which_the_study_goes_on(bench, tmp_
     pytest.importorskip("distributed")
     import dask
 
-    from hydrocrane.studies import cluster
+    from hydrocrane.studies import distribution
 
     # The client tries to reach the scheduler again for as long.
     with dask.config.set({"distributed.comm.timeouts.connect": "3s"}):
-        monkeypatch.setattr(cluster, "CONNECT", 5)
+        monkeypatch.setattr(distribution, "CONNECT", 5)
         found = bench.lost_scheduler(tmp_path, 120, duration=1.0)
     assert "the cluster failed" in found["error"] and "\n" not in found["error"]
     assert f"{found['done']} of 120 cases; the same call resumes there (STORE)" in found["error"]
@@ -260,10 +260,10 @@ def test_a_case_that_ends_its_process_costs_a_cluster_nothing_else(bench, tmp_pa
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
 def test_a_cluster_that_lost_all_workers_ends_the_study(bench, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    from hydrocrane.studies import cluster
+    from hydrocrane.studies import distribution
     from hydrocrane.studies.processes import NotComputed
 
-    monkeypatch.setattr(cluster, "WORKERS_AWAITED", 1)
+    monkeypatch.setattr(distribution, "WORKERS_AWAITED", 1)
 
     with bench.cluster(tmp_path) as (address, workers):
 
@@ -288,9 +288,9 @@ def test_a_full_disk_is_one_error(bench, tmp_path):
 
 def test_a_cluster_without_workers_is_one_clear_error(bench, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    from hydrocrane.studies import cluster
+    from hydrocrane.studies import distribution
 
-    monkeypatch.setattr(cluster, "CONNECT", 1)
+    monkeypatch.setattr(distribution, "CONNECT", 1)
     # A scheduler under load may itself take longer than that.
     says = pytest.raises(hc.InputError, match="no workers|answers")
     with bench.cluster(tmp_path, workers=0) as (address, _), says:
