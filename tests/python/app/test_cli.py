@@ -131,7 +131,7 @@ def test_modes_with_static_friction_warn(tmp_path):
         "static friction of lift, jib, extension acts at rest as a damper",
         "modes at 120, 161 Hz would appear",
     ):
-        assert done.stderr.replace("\n", " ").count(words) == 1, done.stderr
+        assert " ".join(done.stderr.split()).count(words) == 1, done.stderr
 
 
 def test_machines_lists_all_with_their_tally():
@@ -215,7 +215,7 @@ def test_cite_prints_bibtex():
     ],
 )
 def test_wrong_input_is_one_clean_message(tmp_path, arguments, words):
-    assert words in fails(*arguments, folder=tmp_path)
+    assert words in " ".join(fails(*arguments, folder=tmp_path).split())
 
 
 NUMBERS = (
