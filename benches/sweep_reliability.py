@@ -454,9 +454,7 @@ def sections(folder: Path, cases: int, duration: float) -> dict[str, Callable[[]
     return {
         "equal": lambda: equal(folder, sizes),
         "pace": lambda: paces(((6000, 0.5), (3000, 5.0))),
-        "killed": lambda: [
-            {"way": way, **killed(folder, cases, scheduler=way, duration=duration)} for way in WAYS
-        ],
+        "killed": lambda: [{"way": way, **killed(folder, cases, scheduler=way, duration=duration)} for way in WAYS],
         "poisoned": lambda: poisoned(folder, 100),
         "lost_worker": lambda: lost_worker(folder, few, duration=duration),
         "lost_scheduler": lambda: lost_scheduler(folder, few, duration=duration),
