@@ -48,9 +48,8 @@ pub struct StrokeError {
 /// A pose in which the crane cannot rest.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PoseError {
-    /// `place` is that of the coordinate in a file.
-    #[error("{place}joint {joint} is at {compared}; choose a pose inside them")]
-    OutsideLimits { place: String, joint: String, compared: String },
+    #[error("joint {joint} is at {compared}; choose a pose inside them")]
+    OutsideLimits { joint: String, compared: String },
     #[error(
         "joint `{joint}` at {coordinate:.6}: the piston of `{cylinder}` would be at {position:.4} m, \
          its ends are at {lower:.4} and {upper:.4} m; choose a pose inside the joint limits"

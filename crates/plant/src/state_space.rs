@@ -149,7 +149,7 @@ impl<const N: usize> StateSpace for Crane<N> {
 
     fn equilibrium(&self, q: &[f64], mode: EquilibriumMode, payload: f64) -> Result<Vec<f64>, PoseError> {
         if let Some((joint, compared)) = outside_limits(&self.machine.joints, &self.limits, q) {
-            return Err(PoseError::OutsideLimits { place: String::new(), joint, compared });
+            return Err(PoseError::OutsideLimits { joint, compared });
         }
         let q = self.on_the_stops(array::<N>(q), payload);
         self.require_above_the_ground(&q, payload)?;

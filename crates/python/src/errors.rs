@@ -46,7 +46,7 @@ pub fn assembly_error(error: &AssemblyError) -> PyErr {
     match error {
         AssemblyError::Machine(error) => file_error(error),
         AssemblyError::Build(source, error) => cannot_build(source, error),
-        AssemblyError::Pose(error) => PoseFault::new_err(error.to_string()),
+        AssemblyError::Pose(_) | AssemblyError::PoseOfFile(..) => PoseFault::new_err(error.to_string()),
         AssemblyError::Scenario(message) => PyValueError::new_err(message.clone()),
     }
 }

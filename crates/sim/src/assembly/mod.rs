@@ -66,6 +66,9 @@ pub enum AssemblyError {
     /// A start that is not possible for the machine.
     #[error(transparent)]
     Pose(#[from] PoseError),
+    /// With what stands before it: the place in a file.
+    #[error("{0}{1}")]
+    PoseOfFile(String, PoseError),
     #[error("{0}")]
     Scenario(String),
 }

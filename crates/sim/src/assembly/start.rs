@@ -60,11 +60,15 @@ fn at_rest(initial: &Initial, model: &dyn Model, q: &[f64], payload: f64) -> Res
 }
 
 /// The error of a start with its place in the file.
-fn with_place(mut error: AssemblyError, initial: &Initial) -> AssemblyError {
-    if let AssemblyError::Pose(PoseError::OutsideLimits { place, joint, .. }) = &mut error {
-        *place = place_of(joint, initial).unwrap_or_default();
+fn with_place(error: AssemblyError, initial: &Initial) -> AssemblyError {
+    let place = match &error {
+        AssemblyError::Pose(PoseError::OutsideLimits { joint, .. }) => place_of(joint, initial),
+        _ => None,
+    };
+    match (error, place) {
+        (AssemblyError::Pose(error), Some(place)) => AssemblyError::PoseOfFile(place, error),
+        (error, _) => error,
     }
-    error
 }
 
 /// What stands before a message about the start of a joint that a file states.
