@@ -120,10 +120,11 @@ impl Grid {
         let cells = places(line);
         if cells.len() >= self.places.len() {
             cells.iter().enumerate().for_each(|(index, place)| self.cell_at(index, line, place));
-            if cells.len() == self.places.len() {
-                self.places.clone_from(&cells);
+            let width = cells.len();
+            if width == self.places.len() {
+                self.places = cells;
             }
-            return cells.len();
+            return width;
         }
         let below = |place: &Range<usize>| {
             let mut above = (0..self.places.len())

@@ -6,7 +6,8 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// Name, unit, values or why there are none, the word that stands in their place, the first of dates (s since 1970), and notes.
+/// Name, unit, values or why there are none, the word that stands in their place, the first of dates (s since 1970; not a number where
+/// the order of day and month is open), and notes.
 type ReadColumn<'py> = (String, String, Option<Bound<'py, PyArray1<f64>>>, String, String, Option<f64>, Vec<Note>);
 
 /// The bytes of a text as columns, comment lines, and notes on the whole. `numbers` is "1,234.5" or "1.234,5", `dates` "day-month" or
@@ -36,8 +37,9 @@ pub fn read_text<'py>(
         }
         Content::Lost(loss) => {
             let reason = [&loss.text(), cure(&loss)].join("; ");
+            let start = matches!(loss, Loss::Dates).then_some(f64::NAN);
             let word = if let Loss::Words(word) = loss { word } else { String::new() };
-            (column.name, column.unit, None, reason, word, None, vec![])
+            (column.name, column.unit, None, reason, word, start, vec![])
         }
     });
     Ok((columns.collect(), table.comments, table.notes))

@@ -24,6 +24,7 @@ from hydrocrane.app.bridge_transport import (
     Peer,
     Transport,
     Udp,
+    WebSocket,
     address_of,
     is_local,
     read,
@@ -521,8 +522,6 @@ def transport_of(url: str) -> Transport:
     address = address_of(url)
     if address.scheme == "udp":
         return Udp(address)
-    from hydrocrane.app.bridge_transport import WebSocket
-
     return WebSocket(address)
 
 

@@ -12,7 +12,7 @@ import typer
 
 from hydrocrane.app.arguments import RunName, Settings, named_run, number
 from hydrocrane.app.console import say
-from hydrocrane.errors import InputError
+from hydrocrane.errors import InputError, translated
 
 if TYPE_CHECKING:
     from hydrocrane.app.live_server import Server
@@ -47,7 +47,6 @@ def drive_request(target: str, settings: Mapping[str, Override]) -> Request:
 def machine_request(machine: Machine) -> Request:
     """A machine as the page is asked for it: in one file, because the page has no folder to look for others in."""
     from hydrocrane import _core
-    from hydrocrane.errors import translated
 
     path = Path(machine.source)
     request: Request = {"machine": machine.source, "overrides": dict(machine.overrides)}

@@ -174,7 +174,6 @@ def bode(
 ) -> None:
     """Draw frequency responses of a machine in a pose, by default of the tip's height by every spool command."""
     from hydrocrane.app.options import pose
-    from hydrocrane.errors import InputError
     from hydrocrane.linear import cylinder_loops
     from hydrocrane.machine.poses import in_words
 

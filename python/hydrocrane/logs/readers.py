@@ -153,7 +153,8 @@ def table_of_columns(
         elif str(place) in read.columns:
             table.add(name, read.columns[str(place)])
         else:
-            table.leave(name, read.left_out[str(place)], read.words.get(str(place), ""))
+            word, undecided = read.words.get(str(place), ""), str(place) in read.undecided_dates
+            table.leave(name, read.left_out[str(place)], word, undecided_dates=undecided)
     table.about, table.notes = read.about, read.notes
     return table
 
@@ -180,7 +181,7 @@ def add_text(
     columns, comments, notes = _core.read_text(data, form.numbers, form.dates, mark, list(names))
     for i, (name, unit, values, reason, word, start, said) in enumerate(columns):
         if values is None:
-            table.leave(name, reason, word)
+            table.leave(name, reason, word, undecided_dates=start is not None)
         else:
             stated = units[i] if i < len(units) else tidy_unit(unit)
             table.add(name, LogColumn(values, stated if start is None else "s", start=start, notes=said))

@@ -32,9 +32,8 @@ BOUNDS = ("valid_min", "valid_max", "valid_range")
 # How numbers and dates may be written in texts.
 NUMBER_FORMATS = ("1,234.5", "1.234,5")
 DATE_ORDERS = ("day-month", "month-day")
-# s; and how the reason begins why dates were left out that may mean two things.
+# s.
 DAY = 86400.0
-UNDECIDED_DATES = "its dates"
 # A name with its unit behind it: `z in mm`.
 _IN_UNIT = re.compile(r"(?P<name>.*\S)\s+in\s+(?P<unit>[^\d\s].*)")
 
@@ -128,6 +127,8 @@ class LogTable:
         Columns that were left out because they hold no numbers, with their first text.
     left_out : dict of str
         Every column that was left out, with the reason.
+    undecided_dates : list of str
+        Those of them with dates of which nothing says which number is the day.
     names : list of str
         The columns of the source in their order, also those that were left out; empty for one without a name.
     """
@@ -141,6 +142,7 @@ class LogTable:
     about: dict[str, str | float | int] = field(default_factory=dict)
     words: dict[str, str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
+    undecided_dates: list[str] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
 
     def add(self, name: str, column: LogColumn, owner: str = "") -> str:
@@ -190,7 +192,7 @@ class LogTable:
             return None
         return self.add(name, column, owner)
 
-    def leave(self, name: str, reason: str, word: str = "") -> None:
+    def leave(self, name: str, reason: str, word: str = "", *, undecided_dates: bool = False) -> None:
         """Leave out a column, and note the reason; one without a name only counts."""
         name = self._free(name, "") if name else ""
         self.names.append(name)
@@ -199,6 +201,8 @@ class LogTable:
         self.left_out[name] = reason
         if word:
             self.words[name] = word
+        if undecided_dates:
+            self.undecided_dates.append(name)
 
     def find(self, wanted: str | int) -> str | None:
         """Full name of a column by its name, its name without the unit, or its number counted from 1 in the source.
@@ -275,13 +279,13 @@ class LogTable:
         """Times of day beside a column of dates count from the first of these."""
         dated = {name: column for name, column in self.columns.items() if column.start is not None}
         of_day = [name for name, column in dated.items() if 0.0 <= (column.start or 0.0) < DAY]
-        undecided = [name for name, reason in self.left_out.items() if reason.startswith(UNDECIDED_DATES)]
+        undecided = self.undecided_dates[:1]
         for name in of_day:
             column = dated[name]
             days = [n for n in dated if n not in of_day and dated[n].in_days(column.values.size)]
             if undecided or len(days) > 1:
                 reason = self.left_out[undecided[0]] if undecided else "of which one belongs to it"
-                which = " and ".join(map(quoted, undecided[:1] or days))
+                which = " and ".join(map(quoted, undecided or days))
                 self.left_out[name] = f"a time of day beside the dates in {which}, {reason}"
                 del self.columns[name]
             elif days:
