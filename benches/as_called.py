@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import statistics
 import subprocess
 import sys
@@ -29,35 +30,49 @@ sys.path.insert(0, str(ROOT))
 from benches.computer import commit_of, processor  # noqa: E402
 from benches.tables import digits, table  # noqa: E402
 
+# Cranes of each kind, and a drive through whose states they go: in the plane, with a pump and mobile valves, in space.
+DRIVEN = {
+    "rottne-f9-lab": "vertical-lift-open-loop",
+    "rottne-f9-mobile": "vertical-lift-open-loop",
+    "rottne-f9-forwarder": "forwarder-swing",
+}
 # What is called in one process, each so often that its median counts.
 CALLS = {
     'hc.load_machine("rottne-f9-lab")': 100,
     'hc.load_scenario("vertical-lift-open-loop")': 100,
     'hc.simulate("vertical-lift-open-loop")': 100,
     'hc.simulate("vertical-lift-open-loop").data': 100,
+    'hc.simulate("vertical-lift-open-loop", machine="rottne-f9-mobile")': 30,
+    'hc.simulate("forwarder-swing")': 30,
     'hc.simulate("tip-vertical-line")': 30,
     'hc.simulate("tip-vertical-line").data': 30,
-    "core.state_derivative(states, commands, 0.0)": 100,
-    "core.jacobian(states, commands, 0.0)": 100,
-    "a_second_of_cranes()": 20,
+    **{f'cranes["{machine}"].rates()': 100 for machine in DRIVEN},
+    **{f'cranes["{machine}"].jacobians()': 30 for machine in DRIVEN},
+    **{f'cranes["{machine}"].second()': 10 for machine in DRIVEN},
 }
-# States of a crane as a run goes through them, and a thousand cranes that are driven for a second from them.
+# A thousand states of a crane as a run goes through them, and a thousand cranes that are driven for a second from them.
 IN_ONE_PROCESS = """
 import json, statistics, sys, time
 import numpy as np
 import hydrocrane as hc
-crane = hc.load_machine("rottne-f9-lab")
-core, cylinders = crane.core, len(crane.cylinder_names)
-run = hc.simulate("vertical-lift-open-loop").data
-states = np.ascontiguousarray(np.stack([run[name].values for name in crane.state_names], axis=1))
-rng = np.random.default_rng(0)
-states = states[rng.integers(0, len(states), 1000)]
-commands = rng.uniform(-0.5, 0.5, (len(states), cylinders)) * crane.spool_strokes
-batch = hc.BatchSimulator(crane, len(states), sample_time=0.01, threads=1)
-def a_second_of_cranes():
-    batch.reset(state=states)
-    for _ in range(100):
-        batch.step(commands)
+class Cranes:
+    def __init__(self, machine, scenario):
+        crane = hc.load_machine(machine)
+        run = hc.simulate(scenario, machine=crane).data
+        states = np.ascontiguousarray(np.stack([run[name].values for name in crane.state_names], axis=1))
+        rng = np.random.default_rng(0)
+        self.core, self.states = crane.core, states[rng.integers(0, len(states), 1000)]
+        self.commands = rng.uniform(-0.5, 0.5, (1000, len(crane.cylinder_names))) * crane.spool_strokes
+        self.batch = hc.BatchSimulator(crane, 1000, sample_time=0.01, threads=1)
+    def rates(self):
+        self.core.state_derivative(self.states, self.commands, 0.0)
+    def jacobians(self):
+        self.core.jacobian(self.states, self.commands, 0.0)
+    def second(self):
+        self.batch.reset(state=self.states)
+        for _ in range(100):
+            self.batch.step(self.commands)
+cranes = {machine: Cranes(machine, scenario) for machine, scenario in json.loads(sys.argv[2]).items()}
 found = {}
 for call, count in json.loads(sys.argv[1]).items():
     code = compile(call, call, "eval")
@@ -72,9 +87,9 @@ print(json.dumps(found))
 """
 # What the page calls those that no user calls.
 IN_WORDS = {
-    "core.state_derivative(states, commands, 0.0)": "right-hand side at 1000 states, by `core.state_derivative`",
-    "core.jacobian(states, commands, 0.0)": "dense Jacobian at 1000 states, by `core.jacobian`",
-    "a_second_of_cranes()": "a second of 1000 cranes, by `hc.BatchSimulator` on one thread",
+    "rates": "right-hand side at 1000 states, by `core.state_derivative`",
+    "jacobians": "dense Jacobian at 1000 states, by `core.jacobian`",
+    "second": "a second of 1000 cranes, by `hc.BatchSimulator` on one thread",
 }
 COMMAND = "from hydrocrane.app.cli import main; main()"
 # Dask belongs to no plain installation, and xarray imports it wherever it is there.
@@ -100,7 +115,9 @@ def cpu_of_process(checkout: Path, code: str, *arguments: str) -> tuple[float, s
 
 def measured(checkout: Path) -> dict[str, float]:
     """Every figure of a checkout once, s."""
-    found: dict[str, float] = json.loads(cpu_of_process(checkout, IN_ONE_PROCESS, json.dumps(CALLS))[1])
+    found: dict[str, float] = json.loads(
+        cpu_of_process(checkout, IN_ONE_PROCESS, json.dumps(CALLS), json.dumps(DRIVEN))[1]
+    )
     for name, code in PROCESSES.items():
         with tempfile.TemporaryDirectory() as folder:
             arguments = ["simulate", "vertical-lift-open-loop", "--film", "none", "--output", folder]
@@ -129,11 +146,17 @@ def summary(found: list[list[dict[str, float]]]) -> dict[str, dict[str, float]]:
     return figures
 
 
+def in_words(name: str) -> str:
+    """A figure as the page names it."""
+    of_cranes = re.fullmatch(r'cranes\["(.+)"\]\.(\w+)\(\)', name)
+    return f"`{of_cranes[1]}`, {IN_WORDS[of_cranes[2]]}" if of_cranes else f"`{name}`"
+
+
 def printed(figures: dict[str, dict[str, float]]) -> str:
     heads = ["what", "CPU time [ms]", "before [ms]", "before to now"]
     rows = []
     for name, figure in figures.items():
-        cells = [IN_WORDS.get(name, f"`{name}`"), digits(figure["seconds"] * 1e3)]
+        cells = [in_words(name), digits(figure["seconds"] * 1e3)]
         if "ratio" in figure:
             cells += [digits(figure["other_seconds"] * 1e3), digits(figure["ratio"])]
         rows.append(cells)

@@ -32,7 +32,9 @@ pub trait Register:
     /// Whether this processor has the instruction set.
     fn is_available() -> bool;
     /// Runs `f` as a function of its own, compiled for this instruction set with all that is inlined into it; `f` itself
-    /// is to be marked as always inlined.
+    /// is to be marked as always inlined. What is not inlined calls every operation as a function, by way of memory, and is
+    /// several times as slow: closures of any length are to be marked too, and handed to functions that are inlined
+    /// themselves, which those of `Option`, arrays and iterators need not be.
     fn run<O>(f: impl FnMut() -> O) -> O;
 
     fn splat(x: f64) -> Self;

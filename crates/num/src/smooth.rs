@@ -98,6 +98,7 @@ pub fn root_over_argument<T: Real>(x: T, transition: T, curvature: T) -> (T, T) 
 }
 
 /// `1 / (2 transition^(3/2))`
+#[inline(always)]
 pub fn root_curvature<T: Real>(transition: T) -> T {
     T::c(0.5) / (transition * transition.sqrt())
 }

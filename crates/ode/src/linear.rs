@@ -100,7 +100,9 @@ impl<T: ScalarOver<f64>> Factored<T> {
         }
         let n = at.states;
         let mut matrix: Vec<T> = at.dfdx[..n * n].iter().map(|derivative| T::c(-derivative)).collect();
-        matrix.iter_mut().step_by(n + 1).for_each(|entry| *entry += shift);
+        for i in 0..n {
+            matrix[i * (n + 1)] += shift;
+        }
         self.inverse.of(n, &matrix)
     }
 

@@ -42,6 +42,12 @@ fn by_states<L: Real>(number: CoupledPort<L>) -> WithDerivatives<L> {
     Dual { value: number.value, derivative: [v, p1, p2, spool] }.among([V, P1, P2, SPOOL])
 }
 
+/// Those by the pressures of mains and load-sensing line.
+#[inline(always)]
+fn by_feeding<L: Real>(number: CoupledPort<L>) -> [L; 2] {
+    [number.derivative[AT_MAINS], number.derivative[AT_LOAD]]
+}
+
 /// The opening of the compensator, if it follows late, as a constant.
 #[inline(always)]
 fn still<L: Real, const K: usize>(s: &LocalState<L>) -> Option<Dual<L, K>> {
@@ -247,7 +253,8 @@ impl<L: Real> Lifted<L> {
         piston: &Piston<L>,
     ) -> (RateDerivatives<L>, SupplyDerivatives<L>) {
         let ports = self.coupled_ports(supply_pressures, s);
-        let outputs = self.outputs::<AnyParts>(supply_pressures, s, ports.map(|port| port.map(by_states)));
+        let [a, b] = &ports;
+        let outputs = self.outputs::<AnyParts>(supply_pressures, s, [a.map(by_states), b.map(by_states)]);
         let bulk = (outputs.bulk.0.value, outputs.bulk.1.value);
         let by_supply = self.by_supply(supply_pressures, s, piston, &ports, bulk);
         (self.assembled::<AnyParts>(supply_pressures, s, piston, &outputs), by_supply)
@@ -263,22 +270,21 @@ impl<L: Real> Lifted<L> {
         [a, b]: &[Port<CoupledPort<L>>; 2],
         bulk: (L, L),
     ) -> SupplyDerivatives<L> {
-        let by_pressures = |number: CoupledPort<L>| [number.derivative[AT_MAINS], number.derivative[AT_LOAD]];
         let signal = self.whole.valve.connection.signal(
             Dual::variable(s.spool, AT_SPOOL),
-            [a, b].map(|port| port.pressure + port.line_drop - port.hose_drop),
+            [a.at_valve(), b.at_valve()],
             Dual::constant(supply_pressures.tank),
         );
         let (stiffness_1, stiffness_2) = self.chambers.stiffness::<AnyParts>(bulk, s.x, (s.p1, s.p2));
-        let [inflow_1, inflow_2] = [a, b].map(|port| port.fed - port.drained - port.lost);
+        let ([supply_1, load_1], [supply_2, load_2]) = (by_feeding(a.inflow()), by_feeding(b.inflow()));
         SupplyDerivatives {
             drawn: piston.row(&by_states(a.fed + b.fed)),
             signal: signal.value,
             by_signal: piston.row(&by_states(signal)),
-            p1: by_pressures(inflow_1).map(|by| stiffness_1 * by),
-            p2: by_pressures(inflow_2).map(|by| stiffness_2 * by),
-            flow: by_pressures(a.fed + b.fed),
-            signal_by: by_pressures(signal),
+            p1: [stiffness_1 * supply_1, stiffness_1 * load_1],
+            p2: [stiffness_2 * supply_2, stiffness_2 * load_2],
+            flow: by_feeding(a.fed + b.fed),
+            signal_by: by_feeding(signal),
         }
     }
 
@@ -430,7 +436,8 @@ impl<L: Real> Lifted<L> {
         s: &LocalState<L>,
     ) -> [Port<WithDerivatives<L>>; 2] {
         if P::EXPECTED && self.whole.valve.couples_ports() {
-            self.coupled_ports(supply_pressures, s).map(|port| port.map(by_states))
+            let [a, b] = self.coupled_ports(supply_pressures, s);
+            [a.map(by_states), b.map(by_states)]
         } else {
             let a = L::outlined_if_dual(
                 #[inline(always)]

@@ -154,6 +154,20 @@ impl<T: Copy> Port<T> {
     }
 }
 
+impl<T: Real> Port<T> {
+    /// Pressure at the valve, Pa.
+    #[inline(always)]
+    pub fn at_valve(&self) -> T {
+        self.pressure + self.line_drop - self.hose_drop
+    }
+
+    /// Flow into the chamber through the valve and the hose, m^3/s.
+    #[inline(always)]
+    pub fn inflow(&self) -> T {
+        self.fed - self.drained - self.lost
+    }
+}
+
 /// Flows through the edges of a valve, from those of its ports.
 #[inline(always)]
 fn edges_of<T: Copy>(a: &Port<T>, b: &Port<T>) -> EdgeFlows<T> {
@@ -242,6 +256,7 @@ impl<T: Real> HydraulicAxis<T> {
     }
 
     /// Flows through the edges of the valve, m^3/s.
+    #[inline(always)]
     pub fn edge_flows(&self, spool: T, ports: &PortPressures<T>) -> EdgeFlows<T> {
         let flows = self.valve.flows_with::<AnyParts>(spool, ports);
         EdgeFlows {
@@ -255,9 +270,8 @@ impl<T: Real> HydraulicAxis<T> {
     #[inline(always)]
     pub fn priority_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
         let Some(priority) = self.gives_way() else { return [T::c(0.0); 2] };
-        let drop = |port: T| self.valve.compensated(p, port);
-        [(p.a, edges.supply_to_a), (p.b, edges.supply_to_b)]
-            .map(|(port, flow)| priority.loss(p.supply, p.load, drop(port), flow))
+        let (a, b) = (self.valve.compensated(p, p.a), self.valve.compensated(p, p.b));
+        [priority.loss(p.supply, p.load, a, edges.supply_to_a), priority.loss(p.supply, p.load, b, edges.supply_to_b)]
     }
 
     /// The leak of the hose of a port, if it may leak. Builds for the smallest chains only have none.

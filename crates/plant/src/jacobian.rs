@@ -60,7 +60,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             group.write_spool_derivatives(x, u, dx, jacobian);
             if let (Some(own), Some(by_opening)) = (&mut openings, group.by_opening(&pressures, &local, &piston)) {
                 let at = self.plant.tank_line(layout).zip(self.plant.mains(layout)).map(|(tank, first)| tank - first);
-                T::outlined(
+                L::outlined(
                     #[inline(always)]
                     || {
                         group.write_openings(by_opening.rate, dx);
@@ -69,13 +69,13 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
                 );
             }
             if let (Some(shared), Some(by_supply)) = (&mut shared, &by_supply) {
-                T::outlined(
+                L::outlined(
                     #[inline(always)]
                     || asked.add_supply(group, by_supply, &linearised.rates, shared),
                 );
                 if let Some(at) = self.plant.tank_line(layout) {
                     let by_tank = group.by_tank(&pressures, &local, &piston);
-                    T::outlined(
+                    L::outlined(
                         #[inline(always)]
                         || asked.add_tank(group, &by_tank, linearised.rates.returned, at - shared.at.first, shared),
                     );
@@ -83,7 +83,7 @@ impl<T: Real, L: Pack<T>, const N: usize> Evaluator<T, L, N> {
             }
         }
         if let Some(mut shared) = shared {
-            T::outlined(
+            L::outlined(
                 #[inline(always)]
                 || {
                     self.write_shared(

@@ -225,10 +225,12 @@ pub fn tank_line_powers<T: Real>(
 /// anti-cavitation valve.
 #[inline(always)]
 pub fn port_valve_powers<T: Real>(r: &LocalRates<T>) -> [T; PORT_VALVE_TERMS.len()] {
-    let [a, b] = [r.ports.a, r.ports.b].map(|port| port - r.ports.tank);
-    let [out_a, out_b] = r.relieved.map(smooth::positive_part);
-    let [in_a, in_b] = r.relieved.map(|flow| smooth::positive_part(-flow));
-    [a * out_a + b * out_b, -(a * in_a + b * in_b)]
+    let (a, b) = (r.ports.a - r.ports.tank, r.ports.b - r.ports.tank);
+    let [at_a, at_b] = r.relieved;
+    [
+        a * smooth::positive_part(at_a) + b * smooth::positive_part(at_b),
+        -(a * smooth::positive_part(-at_a) + b * smooth::positive_part(-at_b)),
+    ]
 }
 
 /// Power lost in the cross-over relief valves, W.

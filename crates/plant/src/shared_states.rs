@@ -106,9 +106,18 @@ impl<T: Real, const N: usize> Plant<T, N> {
             *out = SharedDerivatives { on_axes: out.on_axes, ..SharedDerivatives::new(out.at) };
             return;
         };
-        let by_tank_line = self.tank_line(layout).map(|_| self.by_tank_line(supply, &pressures, &e, demand));
+        let by_tank_line = match self.tank_line(layout) {
+            Some(_) => Some(T::outlined(
+                #[inline(always)]
+                || self.by_tank_line(supply, &pressures, &e, demand),
+            )),
+            None => None,
+        };
         for k in 1..layout.swivels().len() {
-            self.write_further_pump(layout, x, demand, k, out);
+            T::outlined(
+                #[inline(always)]
+                || self.write_further_pump(layout, x, demand, k, out),
+            );
         }
         let lift = &mut |number: &T| Dual::<T, 5>::constant(*number);
         let pressures = SupplyPressures {
@@ -167,6 +176,7 @@ impl<T: Real, const N: usize> Plant<T, N> {
 
     /// Writes the derivatives of and by the share of displacement of pump `k`, beside the first one. It acts on the mains, and depends
     /// on the pressures of mains and load-sensing line.
+    #[inline(always)]
     fn write_further_pump(
         &self,
         layout: &Layout,

@@ -122,7 +122,7 @@ impl Section<'_> {
         let (a, b) = (unit.port_a::<AnyParts>(&ports, spool), unit.port_b::<AnyParts>(&ports, spool));
         let leakage = unit.leakage.flows(p[0], p[1], at.tank);
         let inflows = unit.inflows::<AnyParts>([&a, &b], unit.crossed::<AnyParts>(&ports), leakage);
-        let [p_a, p_b] = [&a, &b].map(|port| port.pressure + port.line_drop - port.hose_drop);
+        let [p_a, p_b] = [a.at_valve(), b.at_valve()];
         let demand = Demand {
             drawn: a.fed + b.fed,
             signal: unit.valve.connection.signal(spool, [p_a, p_b], at.tank),

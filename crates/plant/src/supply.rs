@@ -117,11 +117,17 @@ impl<T: Real> Supply<T> {
         SupplyRates {
             pressure_rate: stiffness * (pump_flow - relief_flow - drawn),
             swivel_rates,
-            load_rate: self.sensing.as_ref().map_or(zero, |sensing| sensing.rate(signal, load)),
-            tank_rate: self.tank_line.as_ref().map_or(zero, |line| {
-                let stiffness = line.volume.stiffness(fluid.bulk_modulus(tank), tank);
-                stiffness * (returned + relief_flow - line.flow(tank).whole)
-            }),
+            load_rate: match &self.sensing {
+                Some(sensing) => sensing.rate(signal, load),
+                None => zero,
+            },
+            tank_rate: match &self.tank_line {
+                Some(line) => {
+                    let stiffness = line.volume.stiffness(fluid.bulk_modulus(tank), tank);
+                    stiffness * (returned + relief_flow - line.flow(tank).whole)
+                }
+                None => zero,
+            },
             pump_flow,
             relief_flow,
         }
@@ -199,7 +205,10 @@ impl<T: Real> Supply<T> {
     /// What a pump keeps at zero displacement, Pa, at the pressure `load` (Pa) of the load-sensing line.
     #[inline(always)]
     fn setting(&self, pump: &ControlledPump<T>, load: T) -> T {
-        pump.margin.map_or(self.highest, |margin| load_sensing::setting(self.highest, load, margin))
+        match pump.margin {
+            Some(margin) => load_sensing::setting(self.highest, load, margin),
+            None => self.highest,
+        }
     }
 
     /// Whether anything but the relief valve keeps the pressure of the mains.

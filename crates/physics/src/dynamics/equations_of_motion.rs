@@ -140,7 +140,11 @@ pub trait RigidChain<T: Real, const N: usize> {
     #[inline(always)]
     fn tip_velocity(&self, pose: &Self::Pose, qd: &[T; N]) -> Vector<T, Self::Space> {
         let tip = self.tip_position(pose);
-        (0..N).fold(Vector::<T, Self::Space>::default(), |v, j| v + self.column(pose, j, tip) * qd[j])
+        let mut velocity = Vector::<T, Self::Space>::default();
+        for j in 0..N {
+            velocity = velocity + self.column(pose, j, tip) * qd[j];
+        }
+        velocity
     }
 }
 

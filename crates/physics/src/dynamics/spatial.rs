@@ -199,23 +199,29 @@ impl<T: Real, const N: usize> SpatialMechanics<T, N> {
         qdd: &[T; N],
         payload: T,
     ) -> ForceDerivatives<T, N> {
-        let axes: [Screw<T>; N] = hydrocrane_num::array::from_fn(|j| {
-            let turning = pose.turns[j];
-            Screw { turning, shifting: pose.slides[j] + pose.links[j].origin.cross(turning) }
-        });
+        let axes: [Screw<T>; N] = hydrocrane_num::array::from_fn(
+            #[inline(always)]
+            |j| {
+                let turning = pose.turns[j];
+                Screw { turning, shifting: pose.slides[j] + pose.links[j].origin.cross(turning) }
+            },
+        );
         let mut before = [(Screw::default(), Screw::default()); N];
         let mut motion = Screw::default();
         let mut acceleration = Screw { turning: Vec3::default(), shifting: self.gravity };
-        let links: [Moving<T>; N] = hydrocrane_num::array::from_fn(|j| {
-            before[j] = (motion, acceleration);
-            let own = axes[j].times(qd[j]);
-            acceleration = acceleration + axes[j].times(qdd[j]) + motion.carries(own);
-            motion = motion + own;
-            let mut inertia = self.inertia(pose, j, payload);
-            inertia.shift(pose.links[j].origin);
-            let momentum = inertia.of(motion);
-            Moving { inertia, motion, momentum, force: inertia.of(acceleration) + motion.carries_force(momentum) }
-        });
+        let links: [Moving<T>; N] = hydrocrane_num::array::from_fn(
+            #[inline(always)]
+            |j| {
+                before[j] = (motion, acceleration);
+                let own = axes[j].times(qd[j]);
+                acceleration = acceleration + axes[j].times(qdd[j]) + motion.carries(own);
+                motion = motion + own;
+                let mut inertia = self.inertia(pose, j, payload);
+                inertia.shift(pose.links[j].origin);
+                let momentum = inertia.of(motion);
+                Moving { inertia, motion, momentum, force: inertia.of(acceleration) + motion.carries_force(momentum) }
+            },
+        );
         let zero = [[T::c(0.0); N]; N];
         let mut out = ForceDerivatives { by_q: zero, by_qd: zero };
         for j in 0..N {

@@ -60,11 +60,16 @@ impl<T: Real> SpatialLink<T> {
     #[inline(always)]
     fn child(&self, stance: &Stance<T>, joint: &JointPose<T>) -> Self {
         let origin = self.point(stance.at + stance.direction * joint.travel);
-        let (n, rest) = (stance.axis, T::c(1.0) - joint.cos);
-        let column = |unit: Vec3<T>, along: T| unit * joint.cos + n.cross(unit) * joint.sin + n * (along * rest);
-        let [x, y, z] = SpatialLink::base().axes;
-        let axes = [column(x, n.x), column(y, n.y), column(z, n.z)].map(|column| self.vector(column));
+        let ([x, y, z], n) = (SpatialLink::base().axes, stance.axis);
+        let axes = [self.turned(n, joint, x, n.x), self.turned(n, joint, y, n.y), self.turned(n, joint, z, n.z)];
         SpatialLink { origin, axes }
+    }
+
+    /// A `unit` vector of this frame, with the part `along` the axis `n`, turned about it by the joint.
+    #[inline(always)]
+    fn turned(&self, n: Vec3<T>, joint: &JointPose<T>, unit: Vec3<T>, along: T) -> Vec3<T> {
+        let rest = T::c(1.0) - joint.cos;
+        self.vector(unit * joint.cos + n.cross(unit) * joint.sin + n * (along * rest))
     }
 }
 

@@ -41,13 +41,19 @@ impl<T: Real> CrossoverRelief<T> {
     /// Flow from port A to port B, m^3/s, at their pressures (Pa). Only one of the two valves is open at a time.
     #[inline(always)]
     pub fn flow(&self, a: T, b: T) -> T {
-        let none = T::c(0.0);
         if self.is_none() {
-            return none;
+            return T::c(0.0);
         }
-        let [from_a, from_b] = &self.from;
-        let through = |valve: &Option<ReliefValve<T>>, drop: T| valve.as_ref().map_or(none, |valve| valve.flow(drop));
-        through(from_a, a - b) - through(from_b, b - a)
+        self.through(0, a - b) - self.through(1, b - a)
+    }
+
+    /// Flow from this port to the other one, m^3/s, by the `drop` to it (Pa).
+    #[inline(always)]
+    fn through(&self, port: usize, drop: T) -> T {
+        match &self.from[port] {
+            Some(valve) => valve.flow(drop),
+            None => T::c(0.0),
+        }
     }
 }
 

@@ -71,18 +71,21 @@ impl<T: Real> Resistance<T> {
     /// edge as a straight line.
     #[inline(always)]
     fn first(&self, edge: &Orifice<T>, c: T, m: T) -> T {
-        let terms = |at: T| {
-            let flow = c * edge.root_per_drop(at).0;
-            (self.laminar * flow, self.turbulent * flow.square() * m)
-        };
         let (one, four) = (T::c(1.0), T::c(4.0));
-        let (by_laminar, by_turbulent) = terms(m);
+        let (by_laminar, by_turbulent) = self.terms(edge, c, m, m);
         let turbulent =
             (T::c(2.0) / (by_laminar + (by_laminar.square() + (one + by_turbulent) * four).sqrt())).square();
-        let (by_laminar, by_turbulent) = terms((turbulent * m).min(edge.transition_pressure));
+        let (by_laminar, by_turbulent) = self.terms(edge, c, m, (turbulent * m).min(edge.transition_pressure));
         let along = one + by_laminar;
         let straight = T::c(2.0) / (along + (along.square() + by_turbulent * four).sqrt());
         T::select((turbulent * m).lt(edge.transition_pressure), straight, turbulent)
+    }
+
+    /// Laminar and turbulent drop of the line per whole drop `m`, with the edge as it is at the drop `at`.
+    #[inline(always)]
+    fn terms(&self, edge: &Orifice<T>, c: T, m: T, at: T) -> (T, T) {
+        let flow = c * edge.root_per_drop(at).0;
+        (self.laminar * flow, self.turbulent * flow.square() * m)
     }
 }
 

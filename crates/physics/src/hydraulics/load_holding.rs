@@ -114,10 +114,13 @@ impl<T: Real> LoadHolding<T> {
             LoadHolding::PilotCheck(valve) => (valve.coefficient, valve.opening(p.chamber, p.pilot, p.tank)),
             LoadHolding::HoseBurst(valve) => {
                 let whole = p.chamber - p.tank;
-                let drop = line.map_or(whole, |line| {
-                    let open = in_series(valve.coefficient, along, valve.coefficient * LEAST) / edge.coefficient;
-                    line.left(edge, open, whole)
-                });
+                let drop = match line {
+                    Some(line) => {
+                        let open = in_series(valve.coefficient, along, valve.coefficient * LEAST) / edge.coefficient;
+                        line.left(edge, open, whole)
+                    }
+                    None => whole,
+                };
                 let root = edge.flow_per_opening(drop) / edge.coefficient;
                 (valve.coefficient, valve.opening(leak.map_or(along, |leak| along + leak.coefficient), root))
             }

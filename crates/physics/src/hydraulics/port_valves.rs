@@ -71,8 +71,14 @@ impl<T: Real> PortValves<T> {
         if !cfg!(feature = "mobile") {
             return none;
         }
-        let relieved = self.relief.as_ref().map_or(none, |valve| valve.flow(port - tank));
-        self.anti_cavitation.as_ref().map_or(relieved, |valve| relieved - valve.flow(port, tank))
+        let relieved = match &self.relief {
+            Some(valve) => valve.flow(port - tank),
+            None => none,
+        };
+        match &self.anti_cavitation {
+            Some(valve) => relieved - valve.flow(port, tank),
+            None => relieved,
+        }
     }
 }
 

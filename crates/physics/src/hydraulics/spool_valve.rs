@@ -237,10 +237,12 @@ impl<T: Real> SpoolValve<T> {
     #[inline(always)]
     fn outward(&self, port: usize, edge: &Orifice<T>, opening: T, p: &PortPressures<T>, leak: &HoseLeak<T>) -> T {
         let hole = leak.resistance();
-        let all = self.line(port).map_or(hole, |line| Resistance {
-            laminar: line.laminar + hole.laminar,
-            turbulent: line.turbulent + hole.turbulent,
-        });
+        let all = match self.line(port) {
+            Some(line) => {
+                Resistance { laminar: line.laminar + hole.laminar, turbulent: line.turbulent + hole.turbulent }
+            }
+            None => hole,
+        };
         let drop = self.left(&all, edge, [opening; 2], T::c(0.0), p, |from_supply, _| from_supply);
         smooth::positive_part(opening * edge.flow_per_opening(drop))
     }
@@ -259,7 +261,10 @@ impl<T: Real> SpoolValve<T> {
     ) -> T {
         let whole = open(p.supply - chamber, chamber - p.tank);
         // What follows late throttles its edge.
-        let fed = p.opening.map_or(openings[0], |opening| openings[0] * opening);
+        let fed = match p.opening {
+            Some(opening) => openings[0] * opening,
+            None => openings[0],
+        };
         let left = line.left(edge, open(fed, openings[1]), whole);
         // The compensator acts where more is left than it lets the edge have.
         open(self.compensated(p, p.supply - left), left)
@@ -268,7 +273,10 @@ impl<T: Real> SpoolValve<T> {
     /// Pressure of a `port` above that behind its line, Pa, with the flow into the cylinder through it (m^3/s).
     #[inline(always)]
     pub fn line_drop(&self, port: usize, inflow: T) -> T {
-        self.line(port).map_or(T::c(0.0), |line| line.drop(inflow))
+        match self.line(port) {
+            Some(line) => line.drop(inflow),
+            None => T::c(0.0),
+        }
     }
 
     /// The line of a `port`, if it has a resistance.
@@ -342,15 +350,19 @@ impl<T: Real> SpoolValve<T> {
     /// Losses of the compensator at the edges to port A and to port B, W, with the flows through `edges`.
     #[inline(always)]
     pub fn compensator_losses(&self, p: &PortPressures<T>, edges: &EdgeFlows<T>) -> [T; 2] {
-        let taken = |port: T| p.supply - port - self.compensated(p, port);
-        [taken(p.a) * edges.supply_to_a, taken(p.b) * edges.supply_to_b]
+        [self.taken(p, p.a) * edges.supply_to_a, self.taken(p, p.b) * edges.supply_to_b]
     }
 
     /// What the compensator takes of the drop from the supply to the port that the spool feeds, Pa; zero where it feeds none, and where
     /// the compensator is fully open.
     pub fn compensator_drop(&self, spool: T, p: &PortPressures<T>) -> T {
-        let taken = |port: T| p.supply - port - self.compensated(p, port);
-        self.connection.signal(spool, [taken(p.a), taken(p.b)], T::c(0.0))
+        self.connection.signal(spool, [self.taken(p, p.a), self.taken(p, p.b)], T::c(0.0))
+    }
+
+    /// What the compensator takes of the drop to a `port` at this pressure (Pa), Pa.
+    #[inline(always)]
+    fn taken(&self, p: &PortPressures<T>, port: T) -> T {
+        p.supply - port - self.compensated(p, port)
     }
 
     /// A flow from the supply to a `port` behind a check valve, if there is one: that of the section, or that of a valve that holds.
