@@ -1,6 +1,7 @@
 //! The command path: from a controller's command to the spools by signal chain, limits and delays.
 
-use hydrocrane_machine::model::{SignalChain, Valve};
+use crate::warning::{short, Warning};
+use hydrocrane_machine::model::{Cylinder, SignalChain, Valve};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{Archive, Dual, Real};
 use hydrocrane_physics::hydraulics::hysteresis;
@@ -12,6 +13,9 @@ pub(crate) struct CommandPaths {
     paths: Vec<CommandPath>,
     /// Commands that the spools have received, m.
     pub arrived: [f64; MAX_JOINTS],
+    /// The first command far beyond its spool's stroke, and whether it has been told.
+    astray: Option<Warning>,
+    told: bool,
 }
 
 struct CommandPath {
@@ -28,6 +32,9 @@ impl CommandPath {
     }
 }
 
+/// Strokes beyond which a command is one in another unit: a command in mm is a thousand times as large as in m, so that one of a tenth of
+/// the stroke is found.
+const FAR: f64 = 100.0;
 /// Rounding allowed between a time of arrival and the time at hand, s.
 const ROUNDING: f64 = 1e-12;
 /// Most commands per spool, sent and not arrived, that are stored with a state.
@@ -37,7 +44,7 @@ impl CommandPaths {
     /// With the commands `arrived` (m) at the spools, and no others sent.
     pub fn new(machine: &Machine, arrived: [f64; MAX_JOINTS]) -> Self {
         let paths = machine.cylinders.iter().map(|c| CommandPath::new(&c.valve)).collect();
-        CommandPaths { paths, arrived }
+        CommandPaths { paths, arrived, astray: None, told: false }
     }
 
     /// Continues with the valves of `machine`; commands that were sent still arrive on time.
@@ -51,6 +58,23 @@ impl CommandPaths {
     pub fn clear(&mut self) {
         self.paths.iter_mut().for_each(|path| path.pending.clear());
         self.arrived.fill(0.0);
+        (self.astray, self.told) = (None, false);
+    }
+
+    /// Looks at the commands `u` (m) of a controller for one far beyond the stroke of its spool.
+    pub fn look(&mut self, now: f64, machine: &Machine, u: &[f64]) {
+        if self.told || self.astray.is_some() {
+            return;
+        }
+        let far = machine.cylinders.iter().zip(u).find(|(c, u)| u.abs() > FAR * c.valve.stroke);
+        self.astray = far.map(|(cylinder, u)| astray(now, cylinder, *u));
+    }
+
+    /// The warning of a command far beyond its spool's stroke, once.
+    pub fn warning(&mut self) -> Option<Warning> {
+        let found = self.astray.take();
+        self.told |= found.is_some();
+        found
     }
 
     /// Sends the commands `u` (m) at time `now`, which must not decrease, because commands arrive in the order sent.
@@ -91,6 +115,17 @@ impl CommandPaths {
 
     pub fn next_arrival(&self) -> Option<f64> {
         self.paths.iter().filter_map(|path| path.pending.front()).map(|&(t, _)| t).reduce(f64::min)
+    }
+}
+
+/// The warning of a command `u` (m) to the spool of this cylinder, from the time `now` (s) on.
+fn astray(now: f64, of: &Cylinder, u: f64) -> Warning {
+    let (name, u, stroke) = (&of.name, short(u), short(1e3 * of.valve.stroke));
+    Warning {
+        time: now,
+        kind: "command-beyond-stroke",
+        text: format!("a command puts the spool of `{name}` at {u} m, of a stroke of {stroke} mm; it goes to its end"),
+        cure: "spool commands are in m, positive extends the piston".to_string(),
     }
 }
 

@@ -394,7 +394,8 @@ impl Live {
 
     /// Warnings since the last call.
     pub fn warnings(&mut self) -> Vec<Warning> {
-        self.going.warnings(self.model.as_ref())
+        let found = self.going.warnings(self.model.as_ref());
+        self.sampled.paths.warning().into_iter().chain(found).collect()
     }
 
     /// Outcome of the drive, if it has ended.

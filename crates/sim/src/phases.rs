@@ -109,7 +109,7 @@ pub fn simulate_phases<'a>(
         }
     };
     let mut run = recorder.finish(outcome, Some((&going.stepper, &driven, &mut going.watch)));
-    run.warnings.extend(alarms(&events));
+    run.warnings.extend(alarms(&events).chain(sampled.and_then(|mut sampled| sampled.paths.warning())));
     events.retain(|event| event.alarm.is_none());
     run.warnings.sort_by(|a, b| a.time.total_cmp(&b.time));
     PhasedRun { run, samples, events }

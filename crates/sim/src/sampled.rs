@@ -184,6 +184,7 @@ impl Sampled {
             Ok(()) => None,
         };
         self.judge(now, fault, &mut command);
+        self.paths.look(now, driven.model.machine(), &command);
         for (u, c) in command.iter_mut().zip(&driven.model.machine().cylinders) {
             *u = u.clamp(-c.valve.stroke, c.valve.stroke);
         }

@@ -112,6 +112,7 @@ impl Simulator {
         let duration = if self.owed < least_step(going.stepper.t) { 0.0 } else { replace(&mut self.owed, 0.0) };
         let end = going.stepper.t + duration;
         going.stepper.set_max_step(self.options.tolerances.max_step.min(duration));
+        self.paths.look(going.stepper.t, model.machine(), u);
         self.paths.send(going.stepper.t, u);
         let mut driven = Driven::new(model, &self.options, going.stepper.t);
         (driven.base, driven.payload) = (self.paths.arrived, self.payload);
@@ -168,7 +169,8 @@ impl Simulator {
 
     /// Warnings since the last call.
     pub fn warnings(&mut self) -> Vec<Warning> {
-        self.going.as_mut().map_or_else(Vec::new, |going| going.warnings(self.model.as_ref()))
+        let found = self.going.as_mut().map_or_else(Vec::new, |going| going.warnings(self.model.as_ref()));
+        self.paths.warning().into_iter().chain(found).collect()
     }
 
     /// The method in use.

@@ -12,3 +12,8 @@ pub struct Warning {
     /// The cure.
     pub cure: String,
 }
+
+/// A number with six digits, for messages.
+pub(crate) fn short(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}

@@ -180,3 +180,31 @@ def test_cases_of_a_study_carry_their_warnings() -> None:
 def test_runs_of_an_implausible_machine_say_so() -> None:
     run = hc.simulate("vertical-lift-open-loop", duration=0.1, overrides={"cylinder.lift.bore": "1.4 m"})
     assert "implausible-value" in kinds(run)
+
+
+class InMillimetres:
+    """A controller that gives mm where m are asked for."""
+
+    def reset(self, crane: hc.Machine, obs: hc.Observation) -> None:
+        self.spools = np.asarray(crane.spool_strokes) * 1e3
+
+    def step(self, obs: hc.Observation, command: object) -> np.ndarray:
+        return 0.2 * self.spools
+
+
+def test_a_command_in_mm_is_told_once_and_one_beyond_the_stroke_is_not() -> None:
+    crane = hc.load_machine("single-cylinder")
+    stroke = crane.spool_strokes[0]
+    sim = hc.Simulator(crane, sample_time=0.01)
+    sim.reset(q=crane.home)
+    sim.step([3.0 * stroke])
+    assert sim.warnings == ()
+    for _ in range(3):
+        sim.step([200.0 * stroke])
+    (warning,) = sim.warnings
+    assert warning.kind == "command-beyond-stroke" and warning.time == pytest.approx(0.01)
+    assert "goes to its end" in warning.text and "in m" in warning.cure
+    sim.reset(q=crane.home)
+    assert sim.warnings == ()
+    run = hc.simulate(hc.Scenario(machine=crane, controller=InMillimetres(), duration=0.1))
+    assert kinds(run) == ["command-beyond-stroke"]

@@ -1,8 +1,9 @@
 //! Spool commands of all cylinders on common times.
 
-use super::start::{known, short};
+use super::start::known;
 use crate::model::Model;
 use crate::options::Commands;
+use crate::warning::short;
 use hydrocrane_machine::scenario::{Interpolation, SpoolCommand};
 
 /// The commands on common times, the first of them zero; cylinders without a command keep their spools centred.

@@ -3,7 +3,7 @@
 use super::AssemblyError;
 use crate::model::Model;
 use crate::supply::{overridden, place, unusual};
-use crate::warning::Warning;
+use crate::warning::{short, Warning};
 use crate::warnings::doubts_at_rest;
 use hydrocrane_machine::scenario::{Initial, Pressures, Scenario};
 use hydrocrane_machine::suggestion;
@@ -112,11 +112,6 @@ fn turned(name: &str, value: f64, lower: f64, upper: f64, place: Option<String>)
         short(value),
         short(value.to_degrees())
     )
-}
-
-/// A number with six digits, for messages.
-pub(super) fn short(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// The values `given` by name in the order of `names`.

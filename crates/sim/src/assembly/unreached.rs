@@ -1,7 +1,6 @@
 //! What a scenario states against time and its run never reaches: often a time in ms, or one since 1970.
 
-use super::start::short;
-use crate::warning::Warning;
+use crate::warning::{short, Warning};
 use hydrocrane_machine::scenario::{Interpolation, Scenario, SpoolCommand};
 use hydrocrane_machine::Machine;
 
