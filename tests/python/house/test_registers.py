@@ -14,7 +14,7 @@ ONCE = {"set1", "loadu", "storeu"}
 
 
 def operations(module: bytes) -> set[str]:
-    """The operations of registers that stand in a module as functions of their own, by the names in its table of symbols."""
+    """Operations of registers that are functions of their own in a module, by the names in its table of symbols."""
     names = re.findall(rb"core_arch[0-9a-zA-Z_.$]*?_mm(?:256|512)_(\w+?)_(?:pd|epi64|si256|si512)", module)
     return {name.decode() for name in names}
 

@@ -206,5 +206,7 @@ def test_a_command_in_mm_is_told_once_and_one_beyond_the_stroke_is_not() -> None
     assert "goes to its end" in warning.text and "in m" in warning.cure
     sim.reset(q=crane.home)
     assert sim.warnings == ()
-    run = hc.simulate(hc.Scenario(machine=crane, controller=InMillimetres(), duration=0.1))
+    run = hc.simulate(
+        hc.Scenario(machine=crane, joints={"slide": crane.home[0]}, controller=InMillimetres(), duration=0.1)
+    )
     assert kinds(run) == ["command-beyond-stroke"]

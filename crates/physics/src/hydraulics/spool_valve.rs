@@ -195,7 +195,7 @@ impl<T: Real> SpoolValve<T> {
         PortFlows {
             fed: self.checked::<P>(0, extend * per_opening + leakage * fed),
             drained: share * per_opening + leakage * drained,
-            leaking: leak.map(|leak| Leaking { outward: self.outward(0, &self.edge_a, extend, p, leak), behind }),
+            leaking: self.leaking(0, &self.edge_a, extend, p, leak, behind),
         }
     }
 
@@ -219,7 +219,7 @@ impl<T: Real> SpoolValve<T> {
         PortFlows {
             fed: self.checked::<P>(1, to_supply * per_opening + leakage * fed),
             drained: share * per_opening + leakage * drained,
-            leaking: leak.map(|leak| Leaking { outward: self.outward(1, &self.edge_b, to_supply, p, leak), behind }),
+            leaking: self.leaking(1, &self.edge_b, to_supply, p, leak, behind),
         }
     }
 
@@ -233,18 +233,28 @@ impl<T: Real> SpoolValve<T> {
         }
     }
 
-    /// Flow from the supply through an edge of this `opening` (m), the line and the hole of the hose to the outside, m^3/s.
+    /// Flow from the supply through an edge of this `opening` (m), the line and the hole of the hose to the outside, m^3/s, where the hose
+    /// may `leak`, with the valve `behind` it.
     #[inline(always)]
-    fn outward(&self, port: usize, edge: &Orifice<T>, opening: T, p: &PortPressures<T>, leak: &HoseLeak<T>) -> T {
-        let hole = leak.resistance();
+    fn leaking(
+        &self,
+        port: usize,
+        edge: &Orifice<T>,
+        opening: T,
+        p: &PortPressures<T>,
+        leak: Option<&HoseLeak<T>>,
+        behind: Option<Behind<T>>,
+    ) -> Option<Leaking<T>> {
+        let hole = leak?.resistance();
         let all = match self.line(port) {
-            Some(line) => {
-                Resistance { laminar: line.laminar + hole.laminar, turbulent: line.turbulent + hole.turbulent }
-            }
+            Some(line) => Resistance {
+                laminar: line.laminar + hole.laminar,
+                turbulent: line.turbulent + hole.turbulent,
+            },
             None => hole,
         };
         let drop = self.left(&all, edge, [opening; 2], T::c(0.0), p, |from_supply, _| from_supply);
-        smooth::positive_part(opening * edge.flow_per_opening(drop))
+        Some(Leaking { outward: smooth::positive_part(opening * edge.flow_per_opening(drop)), behind })
     }
 
     /// Drop (Pa) over that edge of a port which is `open`, of the one from the supply and the one to the tank with these `openings` (m),
