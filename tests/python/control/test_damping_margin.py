@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 PAGE = Path(__file__).parents[3] / "docs" / "theory" / "control" / "regulate.md"
-# Valves: dead time, natural frequency per period, damping ratio. A dead time of a fifth of a period alone, and those of the
-# page at 10 ms.
+# Valves: dead time, natural frequency per period, damping ratio. A dead time of a fifth of a period alone, and those
+# of the page at 10 ms.
 FAST = (0.2, np.inf, 1.0)
 SLOW = {
     "15 Hz": (0.0, 0.3 * np.pi, 0.8),
@@ -155,7 +155,7 @@ def falls(angle: float, gain: float, late: float, faster: float, valve: tuple[fl
 
 
 def rates(angle: float, valve: tuple[float, float, float]) -> str:
-    """What the page shows of a slow valve: the largest gain of the law, and how fast a mode falls on time and at worst."""
+    """What the page shows of a slow valve: the largest gain, and how fast a mode falls on time and at worst."""
     gain = given(angle, valve)
     if gain == 0.0:
         return "0"
@@ -182,7 +182,7 @@ def test_the_gain_leaves_half_of_the_margin_and_damps(valve: tuple[float, float,
         for late in (0.0, 0.5, 1.0, 1.5, 2.0):
             for faster in DOUBT:
                 assert radius(angle, 2.0 * gain, late, faster, valve) < 1.0 + 1e-9, (angle, late, faster)
-        # The amplitude falls, where the command is on time by half the gain but for the turn by what the law takes it to be late.
+        # The amplitude falls; where the command is on time by half the gain but for what the law takes it to be late.
         for late in LATE:
             assert radius(angle, gain, late, 0.0, valve) < 1.0 - 0.1 * gain + 1e-9, (angle, late)
         turned = np.cos(angle * shifted(angle, valve))
