@@ -2,11 +2,11 @@
 //!
 //! In the coordinate of a mode, s is the deflection of the oil and w the speed that the valves give:
 //!     s' = r - w,    r' = -omega^2 s,    y = s + b,    z = s - i r/omega,    z' = i omega z - w
-//!     u = min(2 zeta omega, c(omega (T + 0.1 tau))/T) Re((z - Q) U*)/|U|        within the noise n: gain at most (v_q/n)^2/(2 N T)
+//!     u = min(2 zeta omega, c(e)/(T |U|)) Re((z - Q) U*)/|U|                    within the noise n: gain at most (v_q/n)^2/(2 N T)
 //!
 //! y follows from the chamber pressures; b is what the load differs from the planned one. An observer with real poles finds z and b.
 //! Q is what the commands that are still under way to the spools will do to the mode, U what the next one will do: z - Q is what no
-//! command has dealt with, and u pushes against it.
+//! command has dealt with, and u pushes against it. Commands may be as late as promised: e is what the phase is then wrong by.
 
 use crate::controller_model::Posture;
 use crate::oil_modes::OilModes;
@@ -36,13 +36,16 @@ const EXACT: f64 = 0.3;
 const OFFSET: f64 = 2.5;
 /// Largest gain, per period: a larger one damps slow modes no faster.
 const MOST: f64 = 0.2;
-/// A command that comes a period late without the controller's knowledge turns the damping of fast modes into its opposite. Half of the
-/// gain that would do so, where the mode is also a tenth faster than the model says, is about this much (1/rad) times what the angle of the
-/// mode in a period lacks to where it ends, rad.
-const MARGIN: f64 = 0.25;
-/// Share by which the frequency of a mode can be wrong, as above: over a long lag the phase is wrong by so much of the angle.
+/// Promise: commands may act so many periods later than the controller knows.
+const LATE: f64 = 2.0;
+/// Error of the phase by such a command from which on the law takes the valves to act later, rad.
+const BORNE: f64 = 0.6;
+/// Share by which the frequency of a mode can be wrong: over a long lag the phase is wrong by so much of its angle.
 const DOUBT: f64 = 0.1;
-const FAST: f64 = 1.3;
+/// Half of the gain that any command within the promise needs to turn the damping of a mode, wrong by that share, into its opposite is at least
+/// this much (1/rad) times what the error of its phase lacks to where it ends, rad.
+const MARGIN: f64 = 0.3;
+const FAST: f64 = 1.2;
 /// Time constant with which the level of noise follows the innovations, s.
 const NOISE_TIME: f64 = 3.0;
 /// Multiple of that level which counts as quiet.
@@ -158,8 +161,8 @@ pub struct Damping<const N: usize> {
     rate: [f64; N],
     /// b as a torque, N m or N
     offset: [f64; N],
-    /// Joint rates that the valves give for damping over this period, rad/s or m/s, and those that they will give.
-    given: [f64; N],
+    /// Joint rates that the valves give for damping over this period and gave over the one before, rad/s or m/s, and those that they will give.
+    given: [[f64; N]; 2],
     coming: [UnderWay; N],
     /// Per mode.
     innovations: [Innovations; N],
@@ -177,7 +180,7 @@ impl<const N: usize> Damping<N> {
             deflection: zero,
             rate: zero,
             offset: *excess,
-            given: zero,
+            given: [zero; 2],
             coming: hydrocrane_num::array::from_fn(|c| UnderWay::at(0.0, answers[c])),
             innovations: [Innovations::new(gains); N],
             watches: [Watch::NEW; N],
@@ -204,12 +207,12 @@ impl<const N: usize> Damping<N> {
     ) -> Option<[f64; N]> {
         let g = self.gains;
         let (deflection, rate) = (modes.of_motion(&self.deflection), modes.of_motion(&self.rate));
-        let (given, offset) = (modes.of_motion(&self.given), modes.of_torque(&self.offset));
+        let [given, before] = self.given.map(|given| modes.of_motion(&given));
+        let offset = modes.of_torque(&self.offset);
         let (torque, reach) = (excess.map(|excess| modes.of_torque(excess)), modes.reach(&posture.jacobian));
         let (mut s, mut r, mut b, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         self.halved = false;
         let lag = answers.iter().fold(0.0, |lag: f64, answer| lag.max(answer.lag));
-        let doubtful = g.period + DOUBT * lag;
         for m in 0..N {
             let omega = modes.frequency[m];
             let angle = omega * g.period;
@@ -221,10 +224,14 @@ impl<const N: usize> Damping<N> {
             let square = omega * omega;
             let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
             let turned_by = turn(angle);
-            let (seen, innovation) =
-                seen.next(angle, turned_by, given[m] / omega, torque.map(|torque| -torque[m] / square));
             let (of_motion, shares) = modes.of_each_joint(m);
-            let [sent, next] = turned(angle, answers, &self.coming, &of_motion, &shares);
+            let doubt = Doubt { faster: modes.faster[m].max(DOUBT), lag: lag / g.period };
+            let late = doubt.shift(angle);
+            let pushed = (given[m] + late * (before[m] - given[m])) / omega;
+            let (seen, innovation) = seen.next(angle, turned_by, pushed, torque.map(|torque| -torque[m] / square));
+            let [sent, next, last] = turned(angle, answers, &self.coming, &of_motion, &shares);
+            let back = Complex::new(1.0 - late * (1.0 - turned_by.re), -late * turned_by.im);
+            let (sent, next) = (back * sent + last * (late * given[m]), back * next);
             let size = portable::sqrt(next.re.square() + next.im.square());
             let ahead = (seen.state - sent * g.period).re_of_product(Complex::new(next.re, -next.im)) / size;
             let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
@@ -232,7 +239,9 @@ impl<const N: usize> Damping<N> {
             let [quiet, noise] = self.innovations[m].follow(innovation, turned_by.re, g);
             let beyond = |quiet: f64| (speed / quiet - 1.0).clamp(0.0, 1.0);
             self.halved |= stood < SHOWS && self.watches[m].look(speed, noise, pace, omega, g.period);
-            let gain = (2.0 * g.ratio * omega).min(g.share * most(omega * doubtful) / g.period) * self.watches[m].trust;
+            // What the valves pass of it is limited.
+            let largest = g.share * most(doubt.late(angle, late)) / (g.period * size);
+            let gain = (2.0 * g.ratio * omega).min(largest) * self.watches[m].trust;
             let low = gain.min(borne::<N>(g, noise / (NOISE * MEDIAN)));
             w[m] = (gain * beyond(quiet)).max(low * beyond(g.quiet)) * ahead;
             (s[m], r[m], b[m]) = (seen.state.re, -seen.state.im * omega, -seen.offset * square);
@@ -246,7 +255,8 @@ impl<const N: usize> Damping<N> {
         if asked.iter().any(|rate| !rate.is_finite()) {
             return None;
         }
-        self.given = hydrocrane_num::array::from_fn(|c| self.coming[c].send(asked[c], answers[c]));
+        let given = hydrocrane_num::array::from_fn(|c| self.coming[c].send(asked[c], answers[c]));
+        self.given = [given, self.given[0]];
         Some(asked)
     }
 }
@@ -287,14 +297,37 @@ impl DampingGains {
     }
 }
 
-/// Largest gain per period for a mode that turns by `angle` in the time that is in doubt.
-fn most(angle: f64) -> f64 {
-    MOST.min(MARGIN * (FAST - angle)).max(0.0)
+/// Largest gain per period for a mode whose phase may be wrong by `error`, rad.
+fn most(error: f64) -> f64 {
+    MOST.min(MARGIN * (FAST - error)).max(0.0)
 }
 
 /// Gain (1/s) with which `noise` (m/s, deviation) leaves `N` modes together half of the quiet speed.
 fn borne<const N: usize>(gains: DampingGains, noise: f64) -> f64 {
     (gains.quiet / noise).square() / (2.0 * N as f64 * gains.period)
+}
+
+/// What makes the phase of a mode doubtful.
+#[derive(Debug, Clone, Copy)]
+struct Doubt {
+    /// Share by which the mode can be faster than on its oil alone.
+    faster: f64,
+    /// Mean lag of the valves, in periods.
+    lag: f64,
+}
+
+impl Doubt {
+    /// Error of the phase of a mode that turns by `angle` in a period where a command is as late as promised and the law takes it to be `shift`
+    /// late, in periods; rad.
+    fn late(&self, angle: f64, shift: f64) -> f64 {
+        angle * ((1.0 + self.faster) * (LATE - shift) + self.faster * self.lag)
+    }
+
+    /// How late the law takes commands to be, in periods: so much that this error is BORNE at most, and never more than half of the promise,
+    /// which one that is on time is wrong by.
+    fn shift(&self, angle: f64) -> f64 {
+        ((self.late(angle, 0.0) - BORNE) / (angle * (1.0 + self.faster))).clamp(0.0, 0.5 * LATE)
+    }
 }
 
 /// Poles of the observer for a mode that turns by `angle` in a period: a double one for the oscillation, one for the offset.

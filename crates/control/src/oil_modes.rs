@@ -13,6 +13,8 @@ use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 pub struct OilModes<const N: usize> {
     /// omega, rad/s
     pub frequency: [f64; N],
+    /// Share by which bristles that hold the pistons make a mode faster.
+    pub faster: [f64; N],
     /// Phi
     shapes: [[f64; N]; N],
     /// M Phi, whose transpose is the inverse of Phi.
@@ -84,7 +86,16 @@ impl<const N: usize> ControllerModel<N> {
         let momenta = hydrocrane_num::array::from_fn(|i| {
             hydrocrane_num::array::from_fn(|m| (0..=i).map(|k| l[i][k] * v[k][m]).sum())
         });
-        OilModes { frequency: squares.map(|square: f64| portable::sqrt(square.max(0.0))), shapes, momenta }
+        let frequency = squares.map(|square: f64| portable::sqrt(square.max(0.0)));
+        let mut modes = OilModes { frequency, faster: [0.0; N], shapes, momenta };
+        let bristles: [f64; N] =
+            hydrocrane_num::array::from_fn(|i| self.cylinders[i].bristle_stiffness.unwrap_or(0.0) / stiffness[i]);
+        modes.faster = hydrocrane_num::array::from_fn(|m| {
+            // Each cylinder has its share in the energy of the oil; its bristles are a spring beside it.
+            let (_, shares) = modes.of_each_joint(m);
+            portable::sqrt(1.0 + (0..N).map(|i| shares[i] * bristles[i]).sum::<f64>()) - 1.0
+        });
+        modes
     }
 
     /// Mass at the tip (kg) that explains the cylinder forces (N) best, zero at least; `None` where no joint feels it.

@@ -143,14 +143,15 @@ impl UnderWay {
 }
 
 /// What is under way from several valves to an oscillation that turns by `angle` (rad) in a period, with `weights` for what each valve
-/// gives; and what a command of one to all of them would give, with `each`. In periods of the commands' unit, turned back to now.
+/// gives; what a command of one to all of them would give, with `each`; and what one gives over the coming period. In periods of the commands'
+/// unit, turned back to now.
 pub fn turned(
     angle: f64,
     answers: &[&ValveAnswer],
     coming: &[UnderWay],
     weights: &[f64],
     each: &[f64],
-) -> [Complex<f64>; 2] {
+) -> [Complex<f64>; 3] {
     let (sine, cosine) = portable::sin_cos(angle);
     let back = Complex::new(cosine, -sine);
     let zero = Complex::new(0.0, 0.0);
@@ -167,7 +168,7 @@ pub fn turned(
     }
     // Over a period: (1 - e^(-i a))/(i a).
     let over = if angle > 1e-6 { Complex::new(sine / angle, (cosine - 1.0) / angle) } else { Complex::new(1.0, 0.0) };
-    [over * sent, over * one]
+    [over * sent, over * one, over]
 }
 
 #[cfg(test)]
@@ -258,7 +259,7 @@ mod tests {
                 let given = coming[0].send((0.7 * f64::from(k)).sin(), &answer);
                 z = push(z, given);
             }
-            let [sent, _] = turned(omega * PERIOD, &[&answer], &coming, &[1.0], &[1.0]);
+            let [sent, ..] = turned(omega * PERIOD, &[&answer], &coming, &[1.0], &[1.0]);
             let foreseen = z - sent * PERIOD;
             let mut turned_on = foreseen;
             for _ in 0..MOST {

@@ -16,7 +16,7 @@ from hydrocrane.machine.machine import MachineLike, as_machine
 POSES, SEED, INNER = 24, 0, (0.15, 0.85)
 # Speed of the tip before a stop, and speed at which it counts as standing, m/s.
 SPEED, AT_REST = 0.3, 5e-3
-# Angle by which a mode may turn in a period, rad: the damping gain then is a tenth per period.
+# Angle by which a mode may turn in a period, rad: the damping gain then is 0.06 per period.
 ANGLE = 0.9
 # A stop behind two lags of the bandwidth w leaves a speed v with the share (w/omega)^2 in a mode omega. Commands are
 # held for a period and excite more, and loads that come and go excite it at once.
