@@ -15,7 +15,6 @@ use crate::controller_model::{At, ControllerModel, CylinderModel};
 use crate::set_point::Means;
 use core::cell::LazyCell;
 use hydrocrane_num::bisect;
-use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 
 /// Pressure that a stop may plan with, in supply pressures: where the piston draws from the supply, and where a closing edge stops
 /// oil that the load pushes out, which no supply limits. Cylinders without a rating are rated for 1.5.
@@ -91,8 +90,8 @@ impl<const N: usize> ControllerModel<N> {
         let steepest = SWING * bandwidth / core::f64::consts::E;
         let (speed, acceleration) = (rates.map(|rate| stage.speed * rate), rates.map(|rate| -steepest * rate));
         // Hardly ever asked for: usual motions are borne in full.
-        let still = LazyCell::new(|| self.mechanics.inverse_dynamics(&there.pose, &[0.0; N], None, payload));
-        let stopping = self.mechanics.inverse_dynamics(&there.pose, &speed, Some(&acceleration), payload);
+        let still = LazyCell::new(|| self.inverse_dynamics(&there.pose, &[0.0; N], None, payload));
+        let stopping = self.inverse_dynamics(&there.pose, &speed, Some(&acceleration), payload);
         (0..N).all(|c| {
             let lever_arm = there.lever_arm[c];
             let [low, high] = self.cylinders[c].braking_forces(self.supply, self.tank, lever_arm * rates[c]);

@@ -74,8 +74,9 @@ impl fmt::Display for Reading {
 /// What the operator asks for: deflections of sticks, each axis in -1 to 1, or a goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stick<'a> {
-    /// One stick: the tip's velocity, forward and up, as a share of the full speed (thesis Figure 77).
-    Tip([f64; 2]),
+    /// One stick: the tip's velocity, forward and up, as a share of the full speed (thesis Figure 77). Of a crane that slews also across,
+    /// positive with a growing angle of the slewing joint; without this third axis it does not slew.
+    Tip(&'a [f64]),
     /// One axis per cylinder (thesis Figure 76).
     Lever(&'a [f64]),
     /// One axis per cylinder as well, for pistons at a speed, while one joint holds the tip's height.
@@ -91,6 +92,8 @@ pub enum Fault {
     BadMeasurement(Reading),
     #[error("the stick is not a finite number between -1 and 1")]
     BadStick,
+    #[error("the tip's stick has {0} axes; this crane takes {1}")]
+    StickAxes(usize, &'static str),
     #[error("this controller supports the {0} stick mode only")]
     WrongStick(&'static str),
     #[error("the goal {} or its speed is not a valid number", .0.name())]
@@ -180,8 +183,13 @@ pub trait Controller: Send {
     fn heading(&self) -> bool {
         false
     }
-    /// The set-point of the tip (x, z) after the last step, m, where the controller has one.
+    /// The set-point of the tip (x, z) after the last step, m, where the controller has one; of a crane that slews with the slewing
+    /// joint turned back to zero.
     fn set_point(&self) -> Option<[f64; 2]>;
+    /// The same where it is: (x, y, z).
+    fn set_point_in_space(&self) -> Option<[f64; 3]> {
+        self.set_point().map(|[x, z]| [x, 0.0, z])
+    }
     /// What it has learnt of each valve; nothing where it does not learn.
     #[cfg(feature = "std")]
     fn learnt(&self) -> Vec<LearntValve> {

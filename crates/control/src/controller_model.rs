@@ -2,9 +2,11 @@
 
 use crate::bristles;
 use crate::signal_chain::SignalChain;
+use crate::slewing::{InPlane, SLEW};
 use crate::valve_answer::ValveDynamics;
 use hydrocrane_num::{portable, Real};
 use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
+use hydrocrane_physics::dynamics::spatial::SpatialMechanics;
 use hydrocrane_physics::dynamics::Mechanics;
 use hydrocrane_physics::friction::StaticParameters;
 use hydrocrane_physics::geometry::chain::ChainPose;
@@ -53,6 +55,8 @@ pub struct PumpModel {
 #[derive(Debug, Clone, Copy)]
 pub struct ControllerModel<const N: usize> {
     pub mechanics: Mechanics<f64, N>,
+    /// The chain in space of a crane that slews.
+    pub space: Option<SpatialMechanics<f64, N>>,
     pub actuations: [Actuation<f64>; N],
     pub cylinders: [CylinderModel; N],
     pub fluid: Fluid<f64>,
@@ -81,6 +85,7 @@ hydrocrane_num::stored!([] CylinderModel {
 hydrocrane_num::stored!([] PumpModel { pump: Pump<f64>, torque_limit: f64, highest: f64, margin: Option<f64> });
 hydrocrane_num::stored!([const N: usize] ControllerModel<N> {
     mechanics: Mechanics<f64, N>,
+    space: Option<SpatialMechanics<f64, N>>,
     actuations: [Actuation<f64>; N],
     cylinders: [CylinderModel; N],
     fluid: Fluid<f64>,
@@ -94,10 +99,12 @@ hydrocrane_num::stored!([const N: usize] ControllerModel<N> {
 /// Everything geometric at one posture.
 #[derive(Debug, Clone, Copy)]
 pub struct Posture<const N: usize> {
-    /// m
+    /// (x, z), m; of a crane that slews with the slewing joint turned back to zero.
     pub tip: [f64; 2],
     /// Rows x and z.
     pub jacobian: [[f64; N]; 2],
+    /// Way of the tip across the plane per angle of the slewing joint, m; zero for a crane that moves in the plane.
+    pub across: f64,
     /// Piston position per cylinder, m.
     pub stroke: [f64; N],
     /// dx/dq per cylinder.
@@ -108,7 +115,11 @@ impl<const N: usize> Posture<N> {
     /// Way of the tip per way of a joint, m/rad or m/m.
     pub fn tip_per_joint(&self, joint: usize) -> f64 {
         let [x, z] = self.jacobian;
-        portable::hypot(x[joint], z[joint])
+        if joint == SLEW && self.across > 0.0 {
+            self.across
+        } else {
+            portable::hypot(x[joint], z[joint])
+        }
     }
 
     /// Way of the tip per way of a piston.
@@ -163,16 +174,12 @@ impl<const N: usize> ControllerModel<N> {
     /// The posture with where the joints stand in it.
     pub fn posture_at(&self, q: &[f64; N]) -> (Posture<N>, At<N>) {
         let pose = self.mechanics.pose(q);
-        let tip = self.mechanics.tip_position(&pose);
-        let mut jacobian = [[0.0; N]; 2];
-        for j in 0..N {
-            let column = self.mechanics.column(&pose, j, tip);
-            (jacobian[0][j], jacobian[1][j]) = (column.x, column.z);
-        }
+        let InPlane { tip, columns, across } = self.in_plane(&pose);
+        let jacobian = [columns.map(|column| column.x), columns.map(|column| column.z)];
         let strokes: [(f64, f64); N] = hydrocrane_num::array::from_fn(|c| self.actuations[c].stroke(&pose.joints[c]));
         let lever_arm = strokes.map(|s| s.1);
         (
-            Posture { tip: [tip.x, tip.z], jacobian, stroke: strokes.map(|s| s.0), lever_arm },
+            Posture { tip: [tip.x, tip.z], jacobian, across, stroke: strokes.map(|s| s.0), lever_arm },
             At { q: *q, pose, lever_arm },
         )
     }
@@ -200,7 +207,7 @@ impl<const N: usize> ControllerModel<N> {
 
     /// The same where the joints are known to stand so.
     pub fn cylinder_force_at(&self, at: &At<N>, qd: &[f64; N], payload: f64) -> [f64; N] {
-        let bias = self.mechanics.inverse_dynamics(&at.pose, qd, None, payload);
+        let bias = self.inverse_dynamics(&at.pose, qd, None, payload);
         hydrocrane_num::array::from_fn(|j| bias[j] / at.lever_arm[j])
     }
 

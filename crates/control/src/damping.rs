@@ -209,7 +209,7 @@ impl<const N: usize> Damping<N> {
         let (deflection, rate) = (modes.of_motion(&self.deflection), modes.of_motion(&self.rate));
         let [given, before] = self.given.map(|given| modes.of_motion(&given));
         let offset = modes.of_torque(&self.offset);
-        let (torque, reach) = (excess.map(|excess| modes.of_torque(excess)), modes.reach(&posture.jacobian));
+        let (torque, reach) = (excess.map(|excess| modes.of_torque(excess)), modes.reach(posture));
         let (mut s, mut r, mut b, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         self.halved = false;
         let lag = answers.iter().fold(0.0, |lag: f64, answer| lag.max(answer.lag));

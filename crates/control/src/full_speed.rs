@@ -3,7 +3,7 @@
 //! v = min(v_1, e l w_1^2/w),     w = min(w_0, w_1)
 //!
 //! | symbol | meaning                                                                        | unit  |
-//! | v_1    | speed with the fastest joint alone, unloaded                                   | m/s   |
+//! | v_1    | speed in the crane's plane with the fastest joint alone, unloaded              | m/s   |
 //! | l      | distance of the tip from the set-point at which the set-point waits            | m     |
 //! | w_0    | bandwidth of each of the stick's two lags                                      | rad/s |
 //! | w_1    | lowest natural frequency of the crane on its oil, with the stated load         | rad/s |
@@ -14,7 +14,6 @@
 use crate::controller_model::ControllerModel;
 use crate::feed_forward::{steady_speed, Moment};
 use core::f64::consts::E;
-use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 
 /// 31 mm of the laboratory crane's 4.1 m.
 const LAG_PER_REACH: f64 = 0.0075;
@@ -24,14 +23,14 @@ impl<const N: usize> ControllerModel<N> {
     pub fn full_speed(&self, bandwidth: f64, lag_limit: f64) -> f64 {
         let q = self.joint_limits.map(|[low, high]| 0.5 * (low + high));
         let (posture, at) = self.posture_at(&q);
-        let fastest =
-            (0..N).map(|i| posture.tip_per_joint(i) * (self.unloaded_speed(i, 1.0) / posture.lever_arm[i]).abs());
+        let fastest = (usize::from(self.slews())..N)
+            .map(|i| posture.tip_per_joint(i) * (self.unloaded_speed(i, 1.0) / posture.lever_arm[i]).abs());
         let supply_pressures = self.supply_pressures();
         let stiffness = hydrocrane_num::array::from_fn(|c| {
             let moment = Moment { stroke: posture.stroke[c], p: [0.5 * (self.supply + self.tank); 2] };
             self.cylinders[c].capacity(&self.fluid, &supply_pressures, &moment).stiffness
         });
-        let mass = self.mechanics.mass_matrix(&at.pose, self.payload);
+        let mass = self.mass_matrix(&at.pose, self.payload);
         let slowest = self.oil_modes(&mass, &posture.lever_arm, &stiffness).slowest();
         let followed = E * lag_limit * slowest * slowest / bandwidth.min(slowest);
         // At a dead centre the crane can have no modes.

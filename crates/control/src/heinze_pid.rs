@@ -179,13 +179,13 @@ impl<const N: usize> Controller for HeinzePid<N> {
 
     fn step(&mut self, measured: &Measurement, stick: Stick, spool: &mut [f64]) -> Result<(), Fault> {
         let (q, _) = checked::<N>(measured)?;
-        let stick = checked_stick(stick)?;
+        let [x, z, _] = checked_stick(stick, false)?;
         if self.due.is_none() {
             self.begin(&q, measured.t);
         }
         // Half a period forgives rounding of the clock.
         if self.due.is_none_or(|due| measured.t > due - 0.5 * self.settings.period) {
-            self.aim(&q, stick)?;
+            self.aim(&q, [x, z])?;
             self.due = Some(measured.t + self.settings.set_point_interval);
         }
         let strokes = self.model.strokes(&q);

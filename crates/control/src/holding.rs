@@ -100,7 +100,7 @@ impl<const N: usize> ControllerModel<N> {
     }
 
     fn stiffness(&self, at: &At<N>, payload: f64, oil: &[f64; N]) -> [Stiffness; N] {
-        let [load, slopes] = self.mechanics.at_rest(&at.pose, payload);
+        let [load, slopes] = self.at_rest(&at.pose, payload);
         hydrocrane_num::array::from_fn(|i| {
             let here = at.lever_arm[i];
             let there = self.actuations[i].stroke(&self.mechanics.joints[i].pose(at.q[i] + STEP)).1;

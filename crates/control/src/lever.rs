@@ -64,6 +64,6 @@ mod tests {
         let mut spool = [0.0];
         assert_eq!(lever.step(&NOTHING, Stick::Lever(&[1.5]), &mut spool), Err(Fault::BadStick));
         assert_eq!(lever.step(&NOTHING, Stick::Lever(&[f64::NAN]), &mut spool), Err(Fault::BadStick));
-        assert_eq!(lever.step(&NOTHING, Stick::Tip([0.0; 2]), &mut spool), Err(Fault::WrongStick("lever")));
+        assert_eq!(lever.step(&NOTHING, Stick::Tip(&[0.0; 2]), &mut spool), Err(Fault::WrongStick("lever")));
     }
 }

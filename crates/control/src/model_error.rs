@@ -8,7 +8,7 @@
 //! each alone, by least squares over the last seconds of motion, all behind the same lags. A further lag makes ways of
 //! the speeds: what has become a way is what the tip is off by.
 
-use hydrocrane_num::{Real, Vec2};
+use hydrocrane_num::{Real, Vec3};
 
 /// Time over which ways are summed, s, and over which they count, s: a start, a stop or a turn lies within it.
 const TIME: f64 = 0.5;
@@ -37,7 +37,7 @@ pub enum Likely {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Straying {
     /// Direction of the path; none before the set-point has moved.
-    along: [f64; 2],
+    along: Vec3<f64>,
     /// m
     off: f64,
     /// Since it was off by more than it may, s.
@@ -50,17 +50,17 @@ impl Straying {
     /// its causes. `lag`: from the tip to its set-point, m, which moves with `velocity`, m/s, if at all.
     pub fn watch(
         &mut self,
-        lag: Vec2<f64>,
-        velocity: Option<Vec2<f64>>,
+        lag: Vec3<f64>,
+        velocity: Option<Vec3<f64>>,
         most: f64,
         over: bool,
         period: f64,
     ) -> Option<f64> {
         if let Some(velocity) = velocity {
             let speed = velocity.norm();
-            self.along = [velocity.x / speed, velocity.z / speed];
+            self.along = Vec3 { x: velocity.x / speed, y: velocity.y / speed, z: velocity.z / speed };
         }
-        let off = (lag.x * self.along[1] - lag.z * self.along[0]).abs();
+        let off = lag.cross(self.along).norm();
         if off > most {
             self.off = self.off.max(off);
         }
@@ -203,13 +203,15 @@ mod tests {
 
     #[test]
     fn a_tip_beside_its_path_is_told_once_when_its_motion_is_over() {
-        let (mut straying, along) = (Straying::default(), Some(Vec2::c([0.2, 0.0])));
-        let mut watch = |lag: [f64; 2], over: bool| straying.watch(Vec2::c(lag), along, 0.01, over, PERIOD);
+        let (mut straying, along) = (Straying::default(), Some(Vec3::c([0.2, 0.0, 0.0])));
+        let mut watch =
+            |lag: [f64; 2], over: bool| straying.watch(Vec3::c([lag[0], 0.0, lag[1]]), along, 0.01, over, PERIOD);
         assert_eq!(watch([0.5, 0.009], false), None);
         assert_eq!((watch([0.5, -0.02], false), watch([0.5, 0.0], false)), (None, None));
         assert_eq!((watch([0.0, 0.0], true), watch([0.0, 0.03], true)), (Some(0.02), None));
         let (mut going_on, long) = (Straying::default(), (2.0 / PERIOD) as usize + 2);
-        let told = (0..long).filter_map(|_| going_on.watch(Vec2::c([0.0, 0.03]), along, 0.01, false, PERIOD)).count();
+        let told =
+            (0..long).filter_map(|_| going_on.watch(Vec3::c([0.0, 0.0, 0.03]), along, 0.01, false, PERIOD)).count();
         assert_eq!(told, 1);
     }
 

@@ -72,6 +72,10 @@ impl<const N: usize> Controller for Monitored<N> {
         self.known.controller.set_point()
     }
 
+    fn set_point_in_space(&self) -> Option<[f64; 3]> {
+        self.known.controller.set_point_in_space()
+    }
+
     fn learnt(&self) -> Vec<LearntValve> {
         self.known.controller.learnt()
     }

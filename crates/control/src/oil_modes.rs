@@ -3,10 +3,10 @@
 //! M dq'' + G^2 K dq = 0 with the mass matrix M, the lever arms G = dx/dq and the stiffness K of the oil of each cylinder. With
 //! shapes Phi, Phi' M Phi = I: Phi' G^2 K Phi = diag(omega^2).
 
-use crate::controller_model::{At, ControllerModel};
+use crate::controller_model::{At, ControllerModel, Posture};
+use crate::slewing::SLEW;
 use hydrocrane_num::symmetric::{cholesky, eigen};
 use hydrocrane_num::{portable, Real};
-use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 
 /// Modes of a pose; the first index of a matrix is the joint, the second the mode.
 #[derive(Debug, Clone, Copy)]
@@ -53,11 +53,11 @@ impl<const N: usize> OilModes<N> {
         (of_motion, hydrocrane_num::array::from_fn(|i| self.momenta[i][m] * self.shapes[i][m]))
     }
 
-    /// Length of the way of the tip per modal amount, by the Jacobian of the tip.
-    pub fn reach(&self, jacobian: &[[f64; N]; 2]) -> [f64; N] {
+    /// Length of the way of the tip per modal amount.
+    pub fn reach(&self, posture: &Posture<N>) -> [f64; N] {
         hydrocrane_num::array::from_fn(|m| {
-            let [x, z] = [0, 1].map(|r: usize| (0..N).map(|i| jacobian[r][i] * self.shapes[i][m]).sum::<f64>());
-            portable::sqrt(x * x + z * z)
+            let way = |r: usize| (0..N).map(|i| posture.jacobian[r][i] * self.shapes[i][m]).sum::<f64>();
+            posture.velocity([way(0), way(1)], self.shapes[SLEW][m]).norm()
         })
     }
 }
@@ -101,7 +101,7 @@ impl<const N: usize> ControllerModel<N> {
     /// Mass at the tip (kg) that explains the cylinder forces (N) best, zero at least; `None` where no joint feels it.
     pub fn payload_of(&self, at: &At<N>, force: &[f64; N]) -> Option<f64> {
         let rest = [0.0; N];
-        let [empty, laden] = [0.0, 1.0].map(|payload| self.mechanics.inverse_dynamics(&at.pose, &rest, None, payload));
+        let [empty, laden] = [0.0, 1.0].map(|payload| self.inverse_dynamics(&at.pose, &rest, None, payload));
         let (mut product, mut square) = (0.0, 0.0);
         for i in 0..N {
             let own = laden[i] - empty[i];

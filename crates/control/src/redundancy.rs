@@ -99,12 +99,11 @@ impl Room {
 }
 
 impl Task {
-    /// What one joint alone can do of it.
+    /// What one joint can do of it where the tip has no more in its plane.
     fn possible<const N: usize>(&self, jacobian: &[[f64; N]; 2]) -> Task {
-        if N > 1 {
-            return *self;
-        }
-        let along = [jacobian[0][0], jacobian[1][0]];
+        let mut moving = (0..N).filter(|&i| [jacobian[0][i], jacobian[1][i]] != [0.0; 2]);
+        let (Some(joint), None) = (moving.next(), moving.next()) else { return *self };
+        let along = [jacobian[0][joint], jacobian[1][joint]];
         let square = dot(along, along).max(f64::MIN_POSITIVE);
         let part = |v: [f64; 2]| along.map(|a| a * (dot(along, v) / square));
         Task { velocity: part(self.velocity), correction: part(self.correction) }

@@ -219,7 +219,7 @@ impl<const N: usize> SafeState<N> {
         let centred = [0.0; N];
         let stick = match (self.phase, stick) {
             (Phase::Driving, stick) => stick,
-            (_, Stick::Tip(_) | Stick::Goal(_)) => Stick::Tip([0.0; 2]),
+            (_, Stick::Tip(_) | Stick::Goal(_)) => Stick::Tip(&[0.0; 2]),
             (_, Stick::Lever(axes)) => Stick::Lever(&centred[..axes.len().min(N)]),
             (_, Stick::Height(axes)) => Stick::Height(&centred[..axes.len().min(N)]),
         };
@@ -246,8 +246,7 @@ const ROUNDING: f64 = 1e-6;
 
 fn released(stick: Stick) -> bool {
     match stick {
-        Stick::Tip(axes) => axes == [0.0; 2],
-        Stick::Lever(axes) | Stick::Height(axes) => axes.iter().all(|d| *d == 0.0),
+        Stick::Tip(axes) | Stick::Lever(axes) | Stick::Height(axes) => axes.iter().all(|d| *d == 0.0),
         Stick::Goal(_) => false,
     }
 }

@@ -5,6 +5,9 @@
 //! the next step, so no inverse kinematics is needed and any chain will do. Joints beyond the first two revolute ones
 //! follow their measured positions: where the telescope lags, boom and jib make up for it.
 //!
+//! A crane that slews has its tip in a plane of its own (docs/theory/control/tip.md): the stick's third axis is the rate of the slewing
+//! joint. All three slow down together, so that the tip stays on its path.
+//!
 //! Under levers that hold the height (docs/theory/control/reference.md) the lags are those of the joints' rates.
 
 use crate::compression::MOST_COMPRESSION;
@@ -12,8 +15,10 @@ use crate::controller_model::{ControllerModel, Posture};
 use crate::holding::Leave;
 use crate::keep_out::{Caution, KeepOut};
 use crate::redundancy::{level, level_within, resolve, resolve_steadily, Motion, Preference, Task};
+use crate::slewing::SLEW;
 use crate::slow_down::joint_rates;
-use hydrocrane_num::{portable, Real, Vec2};
+use crate::wish::{Lags, Wish};
+use hydrocrane_num::{portable, Real, Vec2, Vec3};
 
 /// How the reference moves.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,54 +48,6 @@ hydrocrane_num::stored!([const N: usize] Shape<N> {
     keep_out: KeepOut,
     height_joint: usize,
 });
-
-/// What is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wish<const N: usize> {
-    /// Of the tip, m/s.
-    Tip([f64; 2]),
-    /// Of every joint, rad/s or m/s, while one holds the tip's height.
-    Joints([f64; N]),
-}
-
-impl<const N: usize> Wish<N> {
-    pub fn scaled(self, share: f64) -> Self {
-        match self {
-            Wish::Tip(velocity) => Wish::Tip(velocity.map(|v| v * share)),
-            Wish::Joints(rates) => Wish::Joints(rates.map(|rate| rate * share)),
-        }
-    }
-
-    pub fn is_zero(&self) -> bool {
-        match self {
-            Wish::Tip(velocity) => *velocity == [0.0; 2],
-            Wish::Joints(rates) => rates.iter().all(|rate| *rate == 0.0),
-        }
-    }
-}
-
-/// Two lags in a row of the velocity asked for.
-#[derive(Debug, Clone, Copy)]
-struct Lags<const K: usize>([[f64; K]; 2]);
-
-impl<const K: usize> Lags<K> {
-    fn at(velocity: [f64; K]) -> Self {
-        Lags([velocity; 2])
-    }
-
-    fn scaled(self, share: f64) -> Self {
-        Lags(self.0.map(|lag| lag.map(|v| v * share)))
-    }
-
-    fn follow(&mut self, wish: [f64; K], share: f64) -> [f64; K] {
-        let [first, second] = &mut self.0;
-        for r in 0..K {
-            first[r] += share * (wish[r] - first[r]);
-            second[r] += share * (first[r] - second[r]);
-        }
-        *second
-    }
-}
 
 impl<const N: usize> Shape<N> {
     /// Bandwidth of each lag where the crane's lowest natural frequency on its oil is `slowest_mode` (rad/s) and a motion uses
@@ -183,23 +140,26 @@ pub struct Reference<const N: usize> {
     tip: [f64; 2],
     /// On the way to limits and regions.
     caution: Caution,
-    lags: Lags<2>,
+    lags: Lags<3>,
     /// Of the joints' rates, under levers.
     joint_lags: Option<Lags<N>>,
     /// s
     period: f64,
     leaders: [bool; N],
+    slews: bool,
 }
 
 impl<const N: usize> Reference<N> {
     /// At rest at `q`, to be moved on once per `period` (s).
     pub fn at(model: &ControllerModel<N>, period: f64, q: [f64; N]) -> Self {
         let posture = model.posture(&q);
-        let revolute = model.mechanics.joints.map(|j| j.revolute);
+        let slews = model.slews();
+        let revolute: [bool; N] =
+            hydrocrane_num::array::from_fn(|i| model.mechanics.joints[i].revolute && !(slews && i == SLEW));
         let rank = |i: usize| revolute[..i].iter().filter(|&&r| r).count();
-        // Without two revolute joints every joint leads.
+        // Without two revolute joints in the plane every joint leads.
         let few = rank(N) < 2;
-        let leaders = hydrocrane_num::array::from_fn(|i| few || revolute[i] && rank(i) < 2);
+        let leaders = hydrocrane_num::array::from_fn(|i| few || slews && i == SLEW || revolute[i] && rank(i) < 2);
         Reference {
             set_point: posture.tip,
             q,
@@ -213,10 +173,11 @@ impl<const N: usize> Reference<N> {
             followed: 1.0,
             tip: posture.tip,
             caution: Caution::NONE,
-            lags: Lags::at([0.0; 2]),
+            lags: Lags::at([0.0; 3]),
             joint_lags: None,
             period,
             leaders,
+            slews,
         }
     }
 
@@ -224,22 +185,51 @@ impl<const N: usize> Reference<N> {
     pub fn speed(&self) -> f64 {
         match self.joint_lags {
             Some(_) => self.pace,
-            None => Vec2::<f64>::c(self.lags.0[1]).norm(),
+            None => self.moved(self.lags.0[1]).norm(),
         }
     }
 
-    /// Of the tip, m/s.
-    pub fn velocity(&self) -> [f64; 2] {
-        self.of_tip(self.rates)
+    /// Of the tip in the plane and across it, m/s.
+    pub fn velocity(&self) -> Vec3<f64> {
+        self.moved(self.of_tip(self.rates))
     }
 
-    /// Velocity of the tip at these rates of the joints, m/s.
-    fn of_tip(&self, rates: [f64; N]) -> [f64; 2] {
-        self.posture.jacobian.map(|row| (0..N).map(|i| row[i] * rates[i]).sum())
+    /// Velocity of the tip in the plane (m/s) at these rates of the joints, and the rate of the slewing joint, rad/s.
+    fn of_tip(&self, rates: [f64; N]) -> [f64; 3] {
+        let [x, z] = self.posture.jacobian.map(|row| (0..N).map(|i| row[i] * rates[i]).sum::<f64>());
+        [x, z, if self.slews { rates[SLEW] } else { 0.0 }]
     }
 
-    /// Velocity of the tip that a wish leads to where nothing slows it down, m/s.
-    pub fn towards(&self, shape: &Shape<N>, wish: &Wish<N>) -> [f64; 2] {
+    /// Of the tip in the plane and across it (m/s) at a velocity in the plane and a rate of the slewing joint, rad/s.
+    fn moved(&self, [x, z, slew]: [f64; 3]) -> Vec3<f64> {
+        self.posture.velocity([x, z], slew)
+    }
+
+    /// What asks for this velocity of the tip in the plane and across it, m/s. The slewing joint is asked for no more than its piston has at
+    /// full lever, `full` retracting and extending, m/s.
+    pub fn asked(&self, [x, z, across]: [f64; 3], full: &[[f64; 2]; N]) -> Wish<N> {
+        if across == 0.0 {
+            return Wish::Tip([x, z, 0.0]);
+        }
+        let lever_arm = self.posture.lever_arm[SLEW];
+        let most = full[SLEW][usize::from(across * lever_arm > 0.0)] / lever_arm.abs().max(LEAST_LEVER_ARM);
+        Wish::Tip([x, z, (across / self.posture.across).max(-most).min(most)])
+    }
+
+    /// From the tip, which is at this place of the plane (m) with the slewing joint at `slew` (rad), to the set-point, in the plane and
+    /// across it, m.
+    pub fn lag(&self, tip: [f64; 2], slew: f64) -> Vec3<f64> {
+        let [x, z] = self.set_point;
+        self.posture.velocity([x - tip[0], z - tip[1]], self.q[SLEW] - slew)
+    }
+
+    /// Velocity of the tip in the plane and across it that a wish leads to where nothing slows it down, m/s.
+    pub fn towards(&self, shape: &Shape<N>, wish: &Wish<N>) -> Vec3<f64> {
+        self.moved(self.wished(shape, wish))
+    }
+
+    /// The same with the rate of the slewing joint, rad/s.
+    fn wished(&self, shape: &Shape<N>, wish: &Wish<N>) -> [f64; 3] {
         match wish {
             Wish::Tip(velocity) => *velocity,
             Wish::Joints(rates) => self.of_tip(level(&self.posture.jacobian, rates, shape.height_joint)),
@@ -256,7 +246,7 @@ impl<const N: usize> Reference<N> {
         let bandwidth = bandwidth.min(self.bandwidth);
         let kept = portable::exp(-bandwidth * self.period);
         let time = kept * self.period / (1.0 - kept);
-        let [first, second] = self.joint_lags.map_or(self.lags, |_| Lags::at(self.velocity())).0;
+        let [first, second] = self.joint_lags.map_or(self.lags, |_| Lags::at(self.of_tip(self.rates))).0;
         hydrocrane_num::array::from_fn(|r| self.set_point[r] + time * (first[r] + second[r]))
     }
 
@@ -283,9 +273,9 @@ impl<const N: usize> Reference<N> {
         }
         let slowed = self.slowed(shape, shaped);
         let velocity = self.towards(shape, &slowed);
-        let speed = Vec2::<f64>::c(velocity).norm();
-        let prefer = self.preference(model, shape, &posture, &now.piston, speed);
-        let prefer = Preference { rates: self.going_on(velocity, &prefer.rates, bandwidth), ..prefer };
+        let speed = velocity.norm();
+        let prefer = self.preference(model, shape, &posture, &now.piston, velocity.in_plane().norm());
+        let prefer = Preference { rates: self.going_on(velocity.in_plane(), &prefer.rates, bandwidth), ..prefer };
         let Motion { rates, scale } = self.motion(shape, &slowed, &self.correction(shape, now), &prefer);
         let next = model.at(&hydrocrane_num::array::from_fn(|i| self.q[i] + rates[i] * self.period));
         let most = self.caution.rate * self.period;
@@ -308,8 +298,8 @@ impl<const N: usize> Reference<N> {
         self.followed = now.following.max(if slow { self.followed + kept - 1.0 } else { 0.0 });
         let share = self.leave.share.min(model.pump_share(&pistons, &now.pressures)).min(held).min(self.followed);
         let (rates, scale) = (rates.map(|rate| rate * share), scale * share);
-        for r in 0..2 {
-            self.set_point[r] += scale * velocity[r] * self.period;
+        for (place, velocity) in self.set_point.iter_mut().zip([velocity.x, velocity.z]) {
+            *place += scale * velocity * self.period;
         }
         for i in 0..N {
             self.q[i] += rates[i] * self.period;
@@ -359,8 +349,8 @@ impl<const N: usize> Reference<N> {
 
     /// Rates that go on as they are, slower where the tip is, and approach those `preferred` behind a lag: where a limit lets a joint
     /// go, as in every fast stop, the way in which the joints share the motion would else jump, and excite the oil.
-    fn going_on(&self, velocity: [f64; 2], preferred: &[f64; N], bandwidth: f64) -> [f64; N] {
-        let (now, before) = (Vec2::<f64>::c(velocity), Vec2::c(self.velocity()));
+    fn going_on(&self, now: Vec2<f64>, preferred: &[f64; N], bandwidth: f64) -> [f64; N] {
+        let before = self.velocity().in_plane();
         let kept = (now.dot(before) / before.dot(before).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         let share = portable::exp(-bandwidth * self.period);
         hydrocrane_num::array::from_fn(|i| preferred[i] + share * (kept * self.rates[i] - preferred[i]))
@@ -369,11 +359,13 @@ impl<const N: usize> Reference<N> {
     /// A wish slowed down before regions to keep out of.
     pub fn slowed(&self, shape: &Shape<N>, wish: Wish<N>) -> Wish<N> {
         match wish {
-            Wish::Tip(velocity) => Wish::Tip(self.kept_out(shape, velocity)),
+            Wish::Tip([x, z, slew]) => {
+                let left = self.kept_out(shape, [x, z]);
+                Wish::Tip([left[0], left[1], slew * share(left, [x, z])])
+            }
             Wish::Joints(_) => {
-                let velocity = self.towards(shape, &wish);
-                let left = Vec2::<f64>::c(self.kept_out(shape, velocity)).norm();
-                wish.scaled(left / Vec2::<f64>::c(velocity).norm().max(f64::MIN_POSITIVE))
+                let [x, z, _] = self.wished(shape, &wish);
+                wish.scaled(share(self.kept_out(shape, [x, z]), [x, z]))
             }
         }
     }
@@ -419,13 +411,33 @@ impl<const N: usize> Reference<N> {
                 });
                 let bounds = hydrocrane_num::array::from_fn(|i| prefer.bounds[i].map(|bound| bound - led[i]));
                 let prefer = Preference { bounds, ..*prefer };
-                let Motion { rates, scale } = resolve_steadily(jacobian, &Task { velocity, correction }, &prefer);
+                let Motion { rates, scale } = self.resolved(resolve_steadily, velocity, correction, &prefer);
                 Motion { rates: hydrocrane_num::array::from_fn(|i| led[i] + rates[i]), scale }
             }
             Wish::Joints(rates) => {
                 level_within(jacobian, &rates, shape.height_joint, correction.velocity[1], &prefer.bounds)
             }
         }
+    }
+
+    /// Rates of the joints for a velocity in the plane with its `correction` (m/s) and the slewing joint's rate (rad/s), all slowed down by
+    /// one share.
+    fn resolved(
+        &self,
+        resolve: fn(&[[f64; N]; 2], &Task, &Preference<N>) -> Motion<N>,
+        [x, z, slew]: [f64; 3],
+        correction: [f64; 2],
+        prefer: &Preference<N>,
+    ) -> Motion<N> {
+        let bound = prefer.bounds[SLEW][usize::from(slew > 0.0)];
+        let allowed = if slew == 0.0 { 1.0 } else { (bound / slew).clamp(0.0, 1.0) };
+        let task = Task { velocity: [allowed * x, allowed * z], correction };
+        let Motion { mut rates, scale } = resolve(&self.posture.jacobian, &task, prefer);
+        let scale = allowed * scale;
+        if self.slews {
+            rates[SLEW] = scale * slew;
+        }
+        Motion { rates, scale }
     }
 
     /// Rates with which the leading joints alone correct the path, as far as they can: a joint that follows its measured position and
@@ -472,9 +484,7 @@ impl<const N: usize> Reference<N> {
             bounds[i] = UNBOUNDED;
             let prefer = Preference { bounds, ..prefer };
             let freed = match *wish {
-                Wish::Tip(velocity) => {
-                    resolve(&self.posture.jacobian, &Task { velocity, correction: [0.0; 2] }, &prefer)
-                }
+                Wish::Tip(velocity) => self.resolved(resolve, velocity, [0.0; 2], &prefer),
                 Wish::Joints(_) => self.motion(shape, wish, &nothing, &prefer),
             };
             if freed.scale >= least {
@@ -491,7 +501,7 @@ impl<const N: usize> Reference<N> {
         match wish {
             Wish::Tip(velocity) => {
                 if self.joint_lags.take().is_some() {
-                    self.lags = Lags::at(self.velocity());
+                    self.lags = Lags::at(self.of_tip(self.rates));
                 }
                 Wish::Tip(self.lags.follow(velocity, share))
             }
@@ -513,10 +523,20 @@ impl<const N: usize> Reference<N> {
 
     /// Stops where it is.
     pub fn stand(&mut self) {
-        (self.lags, self.joint_lags) = (Lags::at([0.0; 2]), None);
+        (self.lags, self.joint_lags) = (Lags::at([0.0; 3]), None);
         self.rates = [0.0; N];
         self.acceleration = [0.0; N];
         self.pace = 0.0;
+    }
+}
+
+/// Length of `left` as a share of that of `whole`, all of it where that has none.
+fn share(left: [f64; 2], whole: [f64; 2]) -> f64 {
+    let [left, whole] = [left, whole].map(|velocity| Vec2::<f64>::c(velocity).norm());
+    if whole > 0.0 {
+        left / whole
+    } else {
+        1.0
     }
 }
 

@@ -54,11 +54,21 @@ pub fn checked<const N: usize>(m: &Measurement) -> Result<([f64; N], [[f64; 2]; 
     Ok((hydrocrane_num::array::from_fn(|i| m.q[i]), hydrocrane_num::array::from_fn(|i| m.p[i])))
 }
 
-/// The tip's stick inside its range.
-pub fn checked_stick(stick: Stick) -> Result<[f64; 2], Fault> {
+/// The tip's stick inside its range: forward, up, and across for a crane that `slews`.
+pub fn checked_stick(stick: Stick, slews: bool) -> Result<[f64; 3], Fault> {
     match stick {
-        Stick::Tip(s) if s.iter().all(|s| s.abs() <= 1.0) => Ok(s),
-        Stick::Tip(_) => Err(Fault::BadStick),
+        Stick::Tip(axes) => {
+            let stick = match *axes {
+                [x, z] => [x, z, 0.0],
+                [x, z, across] if slews => [x, z, across],
+                _ => return Err(Fault::StickAxes(axes.len(), if slews { "x, z and slew" } else { "x and z" })),
+            };
+            if stick.iter().all(|s| s.abs() <= 1.0) {
+                Ok(stick)
+            } else {
+                Err(Fault::BadStick)
+            }
+        }
         Stick::Lever(_) | Stick::Height(_) | Stick::Goal(_) => Err(Fault::WrongStick("tip")),
     }
 }
@@ -103,7 +113,10 @@ mod tests {
         assert_eq!(checked::<2>(&m).map(|_| ()), Err(Fault::BadMeasurement(Reading::Pressures(0))));
         let far = Measurement { q: &[-1e300], p: &[[0.0; 2]], ..m };
         assert_eq!(checked::<1>(&far), Err(Fault::BadMeasurement(Reading::Joint(0))));
-        assert_eq!(checked_stick(Stick::Tip([0.0, f64::NAN])), Err(Fault::BadStick));
-        assert_eq!(checked_stick(Stick::Lever(&[0.0])), Err(Fault::WrongStick("tip")));
+        assert_eq!(checked_stick(Stick::Tip(&[0.0, f64::NAN]), false), Err(Fault::BadStick));
+        assert_eq!(checked_stick(Stick::Tip(&[0.0, 0.5]), true), Ok([0.0, 0.5, 0.0]));
+        assert_eq!(checked_stick(Stick::Tip(&[0.0, 0.5, 0.1]), true), Ok([0.0, 0.5, 0.1]));
+        assert_eq!(checked_stick(Stick::Tip(&[0.0, 0.5, 0.1]), false), Err(Fault::StickAxes(3, "x and z")));
+        assert_eq!(checked_stick(Stick::Lever(&[0.0]), false), Err(Fault::WrongStick("tip")));
     }
 }

@@ -16,17 +16,18 @@ use crate::observer;
 use crate::oil_modes::OilModes;
 use crate::point_to_point::{Stretch, Travel};
 use crate::readings::Readings;
-use crate::set_point::{Means, Reference, Wish, STANDING};
+use crate::set_point::{Means, Reference, STANDING};
 use crate::signal::Signal;
+use crate::slewing::SLEW;
 use crate::slow_down::checked;
 use crate::standstill::Standstill;
 pub use crate::tip_settings::Settings;
 use crate::wanted::Wanted;
 use crate::weighing::Weighing;
+use crate::wish::Wish;
 #[cfg(feature = "std")]
 use crate::{controller::Told, notice::Names, reach, valve_learning::LearntValve};
-use hydrocrane_num::{Real, Vec2};
-use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
+use hydrocrane_num::{Real, Vec2, Vec3};
 
 #[derive(Clone)]
 pub struct Tip<const N: usize> {
@@ -200,11 +201,11 @@ impl<const N: usize> State<N> {
         model: &ControllerModel<N>,
         s: &Settings<N>,
         wish: &Wish<N>,
-        lag: Vec2<f64>,
+        lag: Vec3<f64>,
         now: &Means<N>,
         waiting: f64,
     ) {
-        let led_back = waiting < BLOCKED && Vec2::<f64>::c(self.reference.towards(&s.shape, wish)).dot(lag) < 0.0;
+        let led_back = waiting < BLOCKED && self.reference.towards(&s.shape, wish).dot(lag) < 0.0;
         self.led_back = if led_back { self.led_back + s.period } else { 0.0 };
         if self.led_back >= LED_BACK {
             self.led_back = 0.0;
@@ -227,7 +228,7 @@ impl<const N: usize> State<N> {
         now: &Means<N>,
         waiting: f64,
     ) {
-        let speed = |wish: &Wish<N>| Vec2::<f64>::c(self.reference.towards(&s.shape, wish)).norm();
+        let speed = |wish: &Wish<N>| self.reference.towards(&s.shape, wish).norm();
         let asked = speed(wish);
         // A goal is given up only where the tip hardly gets any nearer.
         let least = if self.travel.is_some() { asked.min(CREEPING / BLOCKED) } else { asked };
@@ -261,7 +262,7 @@ impl<const N: usize> State<N> {
     fn wish(&mut self, s: &Settings<N>, stick: Wanted<N>) -> Wish<N> {
         let wish = match stick {
             Wanted::Goal(goal) => return Wish::Tip(self.towards_goal(s, goal)),
-            Wanted::Velocity(velocity) => Wish::Tip(velocity),
+            Wanted::Velocity(velocity) => self.reference.asked(velocity, &s.lever_speeds),
             Wanted::Levers(levers) => Wish::Joints(self.reference.lever_rates(&s.shape, &s.lever_speeds, &levers)),
         };
         if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
@@ -270,8 +271,8 @@ impl<const N: usize> State<N> {
         wish
     }
 
-    /// The velocity that leads to a goal, m/s.
-    fn towards_goal(&mut self, s: &Settings<N>, goal: Goal) -> [f64; 2] {
+    /// The velocity that leads to a goal in the plane, m/s.
+    fn towards_goal(&mut self, s: &Settings<N>, goal: Goal) -> [f64; 3] {
         // The share of the speed may change on the way.
         let same = |travel: &Travel| (travel.goal.given, travel.goal.place) == (goal.given, goal.place);
         let mut travel = self.travel.filter(same).unwrap_or_else(|| Travel::to(goal, self.asked));
@@ -285,11 +286,8 @@ impl<const N: usize> State<N> {
         let asked = bandwidth * Vec2::<f64>::c(left).norm();
         travel.over |= asked.max(self.reference.speed()) < STANDING;
         self.travel = Some(travel);
-        if travel.over {
-            [0.0; 2]
-        } else {
-            velocity
-        }
+        let [x, z] = if travel.over { [0.0; 2] } else { velocity };
+        [x, z, 0.0]
     }
 
     /// Whether the tip, whose set-point is at its goal, is still brought nearer: on soft oil it comes there later.
@@ -318,8 +316,8 @@ impl<const N: usize> State<N> {
     }
 
     /// Tells that the tip was off its path, though it may come later or sooner, and which error of the model is likely.
-    fn look_for_straying(&mut self, s: &Settings<N>, lag: Vec2<f64>, measured: &Posture<N>) {
-        let (velocity, most) = (Vec2::c(self.reference.velocity()), STRAYED * s.lag_limit + self.blur);
+    fn look_for_straying(&mut self, s: &Settings<N>, lag: Vec3<f64>, measured: &Posture<N>) {
+        let (velocity, most) = (self.reference.velocity(), STRAYED * s.lag_limit + self.blur);
         let velocity = Some(velocity).filter(|velocity| velocity.norm() > STANDING);
         let Some(off) = self.straying.watch(lag, velocity, most, self.still > 0.0, s.period) else { return };
         let share = |c: &usize| self.drives[*c].error().square() * measured.tip_per_stroke(*c).square();
@@ -403,13 +401,13 @@ impl<const N: usize> State<N> {
         } else if let Some(payload) = model.payload_of(&at, &force).filter(|_| self.forces_known) {
             self.payload += (s.period / WEIGHING).min(1.0) * (payload - self.payload);
         }
-        let mass = model.mechanics.mass_matrix(&at.pose, self.payload);
+        let mass = model.mass_matrix(&at.pose, self.payload);
         let modes = model.oil_modes(&mass, &measured.lever_arm, &stiffness);
         self.slowest = modes.slowest();
         let holding = model.holding(&at, &mass, self.payload, &stiffness);
         self.look_for_runaways(&holding);
         let wish = self.wish(s, stick);
-        self.asked = if let Wish::Tip(velocity) = wish { velocity } else { [0.0; 2] };
+        self.asked = if let Wish::Tip([x, z, _]) = wish { [x, z] } else { [0.0; 2] };
         let moving = self.reference.moving(&wish) || self.corrects(s, &measured, &counts);
         self.still = if moving { 0.0 } else { self.still + s.period };
         let rest = self.still >= s.settling;
@@ -437,7 +435,7 @@ impl<const N: usize> State<N> {
             let strokes = hydrocrane_num::array::from_fn(|c| measured.stroke[c] + ways[c]);
             let [observed, seen] = [observed, seen].map(|joints| measured.joints_at(&joints, &strokes));
             let tip = measured.tip_at(q, &seen);
-            let lag = Vec2::<f64>::c(self.reference.set_point) - Vec2::c(tip);
+            let lag = self.reference.lag(tip, seen[SLEW]);
             // 1 with the tip at its set-point, 0 with the tip too far behind.
             let waiting = (2.0 - 2.0 * lag.norm() / s.lag_limit).clamp(0.0, 1.0);
             let piston = self.of_each(Drive::range);
@@ -542,7 +540,7 @@ impl<const N: usize> Controller for Tip<N> {
         spool: &mut [f64],
     ) -> Result<(), Fault> {
         let (q, p) = self.checked(measured)?;
-        let stick = Wanted::by(stick, self.settings.full_speed)?;
+        let stick = Wanted::by(stick, self.settings.full_speed, self.model.slews())?;
         let state = match &mut self.state {
             Some(state) => state,
             none => State::begin(none, &self.model, &self.settings, q, &p),
@@ -566,6 +564,9 @@ impl<const N: usize> Controller for Tip<N> {
 
     #[cfg(feature = "std")]
     fn refuses(&self, place: [f64; 2]) -> Option<String> {
+        if self.model.slews() {
+            return Some("goals lie in a plane, and this crane slews; move it with the sticks".to_string());
+        }
         let keep_out = &self.settings.shape.keep_out;
         let margin = keep_out.margin + self.state.as_ref().map_or(0.0, |state| state.blur);
         reach::refusal(&self.model, keep_out, margin, place)
@@ -577,6 +578,10 @@ impl<const N: usize> Controller for Tip<N> {
 
     fn set_point(&self) -> Option<[f64; 2]> {
         self.state.as_ref().map(|s| s.reference.set_point)
+    }
+
+    fn set_point_in_space(&self) -> Option<[f64; 3]> {
+        self.state.as_ref().map(|s| self.model.in_space(s.reference.set_point, &s.reference.q))
     }
 
     #[cfg(feature = "std")]

@@ -250,7 +250,7 @@ unsafe fn step(
             return Status::OtherSpools;
         }
         let stick = match (mode, &axes[..count]) {
-            (TIP, &[x, z]) => Stick::Tip([x, z]),
+            (TIP, axes) => Stick::Tip(axes),
             (LEVERS, levers) if count == N => Stick::Lever(levers),
             (HEIGHT, levers) if count == N => Stick::Height(levers),
             _ => return Status::BadStick,
@@ -265,7 +265,7 @@ unsafe fn step(
     }, else Status::OtherJoints)
 }
 
-/// Where the controller wants the tip (x, z), m.
+/// Where the controller wants the tip (x, z), m; of a crane that slews with the slewing joint turned back to zero.
 ///
 /// # Safety
 /// `memory` must be null or have been given to `hydrocrane_create`, `place` null or hold two numbers.

@@ -54,7 +54,7 @@ impl From<Fault> for Status {
     fn from(fault: Fault) -> Self {
         match fault {
             Fault::BadMeasurement(_) => Status::BadMeasurement,
-            Fault::BadStick | Fault::BadGoal(_) => Status::BadStick,
+            Fault::BadStick | Fault::StickAxes(..) | Fault::BadGoal(_) => Status::BadStick,
             Fault::WrongStick(_) => Status::WrongStick,
             Fault::NoCommand => Status::NoCommand,
             Fault::TooFewRevolute(_) => Status::TooFewRevolute,

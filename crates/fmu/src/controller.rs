@@ -59,7 +59,7 @@ impl ControllerPart {
             parameters: all,
             stale: false,
             readings: first_readings(model.as_ref()),
-            sticks: vec![0.0; if name == LEVER { machine.cylinders.len() } else { 2 }],
+            sticks: vec![0.0; if name == LEVER { machine.cylinders.len() } else { machine.tip_axes().len() }],
             command: vec![0.0; machine.cylinders.len()],
             model,
             name,
@@ -84,7 +84,7 @@ impl ControllerPart {
             all.push(reading.starting(self.readings[i]));
         }
         for i in 0..self.sticks.len() {
-            let axis = if self.name == LEVER { machine.cylinders[i].name.as_str() } else { ["x", "z"][i] };
+            let axis = if self.name == LEVER { machine.cylinders[i].name.as_str() } else { machine.tip_axes()[i] };
             let text = format!("deflection of the stick {axis}");
             let stick = Variable::new(&format!("stick.{axis}"), Kind::Stick(i), Use::Input, "", text);
             all.push(stick.starting(0.0).within([-1.0, 1.0]));
@@ -98,9 +98,10 @@ impl ControllerPart {
             all.push(Variable::new(&name, Kind::Command(c), Use::Output, "m", text).about(cylinder.valve.stroke));
         }
         if self.name != LEVER {
-            for (i, axis) in ["x", "z"].into_iter().enumerate() {
+            for i in self.model.tip_axes() {
+                let axis = ["x", "y", "z"][*i];
                 let text = format!("where the controller wants the tip, {axis}");
-                all.push(Variable::new(&format!("set_point.{axis}"), Kind::SetPoint(i), Use::Output, "m", text));
+                all.push(Variable::new(&format!("set_point.{axis}"), Kind::SetPoint(*i), Use::Output, "m", text));
             }
         }
         all
@@ -182,8 +183,7 @@ impl ControllerPart {
         let mut going = self.begun(&measured)?;
         let stick = match (self.name.as_str(), self.sticks.as_slice()) {
             (LEVER, levers) => Stick::Lever(levers),
-            (_, &[x, z]) => Stick::Tip([x, z]),
-            (_, levers) => Stick::Lever(levers),
+            (_, axes) => Stick::Tip(axes),
         };
         let answer = going.controller.step(&measured, stick, &mut self.command);
         let fault = answer.err().map(|fault| format!("the spools are centred: {fault}"));
@@ -203,9 +203,9 @@ impl ControllerPart {
     }
 
     fn set_point(&self, axis: usize) -> f64 {
-        let wanted = self.going.as_ref().and_then(|going| going.controller.set_point());
+        let wanted = self.going.as_ref().and_then(|going| going.controller.set_point_in_space());
         let (q, _) = self.measured();
-        wanted.unwrap_or_else(|| self.model.tip_in_plane(&q))[axis]
+        wanted.unwrap_or_else(|| self.model.tip(&q))[axis]
     }
 }
 

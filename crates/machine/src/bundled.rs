@@ -21,6 +21,7 @@ pub fn bundled_scenarios() -> &'static [(&'static str, &'static str)] {
         "heinze-2007-open-loop",
         "hiab-lift",
         "forwarder-swing",
+        "forwarder-tip",
         "single-cylinder-step",
         "rig-small-sine",
         "rig-constant-velocity",

@@ -7,7 +7,7 @@
 pub use crate::chain::*;
 pub use crate::circuit::*;
 pub use crate::document::Place;
-use crate::keys;
+use crate::keys::{self, TIP_AXES};
 use crate::number::Number;
 pub use crate::pressure_source::*;
 use std::borrow::Cow;
@@ -60,6 +60,36 @@ impl<T> Machine<T> {
 }
 
 impl Machine {
+    /// Whether the first joint slews: it turns all others about the vertical axis of the machine's frame, and these move in one plane
+    /// along it. A machine in space that does not has no such plane.
+    pub fn slews(&self) -> bool {
+        let upright = |joint: &Joint| matches!(joint.turning_axis(), [0.0, 0.0, _]);
+        let across = |joint: &Joint| matches!(joint.turning_axis(), [0.0, _, 0.0]);
+        self.joints.split_first().is_some_and(|(first, rest)| upright(first) && rest.iter().all(across))
+    }
+
+    /// Where a tip at (x, y, z) can be in the plane in which regions lie, (x, z), m: of a machine that slews, with the first joint turned back to
+    /// zero, before the axis or behind it.
+    pub fn sections(&self, [x, y, z]: [f64; 3]) -> [[f64; 2]; 2] {
+        if !self.slews() {
+            return [[x, z]; 2];
+        }
+        let [axis_x, axis_y, _] = self.joints[0].at_in_space();
+        let aside = self.joints[1..].iter().map(|joint| joint.aside).sum::<f64>() + self.tip.aside;
+        let (dx, dy) = (x - axis_x, y - axis_y);
+        let along = libm::sqrt((dx * dx + dy * dy - aside * aside).max(0.0));
+        [[axis_x + along, z], [axis_x - along, z]]
+    }
+
+    /// Axes of the stick that moves the tip: forward, up, and across where the machine slews.
+    pub fn tip_axes(&self) -> &'static [&'static str] {
+        if self.slews() {
+            &TIP_AXES
+        } else {
+            &TIP_AXES[..2]
+        }
+    }
+
     /// A digest of the values and choices that the file states (FNV-1a, 64 bits), whatever their order and notation, and
     /// however many files they stand in.
     pub fn contents(&self) -> String {

@@ -1,6 +1,6 @@
 //! Parameters as bytes, for a machine without an operating system: one function visits their numbers, for writing and for reading.
 
-use crate::{Archive, Vec2};
+use crate::{Archive, Vec2, Vec3};
 
 /// A value that is written number by number and read back to the bit.
 pub trait Stored: Sized {
@@ -123,6 +123,7 @@ impl<T: Stored> Stored for Option<T> {
 }
 
 stored!([] Vec2<f64> { x: f64, z: f64 });
+stored!([] Vec3<f64> { x: f64, y: f64, z: f64 });
 
 #[cfg(test)]
 mod tests {

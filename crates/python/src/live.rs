@@ -9,6 +9,7 @@ use crate::run::{cylinders, Host};
 use crate::scenario::ScenarioEntry;
 use crate::simulation::seen;
 use hydrocrane_machine::scenario::Scenario;
+use hydrocrane_machine::TIP_AXES;
 use hydrocrane_sim::assembly::{assemble, RunSettings};
 use hydrocrane_sim::{Playback, PlayedStage, StickKind, Sticks};
 use numpy::PyArray1;
@@ -30,7 +31,7 @@ impl LiveSimulator {
 
     fn axes_of(&self, sticks: &Sticks) -> Vec<String> {
         match sticks.kind {
-            StickKind::Tip => vec!["x".to_string(), "z".to_string()],
+            StickKind::Tip => TIP_AXES[..sticks.axes].iter().map(|axis| axis.to_string()).collect(),
             _ => self.cylinders.clone(),
         }
     }
@@ -180,8 +181,10 @@ impl LiveSimulator {
     }
 
     #[getter]
-    fn set_point(&self) -> Option<[f64; 2]> {
-        self.playback().live.set_point()
+    fn set_point(&self) -> Option<Vec<f64>> {
+        let playback = self.playback();
+        let axes = playback.live.model().tip_axes();
+        playback.live.set_point().map(|place| axes.iter().map(|axis| place[*axis]).collect())
     }
 
     #[getter]

@@ -218,8 +218,8 @@ impl Machine {
         regions.map(|(name, corners)| Ok((name.clone(), matrix(py, corners.concat(), 2)?))).collect()
     }
     fn clearance<'py>(&self, py: Python<'py>, places: Rows<'py>) -> Vector<'py> {
-        let places = rows(&places, 2, "places")?;
-        Ok(vector(py, places.chunks_exact(2).map(|p| self.model.clearance([p[0], p[1]])).collect()))
+        let places = rows(&places, 3, "places")?;
+        Ok(vector(py, places.chunks_exact(3).map(|p| self.model.clearance([p[0], p[1], p[2]])).collect()))
     }
     /// Heights of the undersides of `loads` (kg, one per place) at the tip above the ground, m.
     fn heights_above_ground<'py>(&self, py: Python<'py>, places: Rows<'py>, loads: Row<'py>) -> Vector<'py> {
@@ -357,6 +357,11 @@ impl Machine {
     #[getter]
     fn tip_axes(&self) -> Vec<&'static str> {
         self.model.tip_axes().iter().map(|axis| ["x", "y", "z"][*axis]).collect()
+    }
+    /// Names of the axes of the stick that moves the tip.
+    #[getter]
+    fn stick_axes(&self) -> &'static [&'static str] {
+        self.model.machine().tip_axes()
     }
     fn tip<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Matrix<'py> {
         let tips = self.over_q(py, &q, 3, |m, q, out| out.copy_from_slice(&m.tip(q)))?;

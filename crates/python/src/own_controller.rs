@@ -63,8 +63,7 @@ impl Controller for PythonController {
             return Err(fault.clone());
         }
         let answer = match stick {
-            Stick::Tip(axes) => self.ask("step", measured, Some(&axes)),
-            Stick::Lever(axes) | Stick::Height(axes) => self.ask("step", measured, Some(axes)),
+            Stick::Tip(axes) | Stick::Lever(axes) | Stick::Height(axes) => self.ask("step", measured, Some(axes)),
             Stick::Goal(_) => return Err(Fault::WrongStick("tip")),
         };
         let command = answer?;
@@ -77,6 +76,10 @@ impl Controller for PythonController {
     }
 
     fn set_point(&self) -> Option<[f64; 2]> {
+        self.set_point_in_space().map(|[x, _, z]| [x, z])
+    }
+
+    fn set_point_in_space(&self) -> Option<[f64; 3]> {
         Python::attach(|py| {
             self.object.call_method0(py, "set_point").and_then(|point| point.extract(py)).ok().flatten()
         })

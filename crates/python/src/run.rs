@@ -206,7 +206,9 @@ fn samples_of<'py>(py: Python<'py>, rows: Samples, stage: &AssembledStage) -> Py
     samples.set_item("t", vector(py, rows.times))?;
     samples.set_item("measured", matrix(py, rows.measured, signals.len())?)?;
     samples.set_item("sticks", matrix(py, rows.sticks, axes)?)?;
-    samples.set_item("set_points", matrix(py, rows.set_points.concat(), 2)?)?;
+    let places = stage.model.tip_axes();
+    let set_points = rows.set_points.iter().flat_map(|place| places.iter().map(|axis| place[*axis]));
+    samples.set_item("set_points", matrix(py, set_points.collect(), places.len())?)?;
     samples.set_item("commands", matrix(py, rows.commands, stage.model.layout().joints())?)?;
     let learnt = rows.learnt.iter().flat_map(|v| [v.chain.offset, v.chain.gain, v.chain.dead_band, v.leakage]);
     samples.set_item("learnt", matrix(py, learnt.collect(), 4)?)?;

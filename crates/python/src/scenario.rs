@@ -7,7 +7,7 @@ use hydrocrane_machine::scenario::{
     stated, Burst, BurstEntry, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario,
     Solver, SpoolCommand, StickMode, SupplyPressure,
 };
-use hydrocrane_machine::suggestion;
+use hydrocrane_machine::{suggestion, TIP_AXES};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -224,7 +224,8 @@ impl ControllerEntry<'_> {
 impl JoystickEntry<'_> {
     fn joystick(&self, cylinders: &[&str]) -> PyResult<Joystick> {
         let (mode, names) = match self.mode.as_str() {
-            "tip" => (StickMode::Tip, &["x", "z"][..]),
+            "tip" if self.axes.iter().any(|(axis, _)| axis == TIP_AXES[2]) => (StickMode::Tip, &TIP_AXES[..]),
+            "tip" => (StickMode::Tip, &TIP_AXES[..2]),
             "height" => (StickMode::Height, cylinders),
             _ => (StickMode::Lever, cylinders),
         };

@@ -12,6 +12,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 pub struct SteppedController {
     inner: Mutex<Box<dyn Controller>>,
     cylinders: usize,
+    /// Those of (x, y, z) along which the tip moves.
+    axes: &'static [usize],
 }
 
 impl SteppedController {
@@ -28,7 +30,8 @@ impl SteppedController {
         let model = &machine.model;
         let controller = model.controller(name).map_err(PyValueError::new_err)?;
         let controller = if monitor { model.with_sensor_monitor(controller, delay) } else { controller };
-        Ok(SteppedController { inner: Mutex::new(controller), cylinders: model.machine().cylinders.len() })
+        let (cylinders, axes) = (model.machine().cylinders.len(), model.tip_axes());
+        Ok(SteppedController { inner: Mutex::new(controller), cylinders, axes })
     }
 
     fn reset(&self, t: f64, q: Vec<f64>, p: Vec<[f64; 2]>) {
@@ -45,7 +48,7 @@ impl SteppedController {
         axes: Vec<f64>,
     ) -> PyResult<(Vec<f64>, Option<String>, Vec<String>)> {
         let stick = match (mode, axes.as_slice()) {
-            ("tip", &[x, z]) => Stick::Tip([x, z]),
+            ("tip", axes) => Stick::Tip(axes),
             ("lever", axes) => Stick::Lever(axes),
             ("height", axes) => Stick::Height(axes),
             _ => return Err(PyValueError::new_err(format!("no stick of mode `{mode}` has {} axes", axes.len()))),
@@ -66,8 +69,9 @@ impl SteppedController {
     }
 
     #[getter]
-    fn set_point(&self) -> Option<[f64; 2]> {
-        self.inner().set_point()
+    fn set_point(&self) -> Option<Vec<f64>> {
+        let place = self.inner().set_point_in_space()?;
+        Some(self.axes.iter().map(|axis| place[*axis]).collect())
     }
 }
 

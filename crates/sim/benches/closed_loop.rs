@@ -61,11 +61,12 @@ impl<'a> Loop<'a> {
             "tip" => (StickKind::Tip, |up| vec![0.0, 0.1 * up]),
             _ => (StickKind::Lever, |up| vec![0.5 * up, 0.3 * up, -0.2 * up]),
         };
+        let axes = row(0.0).len();
         let sticks = Sticks {
             times: vec![0.5, 3.5, 4.0, 7.0],
             deflections: [1.0, 0.0, -1.0, 0.0].into_iter().flat_map(row).collect(),
             ramp: 0.2,
-            ..Sticks::centred(kind, 3)
+            ..Sticks::centred(kind, axes)
         };
         Loop {
             model,
@@ -138,7 +139,7 @@ impl<'a> Loop<'a> {
             for (k, &t) in samples.times.iter().enumerate() {
                 let measured = Measurement { t, q: &samples.measured[k * width..][..3], p: &pressures[k] };
                 let at = &samples.sticks[k * axes..][..axes];
-                let stick = if axes == 2 { Stick::Tip([at[0], at[1]]) } else { Stick::Lever(at) };
+                let stick = if axes == 2 { Stick::Tip(at) } else { Stick::Lever(at) };
                 controller.step(&measured, stick, &mut spool).expect("readings of a good run");
                 black_box(&spool);
             }

@@ -13,8 +13,10 @@ use hydrocrane_plant::{Crane, Hydraulics, Plant, StateSpace};
 /// The crane in the controller model: exact, but without bristle damping and without the ground.
 pub fn controller_model<const N: usize>(crane: &Crane<N>) -> ControllerModel<N> {
     let Plant { mechanics, actuations, fluid, supply_pressures, .. } = *crane.plant();
+    let slewing = crane.plant().space().filter(|_| crane.machine().slews());
     ControllerModel {
         mechanics,
+        space: slewing.copied(),
         actuations,
         cylinders: hydrocrane_num::array::from_fn(|c| cylinder_model(crane, c)),
         fluid,

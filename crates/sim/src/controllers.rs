@@ -31,10 +31,14 @@ const LEVER_PERIOD: f64 = 0.01;
 /// The controller `name` for a crane, with the machine's period and gains if stated.
 fn kind<const N: usize>(crane: &Crane<N>, model: &ControllerModel<N>, name: &str) -> Result<Kind<N>, String> {
     let machine = crane.machine();
-    if machine.is_spatial() && CONTROLLERS.contains(&name) {
+    if machine.is_spatial() && CONTROLLERS.contains(&name) && !(name == "tip" && machine.slews()) {
+        let what = match name {
+            "tip" => "moves the tip in a plane that the first joint may turn about the vertical axis",
+            _ => "reckons in the plane",
+        };
+        let of = &machine.name;
         return Err(format!(
-            "the controller `{name}` reckons in the plane, and machine `{}` moves in space; {LEVER} drives it, or one of your own",
-            machine.name
+            "the controller `{name}` {what}, and machine `{of}` moves otherwise in space; {LEVER} drives it, or one of your own"
         ));
     }
     Ok(match name {

@@ -46,7 +46,7 @@ pub struct Live {
     /// A goal for the next sample, and whether the present one is cancelled there.
     goal: Option<Goal>,
     dropping: bool,
-    set_point: Option<[f64; 2]>,
+    set_point: Option<[f64; 3]>,
     sampled_until: f64,
     /// Time at which the next phase begins, s.
     phase_end: f64,
@@ -373,8 +373,8 @@ impl Live {
         self.driven(self.model.as_ref()).command(self.time())[..self.model.layout().joints()].to_vec()
     }
 
-    /// Set-point of the tip (x, z), m, if the controller has one.
-    pub fn set_point(&self) -> Option<[f64; 2]> {
+    /// Set-point of the tip (x, y, z), m, if the controller has one.
+    pub fn set_point(&self) -> Option<[f64; 3]> {
         self.set_point
     }
 

@@ -20,10 +20,12 @@ use hydrocrane_plant::{Crane, Dynamics, Hydraulics, Kinematics, Plant, StateSpac
 pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace + Statics {
     /// `held`: coordinate given to every prismatic joint.
     fn inverse_kinematics(&self, tip: [f64; 2], held: f64) -> Result<Vec<Vec<f64>>, TooFewRevolute>;
-    /// Distance of a point (x, z) from the nearest keep-out region, m, negative inside; infinite without regions.
-    fn clearance(&self, place: [f64; 2]) -> f64 {
+    /// Distance of a place (x, y, z) of the tip from the nearest keep-out region, m, negative inside; infinite without regions.
+    fn clearance(&self, place: [f64; 3]) -> f64 {
+        let sections = self.machine().sections(place);
         let regions = self.machine().keep_out.iter().map(|(_, corners)| Region::new(corners.clone()));
-        regions.map(|region| region.clearance(place).distance).fold(f64::INFINITY, f64::min)
+        let nearest = |region: Region| sections.map(|section| region.clearance(section).distance);
+        regions.flat_map(nearest).fold(f64::INFINITY, f64::min)
     }
     /// Per cylinder the spool position (m) that has a signed share of the steady speed at full stroke.
     fn spool_positions(&self, shares: &[f64], spools: &mut [f64]);

@@ -50,8 +50,8 @@ pub struct Samples {
     pub measured: Vec<f64>,
     /// Row-major, deflections after dead zone and ramp.
     pub sticks: Vec<f64>,
-    /// Set-point (x, z) of the tip, m; NaN if the controller has none.
-    pub set_points: Vec<[f64; 2]>,
+    /// Set-point (x, y, z) of the tip, m; NaN if the controller has none.
+    pub set_points: Vec<[f64; 3]>,
     /// Row-major, spool commands (m) of the controller, zero if it has no usable one.
     pub commands: Vec<f64>,
     /// Learnt parameters of each valve at the end.
@@ -189,7 +189,7 @@ impl Sampled {
             *u = u.clamp(-c.valve.stroke, c.valve.stroke);
         }
         self.paths.send(now + self.delay, &command);
-        self.keep(now, controller.set_point(), &command);
+        self.keep(now, controller.set_point_in_space(), &command);
         self.command = command;
     }
 
@@ -212,11 +212,11 @@ impl Sampled {
         self.last_fault = text;
     }
 
-    fn keep(&mut self, now: f64, set_point: Option<[f64; 2]>, command: &[f64]) {
+    fn keep(&mut self, now: f64, set_point: Option<[f64; 3]>, command: &[f64]) {
         self.samples.times.push(now);
         self.samples.measured.extend_from_slice(self.sensors.readings());
         self.samples.sticks.extend_from_slice(self.hand.at());
-        self.samples.set_points.push(set_point.unwrap_or([f64::NAN; 2]));
+        self.samples.set_points.push(set_point.unwrap_or([f64::NAN; 3]));
         self.samples.commands.extend_from_slice(command);
     }
 }

@@ -28,9 +28,8 @@ pub struct Sticks {
 }
 
 impl Sticks {
-    /// All sticks permanently centred.
-    pub fn centred(kind: StickKind, cylinders: usize) -> Self {
-        let axes = if kind == StickKind::Tip { 2 } else { cylinders };
+    /// All sticks permanently centred, with so many `axes`.
+    pub fn centred(kind: StickKind, axes: usize) -> Self {
         Sticks {
             kind,
             times: Vec::new(),
@@ -226,10 +225,10 @@ impl Hand {
         if let Some(goal) = self.goal() {
             return Stick::Goal(Goal { share: self.sticks.share(self.since), ..goal });
         }
-        match (self.sticks.kind, self.at.as_slice()) {
-            (StickKind::Tip, &[x, z]) => Stick::Tip([x, z]),
-            (StickKind::Height, _) => Stick::Height(&self.at),
-            _ => Stick::Lever(&self.at),
+        match self.sticks.kind {
+            StickKind::Tip => Stick::Tip(&self.at),
+            StickKind::Height => Stick::Height(&self.at),
+            StickKind::Lever => Stick::Lever(&self.at),
         }
     }
 }

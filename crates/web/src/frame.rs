@@ -63,12 +63,12 @@ impl Frame {
     /// The row of the instant.
     pub fn fill(&mut self, drive: &Drive) -> &[f64] {
         let live = &drive.playback.live;
-        let (set_point, energies) = (live.set_point().unwrap_or([f64::NAN; 2]), live.energies());
+        let ([x, _, z], energies) = (live.set_point().unwrap_or([f64::NAN; 3]), live.energies());
         let instant = Instant {
             time: live.time(),
             payload: live.payload(),
             state: live.state(),
-            set_point,
+            set_point: [x, z],
             wanted: wanted_velocity(drive),
             commands: &live.commands(),
             energies: &energies,

@@ -195,7 +195,7 @@ class Control:
         self.period = self._controller.period
         lever = name == "lever"
         self._mode = "lever" if lever else "tip"
-        axes = machine.cylinder_names if lever else ("x", "z")
+        axes = machine.cylinder_names if lever else machine.core.stick_axes
         joints = [f"joint.{joint}.q" for joint in machine.joint_names]
         self._signals = joints + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
         readings = [BridgeSignal(s.name, s.unit, may_miss=True) for s in _readings(machine, self._signals)]

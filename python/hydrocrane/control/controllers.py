@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,7 +63,8 @@ class Observation:
 class Controller(Protocol):
     """Your own controller: an object with these two methods, or a function like `step`.
 
-    It may also have an attribute ``set_point``, (x, z) of the tip in m, which is then recorded.
+    It may also have an attribute ``set_point``, (x, z) of the tip in m, (x, y, z) on a machine in space, which is then
+    recorded.
 
     Examples
     --------
@@ -136,7 +137,7 @@ class SampledController:
         signals = [f"joint.{j}.q" for j in machine.joint_names]
         self._signals = signals + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
         self._last: tuple[float, Array] | None = None
-        self._set_point: tuple[float, float] | None = None
+        self._set_point: tuple[float, float, float] | None = None
         self._on_error = on_error
         self.error: BaseException | None = None
 
@@ -152,11 +153,18 @@ class SampledController:
             obs = self._observe(t, np.array(q), np.array(p))
             command = self._checked(self._step(obs, Stick(self._mode, np.array(axes), self._full_speed)))
             point = getattr(self._law, "set_point", None)
-            self._set_point = None if point is None or callable(point) else (float(point[0]), float(point[1]))
+            self._set_point = None if point is None or callable(point) else self._place(point)
         return command
 
-    def set_point(self) -> tuple[float, float] | None:
+    def set_point(self) -> tuple[float, float, float] | None:
         return self._set_point
+
+    def _place(self, point: Sequence[float]) -> tuple[float, float, float]:
+        axes = self._crane.tip_axes
+        if len(point) != len(axes):
+            raise InputError(f"set_point of the controller must be ({', '.join(axes)}) of the tip, m; got {point!r}")
+        place = dict(zip(axes, map(float, point), strict=True))
+        return place["x"], place.get("y", 0.0), place["z"]
 
     def failure(self) -> tuple[str, bool]:
         """Text and place of the last exception, and whether it ends the run."""

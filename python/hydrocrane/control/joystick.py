@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MODES = tuple(_core.scenario_choices("joystick.mode"))
 # The stick modes of each controller by name.
 MODES_OF = {"tip": ("tip", "height"), "heinze-pid": ("tip",), "lever": ("lever",)}
-TIP_AXES = ("x", "z")
+TIP_AXES = ("x", "z", "slew")
 INTERPOLATIONS = tuple(_core.scenario_choices("joystick.interpolation"))
 # Rounding error by which a deflection may exceed its end; it counts as the end.
 ROUNDING = 1e-9
@@ -32,8 +32,8 @@ class Stick:
     Attributes
     ----------
     mode : {"tip", "lever", "height"}
-    axes : (2,) or (n_cyl,) array
-        Deflections in -1 to 1: x (forward) and z (up), or one per cylinder.
+    axes : (2,), (3,) or (n_cyl,) array
+        Deflections in -1 to 1: x (forward) and z (up), of a crane that slews also slew (across), or one per cylinder.
     full_speed : float or None
         Speed of the tip at full deflection, m/s, if the joystick states it.
 
@@ -56,7 +56,10 @@ class Stick:
 
     @property
     def velocity(self) -> Array:
-        """Commanded velocity (2,) of the tip, m/s."""
+        """Commanded velocity of the tip, m/s: (2,) forward and up, or (3,) with that across.
+
+        The slewing joint may limit the last one.
+        """
         if self.mode != "tip" or self.full_speed is None:
             raise InputError("only a stick of mode `tip` with a full_speed commands a velocity")
         return self.axes * self.full_speed
@@ -81,8 +84,9 @@ class Joystick:
     time : (k,) array_like
         s, increasing. Before the first time the sticks are centred.
     axes : mapping
-        ``x`` and ``z`` in mode ``tip`` (one stick moves the tip), cylinder names in modes ``lever`` and ``height`` (one
-        axis per cylinder): deflections (k,) in -1 to 1. An axis left out stays centred.
+        ``x`` and ``z`` in mode ``tip`` (one stick moves the tip), of a crane that slews also ``slew``; cylinder names
+        in modes ``lever`` and ``height`` (one axis per cylinder): deflections (k,) in -1 to 1. An axis left out stays
+        centred.
     mode : {"tip", "lever", "height"}
         ``height``: a lever commands the speed of its piston, and one joint, the telescope, holds the tip's height, see
         docs/howto/hold-the-height.md.
@@ -203,7 +207,9 @@ class Joystick:
             raise InputError(f"the log has no column of a stick axis; it has {known}; name it with columns=")
         if mode == "tip" and not set(given.values()) & set(TIP_AXES):
             levers = ", ".join(given.values())
-            raise InputError(f'the log has levers, {levers}, and no stick axis x or z; give mode="lever" or "height"')
+            raise InputError(
+                f'the log has levers, {levers}, and no stick axis x, z or slew; give mode="lever" or "height"'
+            )
         wanted = {f"stick.{axis}": Source(name) for name, axis in given.items()}
         precision = table.first_of(("stick.precision", "precision"))
         if precision is not None and "precision" not in more:
@@ -216,7 +222,7 @@ class Joystick:
         return cls(time, {name.removeprefix("stick."): values for name, values in series.items()}, mode, **fields)
 
     def table(self, cylinders: tuple[str, ...]) -> Array:
-        """Deflections (k, axes), in the order x, z or that of `cylinders`.
+        """Deflections (k, axes), in the order x, z, slew or that of `cylinders`; without ``slew`` there are two.
 
         Examples
         --------
@@ -224,7 +230,8 @@ class Joystick:
         >>> print(stick.table(()).tolist())
         [[0.0, 0.5], [0.0, 0.0]]
         """
-        names = TIP_AXES if self.mode == "tip" else cylinders
+        tip = TIP_AXES if TIP_AXES[2] in self.axes else TIP_AXES[:2]
+        names = tip if self.mode == "tip" else cylinders
         for name in self.axes:
             check_known("stick axis", name, names)
         centred = np.zeros(self.time.size)

@@ -76,10 +76,10 @@ class NamedController:
         return self._made().period
 
     @property
-    def set_point(self) -> tuple[float, float] | None:
-        """Set-point of the tip (x, z) after the last step, m, if the controller has one."""
+    def set_point(self) -> tuple[float, ...] | None:
+        """Set-point of the tip after the last step, m, if the controller has one: (x, z), or (x, y, z) in space."""
         place = None if self._core is None else self._core.set_point
-        return None if place is None else (place[0], place[1])
+        return None if place is None else tuple(place)
 
     @property
     def fault(self) -> str | None:

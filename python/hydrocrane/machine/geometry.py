@@ -173,7 +173,8 @@ class Geometry(Shaped):
     def clearance(self, place: ArrayLike) -> Array:
         """Distance of places (..., 2) from the nearest :attr:`keep_out` region, m, negative inside.
 
-        Places in space (..., 3) count by x and z: the regions extend along y.
+        Of places in space (..., 3) the regions turn with a crane that slews about its first joint; on other machines in
+        space they extend along y.
 
         Examples
         --------
@@ -181,7 +182,7 @@ class Geometry(Shaped):
         >>> print(crane.clearance([[2.0, 0.5], [0.0, -0.5]]).round(2))
         [ 1.71 -0.2 ]
         """
-        lead, points = self._in_section(place)
+        lead, points = self._in_space(place)
         return self.core.clearance(points).reshape(lead)
 
     def forbidden(self, place: ArrayLike, load: ArrayLike = 0.0) -> NDArray[np.bool_]:
@@ -195,16 +196,15 @@ class Geometry(Shaped):
         >>> print(crane.forbidden([[2.0, 0.5], [0.0, -0.5]]))
         [False  True]
         """
-        lead, points = self._in_section(place)
+        lead, points = self._in_space(place)
         loads = np.broadcast_to(real_array(load, "load"), lead).reshape(-1)
-        height = self.core.heights_above_ground(points, np.ascontiguousarray(loads))
+        height = self.core.heights_above_ground(np.ascontiguousarray(points[:, [0, 2]]), np.ascontiguousarray(loads))
         return ((self.core.clearance(points) < 0.0) | (height < 0.0)).reshape(lead)
 
-    def _in_section(self, place: ArrayLike) -> tuple[tuple[int, ...], Array]:
-        """Leading axes and rows (x, z) of places of the tip."""
-        axes = self.tip_axes
-        lead, (points,) = rows(vectors(place, "place", axes)[..., [axes.index("x"), axes.index("z")]])
-        return lead, points
+    def _in_space(self, place: ArrayLike) -> tuple[tuple[int, ...], Array]:
+        """Leading axes and rows (x, y, z) of places of the tip."""
+        lead, (points,) = rows(vectors(place, "place", self.tip_axes))
+        return lead, points if points.shape[1] == 3 else np.insert(points, 1, 0.0, axis=1)
 
     @property
     def tip_axes(self) -> tuple[str, ...]:

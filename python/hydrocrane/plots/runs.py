@@ -262,8 +262,9 @@ def mark_payload_changes(axes: Axes, run: Record) -> None:
 def _path(axes: Axes, run: Record, view: tuple[str, str]) -> None:
     data = run.columns
     time, x, z = (data[name].values for name in ("time", *(f"tip.{axis}" for axis in view)))
-    if "set_point.x" in data and view == ("x", "z"):
-        axes.plot(data["set_point.x"].values, data["set_point.z"].values, color=INK, lw=0.8, label="set-point")
+    wanted = [f"set_point.{axis}" for axis in view]
+    if wanted[0] in data:
+        axes.plot(*(data[name].values for name in wanted), color=INK, lw=0.8, label="set-point")
     axes.plot(x, z, color=COLOURS[0], lw=1.2, label="tip")
     axes.plot(x[0], z[0], marker="o", ms=4, color=INK, ls="none", label="start")
     for change in run.payload_changes:

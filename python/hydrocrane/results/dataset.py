@@ -58,7 +58,7 @@ class RunDataset:
                 entry.attrs["sign"] = sign
             columns |= entries
         if any(stage.controlled for stage in run.stages):
-            tip = np.column_stack([columns["tip.x"].values, columns["tip.z"].values])
+            tip = np.column_stack([columns[f"tip.{axis}"].values for axis in machine.tip_axes])
             columns |= sample_columns(tip, machine, run)
         columns[TIME] = Column(run.time, {"units": "s", "long_name": "time"})
         return Columns(columns, self.attrs)

@@ -56,7 +56,8 @@ class Record:
         Over ``time``: every state by its name, ``tip.x``, ``tip.z``,
         ``cylinder.<c>.{x,v,force,friction,q1,q2,command}``, ``supply.{flow,power}``, ``payload``, ``ledger.*``; each
         with ``units`` and ``long_name``. Closed-loop runs add ``measured.*``, ``stick.*``, ``controller.<c>`` and,
-        where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``.
+        where the controller has one, ``set_point.{x,z}`` and ``tip.deviation``. Machines in space add
+        ``tip.y`` and ``set_point.y``.
     columns : Columns
         The same as plain arrays by name, ``run.columns["tip.x"].values``: a program that does not use `data` does not
         import xarray and pandas.

@@ -8,7 +8,6 @@ import numpy as np
 
 from hydrocrane._core_types import Samples
 from hydrocrane.arrays import Array
-from hydrocrane.control.joystick import TIP_AXES
 from hydrocrane.files.columns import Column
 from hydrocrane.machine.machine import Machine
 from hydrocrane.results.recording import RecordedStage, Recording
@@ -51,7 +50,7 @@ def _after(time: Array, until: float) -> int:
 def sample_columns(tip: Array, machine: Machine, run: Recording) -> dict[str, Column]:
     """The samples of a run, each held over the times (m,) until the next one; NaN for a stage without samples.
 
-    `tip` (m, 2) is the tip position.
+    `tip` (m, axes) is the tip position.
     """
     time = run.time
     columns: dict[str, Column] = {}
@@ -59,7 +58,7 @@ def sample_columns(tip: Array, machine: Machine, run: Recording) -> dict[str, Co
         if not np.size(samples["t"]) or rows.start == rows.stop:
             continue
         held = np.searchsorted(samples["t"], time[rows] + ROUNDING, side="right") - 1
-        found = _sampled(samples, held, machine, stage) | _set_point(tip[rows], samples["set_points"], held)
+        found = _sampled(samples, held, machine, stage) | _set_point(tip[rows], machine, samples["set_points"], held)
         for name, column in found.items():
             columns.setdefault(name, Column(np.full(time.size, np.nan), column.attrs)).values[rows] = column.values
     return columns
@@ -71,7 +70,7 @@ def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: Record
     columns: dict[str, Column] = {}
     for signal, column in zip(samples["signals"], samples["measured"].T, strict=True):
         columns[f"measured.{signal}"] = _column(column[held], units[signal], f"{signal} as measured")
-    axes = TIP_AXES if stage.stick_mode == "tip" else machine.cylinder_names
+    axes = machine.core.stick_axes if stage.stick_mode == "tip" else machine.cylinder_names
     for axis, column in zip(axes, samples["sticks"].T, strict=True):
         columns[f"stick.{axis}"] = _column(column[held], "1", f"deflection of the stick, {axis}")
     for cylinder, column in zip(machine.cylinder_names, samples["commands"].T, strict=True):
@@ -80,11 +79,11 @@ def _sampled(samples: Samples, held: np.ndarray, machine: Machine, stage: Record
     return columns
 
 
-def _set_point(tip: Array, set_points: Array, held: np.ndarray) -> dict[str, Column]:
+def _set_point(tip: Array, machine: Machine, set_points: Array, held: np.ndarray) -> dict[str, Column]:
     if not np.isfinite(set_points).all(axis=1).any():
         return {}
     columns: dict[str, Column] = {}
-    for axis, column in zip(TIP_AXES, set_points.T, strict=True):
+    for axis, column in zip(machine.tip_axes, set_points.T, strict=True):
         columns[f"set_point.{axis}"] = _column(column[held], "m", f"set-point of the crane tip, {axis}")
     meaning = "distance of the crane tip from the path of its set-point"
     return columns | {"tip.deviation": _column(distance_to_path(tip, set_points), "m", meaning)}
@@ -95,7 +94,7 @@ def _column(values: Array, unit: str, meaning: str) -> Column:
 
 
 def distance_to_path(points: Array, path: Array) -> Array:
-    """Distance of each point (m, 2) from the nearest point of a polyline (k, 2); its NaN rows are left out."""
+    """Distance of each point (m, axes) from the nearest point of a polyline (k, axes); its NaN rows are left out."""
     path = path[np.isfinite(path).all(axis=1)]
     # A set-point at rest repeats; one is sufficient.
     moved = np.any(np.diff(path, axis=0) != 0, axis=1)
@@ -105,20 +104,20 @@ def distance_to_path(points: Array, path: Array) -> Array:
         begin, way = path, np.zeros_like(path)
     square = np.maximum((way**2).sum(axis=1), np.finfo(np.float64).tiny)
     low, high = np.minimum(begin, begin + way), np.maximum(begin, begin + way)
+    axes = range(path.shape[1])
 
     def distances(some: Array) -> Array:
         # No piece counts that is farther from all of these points than a corner is. They follow each other in time, and
         # so lie close together.
-        corners = begin[::APART]
-        x, z = some[:, :1] - corners[:, 0], some[:, 1:] - corners[:, 1]
-        most = np.sqrt((x * x + z * z).min(axis=1).max()) + SLACK
+        off = [some[:, i, None] - begin[::APART, i] for i in axes]
+        most = np.sqrt(sum(r * r for r in off).min(axis=1).max()) + SLACK
         near = ((high >= some.min(axis=0) - most) & (low <= some.max(axis=0) + most)).all(axis=1)
         near |= not near.any()  # Points that are no numbers are near to nothing.
-        at, along = begin[near], way[near]
-        x, z = some[:, :1] - at[:, 0], some[:, 1:] - at[:, 1]
-        share = np.clip((x * along[:, 0] + z * along[:, 1]) / square[near], 0.0, 1.0)
-        x, z = x - share * along[:, 0], z - share * along[:, 1]
-        return np.sqrt((x * x + z * z).min(axis=1))
+        along = way[near]
+        off = [some[:, i, None] - begin[near, i] for i in axes]
+        share = np.clip(sum(off[i] * along[:, i] for i in axes) / square[near], 0.0, 1.0)
+        off = [off[i] - share * along[:, i] for i in axes]
+        return np.sqrt(sum(r * r for r in off).min(axis=1))
 
     parts = [distances(points[i : i + TOGETHER]) for i in range(0, len(points), TOGETHER)]
     return np.concatenate(parts) if parts else np.empty(0)

@@ -82,8 +82,8 @@ def row_numbers(machine: Machine, *, ledger: bool = False, controlled: bool = Fa
 
 def _sampled(machine: Machine) -> int:
     """Most numbers of a sample: readings of joints, pistons and chambers, sticks, commands, set-point."""
-    cylinders = len(machine.cylinder_names)
-    return len(machine.joint_names) + 4 * cylinders + max(cylinders, 2) + 2
+    cylinders, sticks = len(machine.cylinder_names), len(machine.core.stick_axes)
+    return len(machine.joint_names) + 4 * cylinders + max(cylinders, sticks) + len(machine.tip_axes)
 
 
 def check_record(

@@ -128,6 +128,6 @@ def _joystick(raw: JoystickTable | None, cylinders: list[str]) -> Joystick | Non
     }
     if raw["log"] is not None:
         return Joystick.from_log(raw["log"], mode=raw["mode"], **about)
-    names = TIP_AXES if raw["mode"] == "tip" else cylinders
+    names = TIP_AXES[: len(raw["axes"])] if raw["mode"] == "tip" else cylinders
     about["precision"] = raw["precision"]
     return Joystick(raw["time"], dict(zip(names, raw["axes"], strict=True)), raw["mode"], **about)

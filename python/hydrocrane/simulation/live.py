@@ -98,7 +98,7 @@ class LiveSimulator:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the sticks' axes in the present phase: x and z, or the cylinders."""
+        """Names of the sticks' axes in the present phase: x, z and, of a crane that slews, slew; or the cylinders."""
         return tuple(self._core.axes)
 
     @property
@@ -146,10 +146,10 @@ class LiveSimulator:
         return None if place is None else (place[0], place[1])
 
     @property
-    def set_point(self) -> tuple[float, float] | None:
-        """Set-point of the tip (x, z), m, if the controller has one."""
+    def set_point(self) -> tuple[float, ...] | None:
+        """Set-point of the tip, m, if the controller has one: (x, z), or (x, y, z) of a machine in space."""
         place = self._core.set_point
-        return None if place is None else (place[0], place[1])
+        return None if place is None else tuple(place)
 
     @property
     def events(self) -> tuple[Event, ...]:

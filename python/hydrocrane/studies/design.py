@@ -313,7 +313,7 @@ def known_signals(plan: Scenario, machine: Machine) -> dict[str, tuple[str, str]
     if plan.has_controller:
         known["tip.deviation"] = ("m", "distance of the crane tip from the path of its set-point")
         known |= {f"controller.{c}": ("m", f"{c} spool command as given") for c in machine.cylinder_names}
-        known |= {f"set_point.{axis}": ("m", f"set-point of the crane tip, {axis}") for axis in ("x", "z")}
+        known |= {f"set_point.{axis}": ("m", f"set-point of the crane tip, {axis}") for axis in machine.tip_axes}
     return known
 
 

@@ -7,7 +7,7 @@ use super::{Key, Kind, Value};
 use crate::quantities::{ANGLE, ANGULAR_VELOCITY, FORCE, LENGTH, MASS, NUMBER, PRESSURE, TIME, VELOCITY};
 
 /// The axes of a stick that moves the tip; other axes are cylinders.
-pub const TIP_AXES: [&str; 2] = ["x", "z"];
+pub const TIP_AXES: [&str; 3] = ["x", "z", "slew"];
 
 /// Lever control stands beside the controllers that take gains.
 pub const LEVER: &str = "lever";
@@ -192,6 +192,9 @@ static JOYSTICK: &[Key] = &[
     LOG_NUMBERS,
     Key::series(TIP_AXES[0], &[NUMBER]).otherwise("centred").means("Deflection along x, from -1 to 1."),
     Key::series(TIP_AXES[1], &[NUMBER]).otherwise("centred").means("Deflection along z, from -1 to 1."),
+    Key::series(TIP_AXES[2], &[NUMBER])
+        .otherwise("centred")
+        .means("Deflection across, from -1 to 1, of a crane that slews: positive turns the slewing joint by a growing angle."),
     Key::series("<cylinder>", &[NUMBER])
         .otherwise("centred")
         .means("Deflection of the cylinder's lever, from -1 to 1, with `mode = \"lever\"` or `\"height\"`."),

@@ -186,6 +186,6 @@ pub static KEEP_OUT: &[Key] = &[
     Key::new("outline", Value::Points)
         .required()
         .usual(&[("0 m", "50 m", 20.0)])
-        .means("Corners of a polygon in the plane of x and z of the inertial frame, three or more; of machines in space the region extends along y."),
+        .means("Corners of a polygon in the plane of x and z of the inertial frame, three or more; the region turns with a crane that slews, and extends along y for any other machine in space."),
     Key::choice("status", STATUS).defaults(&["active"]).means("`inactive` removes a region that the machine inherits."),
 ];

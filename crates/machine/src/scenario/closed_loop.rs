@@ -62,7 +62,7 @@ pub enum SensorQuality {
 pub struct Joystick {
     pub mode: StickMode,
     pub time: Vec<f64>,
-    /// Deflections, -1 to 1: per axis (x, z; or the machine's cylinders) one per time.
+    /// Deflections, -1 to 1: per axis (x, z and slew as far as stated; or the machine's cylinders) one per time.
     pub axes: Vec<Vec<f64>>,
     /// File with the deflections in place of the above.
     pub log: Option<String>,
@@ -190,7 +190,7 @@ pub fn joystick(root: &Reader, machine: &Machine, files: &Files) -> Result<Optio
     }
     let mode = open.choice_or_default("mode", &[StickMode::Tip, StickMode::Lever, StickMode::Height])?;
     let axes: Vec<&str> = match mode {
-        StickMode::Tip => TIP_AXES.to_vec(),
+        StickMode::Tip => machine.tip_axes().to_vec(),
         StickMode::Lever | StickMode::Height => {
             machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect()
         }

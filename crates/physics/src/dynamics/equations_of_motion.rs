@@ -102,6 +102,25 @@ pub trait RigidChain<T: Real, const N: usize> {
         out
     }
 
+    /// Torques that carry the chain at rest, and the slope of each over its own coordinate: t_j . (m x g) and t_j . ((t_j x m) x g) with
+    /// the turn t_j of the joint and the first moment m of all that it carries; the force at a joint that slides, and no slope.
+    #[inline(always)]
+    fn at_rest(&self, pose: &Self::Pose, payload: T) -> [[T; N]; 2] {
+        let (mut out, gravity) = ([[T::c(0.0); N]; 2], self.upwards());
+        let mut carried = Inertia::<T, Self::Space>::default();
+        for j in (0..N).rev() {
+            carried.add(&self.inertia(pose, j, payload));
+            let (turn, weight) = (Self::turn(pose, j), gravity * carried.mass);
+            let about = |moment| Self::Space::about(turn, Self::Space::torque(moment, gravity));
+            out[0][j] = about(carried.moment) + Self::Space::dot(Self::slide(pose, j), weight);
+            out[1][j] = about(Self::Space::turned(carried.moment, turn));
+            if j > 0 {
+                carried.shift(Self::origin(pose, j) - Self::origin(pose, j - 1));
+            }
+        }
+        out
+    }
+
     /// How each link moves.
     #[inline(always)]
     fn motion(&self, pose: &Self::Pose, qd: &[T; N], qdd: Option<&[T; N]>) -> [LinkMotion<T, Self::Space>; N] {

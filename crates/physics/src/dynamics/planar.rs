@@ -51,23 +51,3 @@ impl<T: Real, const N: usize> RigidChain<T, N> for Mechanics<T, N> {
         Inertia { moment: pose.links[j].vector(local.moment), ..local }
     }
 }
-
-impl<T: Real, const N: usize> Mechanics<T, N> {
-    /// Torques that carry the chain at rest, and the slope of each over its own coordinate: turn_j perp(m) . g and -turn_j^2 m . g with
-    /// the first moment m of all that the joint carries; the force at a joint that slides, and no slope.
-    #[inline(always)]
-    pub fn at_rest(&self, pose: &ChainPose<T, N>, payload: T) -> [[T; N]; 2] {
-        let mut out = [[T::c(0.0); N]; 2];
-        let mut carried = Inertia::<T, Planar>::default();
-        for j in (0..N).rev() {
-            carried.add(&self.inertia(pose, j, payload));
-            let (turn, weight) = (pose.joints[j].turn, self.gravity * carried.mass);
-            out[0][j] = turn * carried.moment.perp().dot(self.gravity) + pose.slides[j].dot(weight);
-            out[1][j] = -(turn.square() * carried.moment.dot(self.gravity));
-            if j > 0 {
-                carried.shift(pose.links[j].origin - pose.links[j - 1].origin);
-            }
-        }
-        out
-    }
-}

@@ -106,6 +106,8 @@ pub struct Tensor<T> {
     pub yz: T,
 }
 
+hydrocrane_num::stored!([] Tensor<f64> { xx: f64, yy: f64, zz: f64, xy: f64, xz: f64, yz: f64 });
+
 impl<T: Copy> Tensor<T> {
     /// The same with `f` of every number.
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Tensor<U> {

@@ -39,6 +39,14 @@ pub struct SpatialMechanics<T, const N: usize> {
     pub gravity: Vec3<T>,
 }
 
+hydrocrane_num::stored!([] Solid<f64> { mass: f64, centre_of_gravity: Vec3<f64>, inertia: Tensor<f64> });
+hydrocrane_num::stored!([const N: usize] SpatialMechanics<f64, N> {
+    stances: [Stance<f64>; N],
+    solids: [Solid<f64>; N],
+    tip: Vec3<f64>,
+    gravity: Vec3<f64>,
+});
+
 impl<T: Copy, const N: usize> SpatialMechanics<T, N> {
     /// The same chain with `f` of every number.
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> SpatialMechanics<U, N> {
@@ -312,6 +320,18 @@ mod tests {
     fn posed(q: &[f64; 5]) -> SpatialPose<f64, 5> {
         let (joints, chain) = chain();
         chain.pose(&hydrocrane_num::array::from_fn(|i| joints[i].pose(q[i])))
+    }
+
+    #[test]
+    fn what_carries_the_chain_at_rest_is_its_bias_and_slope() {
+        let ((_, chain), rest) = (chain(), [0.0; 5]);
+        let bias = chain.inverse_dynamics(&posed(&Q), &rest, None, PAYLOAD);
+        let by_q = chain.force_derivatives(&posed(&Q), &rest, &rest, PAYLOAD).by_q;
+        let [torques, slopes] = chain.at_rest(&posed(&Q), PAYLOAD);
+        for i in 0..5 {
+            assert!((torques[i] - bias[i]).abs() < 1e-9, "{i}: {} {}", torques[i], bias[i]);
+            assert!((slopes[i] - by_q[i][i]).abs() < 1e-9, "{i}: {} {}", slopes[i], by_q[i][i]);
+        }
     }
 
     #[test]

@@ -23,6 +23,13 @@ pub struct Stance<T> {
     pub leaves_plane: bool,
 }
 
+hydrocrane_num::stored!([] Stance<f64> {
+    at: Vec3<f64>,
+    axis: Vec3<f64>,
+    direction: Vec3<f64>,
+    leaves_plane: bool,
+});
+
 impl<T: Copy> Stance<T> {
     /// The same with `f` of every number.
     pub fn map<'a, U>(&'a self, f: &mut dyn FnMut(&'a T) -> U) -> Stance<U> {

@@ -10,7 +10,7 @@ use crate::warning::Warning;
 use crate::warnings::without_sensors;
 use hydrocrane_control::controller::{self, Controller};
 use hydrocrane_machine::scenario::{burst_times, ControllerChoice, Goal, Interpolation, Scenario, Stage};
-use hydrocrane_machine::OverrideValue;
+use hydrocrane_machine::{Machine, OverrideValue};
 use std::sync::Arc;
 
 /// One stage of a scenario until `end` (s), ready to run.
@@ -108,11 +108,11 @@ fn plan(
     model: &dyn Model,
 ) -> Result<SampledPlan, AssemblyError> {
     let sensors = Sensors::new(model, choice.sensors, scenario.seed, &scenario.sensor_faults)?;
-    Ok(SampledPlan { sticks: sticks(scenario, stage, model), sensors, delay: choice.delay })
+    Ok(SampledPlan { sticks: sticks(scenario, stage, model.machine())?, sensors, delay: choice.delay })
 }
 
 /// The sticks of a stage (centred if it states none) and the goals of the tip.
-fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
+fn sticks(scenario: &Scenario, stage: &Stage, machine: &Machine) -> Result<Sticks, String> {
     let of = |goal: &Goal| controller::Goal {
         place: goal.place,
         speed: goal.speed,
@@ -121,17 +121,28 @@ fn sticks(scenario: &Scenario, stage: &Stage, model: &dyn Model) -> Sticks {
         until: goal.until.unwrap_or(f64::INFINITY),
     };
     let goals = scenario.goals.iter().map(of).collect();
-    let centred = Sticks { goals, ..Sticks::centred(stage.stick_mode(), model.machine().cylinders.len()) };
-    let Some(stick) = &stage.joystick else { return centred };
-    Sticks {
+    let mode = stage.stick_mode();
+    let axes = if mode == StickKind::Tip { machine.tip_axes().len() } else { machine.cylinders.len() };
+    let centred = Sticks { goals, ..Sticks::centred(mode, axes) };
+    let Some(stick) = &stage.joystick else { return Ok(centred) };
+    if stick.axes.len() > axes {
+        return Err(format!(
+            "the stick has an axis `slew`, and machine `{}` does not slew: no first joint turns all others, which move in one \
+             plane, about the vertical axis; leave that axis out",
+            machine.name
+        ));
+    }
+    // An axis that is not stated stays centred.
+    let deflection = |row: usize, axis: usize| stick.axes.get(axis).map_or(0.0, |axis| axis[row]);
+    Ok(Sticks {
         times: stick.time.clone(),
-        deflections: (0..stick.time.len()).flat_map(|row| stick.axes.iter().map(move |axis| axis[row])).collect(),
+        deflections: (0..stick.time.len()).flat_map(|row| (0..axes).map(move |axis| deflection(row, axis))).collect(),
         linear: stick.interpolation == Interpolation::Linear,
         dead_zone: stick.dead_zone,
         ramp: stick.ramp,
         precision: stick.precision.clone(),
         ..centred
-    }
+    })
 }
 
 /// Signals that the controller of a stage reads with data-sheet sensors, and that no sensor of the machine measures.

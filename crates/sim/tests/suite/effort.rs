@@ -39,7 +39,7 @@ fn tip_control(method: &str, max_step: f64) -> Run {
     let (model, start) = crane();
     let mut controller = model.controller("tip").expect("a controller");
     let (times, deflections) = (vec![0.2, 1.2], vec![0.0, 0.5, 0.0, 0.0]);
-    let sticks = Sticks { times, deflections, ramp: 0.2, ..Sticks::centred(StickKind::Tip, 3) };
+    let sticks = Sticks { times, deflections, ramp: 0.2, ..Sticks::centred(StickKind::Tip, 2) };
     let plan = SampledPlan { sticks, sensors: Sensors::ideal(model.as_ref()), delay: 0.0 };
     let (record, options) = ([2.0], options(method, max_step));
     let model = model.as_ref();

@@ -39,7 +39,7 @@ impl Case {
             start: START,
             payload: 0.0,
             sensors: (SensorMode::Ideal, 0),
-            sticks: Sticks::centred(StickKind::Tip, 3),
+            sticks: Sticks::centred(StickKind::Tip, 2),
             duration: 10.0,
         }
     }
@@ -210,6 +210,10 @@ fn thesis_controller(more: &[(&str, OverrideValue)], stick: [f64; 2]) -> Case {
     Case { duration: 20.0, ..Case::new("heinze-pid", &overrides) }.held(&[0.0], &[stick])
 }
 
+fn in_plane(places: &[[f64; 3]]) -> Vec<[f64; 2]> {
+    places.iter().map(|[x, _, z]| [*x, *z]).collect()
+}
+
 /// Largest step of the set-point's speed from sample to sample once it moves, and its speed at the end, m/s.
 fn speeds(points: &[[f64; 2]]) -> (f64, f64) {
     let steps: Vec<f64> = points.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]) / 1e-3).collect();
@@ -222,7 +226,7 @@ fn the_set_point_of_the_thesis_controller_stops_smoothly_in_the_working_area() {
     for (stick, name) in [([0.0, 1.0], "up"), ([0.0, -1.0], "down"), ([1.0, 0.0], "out"), ([-1.0, 0.0], "in")] {
         let case = thesis_controller(&[], stick);
         let (run, keep) = (case.run(), case.keep_out());
-        let points = &run.done.samples.set_points;
+        let points = &in_plane(&run.done.samples.set_points);
         let nearest = points.iter().map(|p| keep.distance(*p)).fold(f64::INFINITY, f64::min);
         let [from, to] = [points[0], points[points.len() - 1]];
         let way = (to[0] - from[0]) * stick[0] + (to[1] - from[1]) * stick[1];
@@ -242,7 +246,7 @@ fn the_set_point_of_the_thesis_controller_stops_smoothly_in_the_working_area() {
         assert!(over < 0.005);
     }
     let printed = thesis_controller(&[("working-area", OverrideValue::Text("none".into()))], [0.0, -1.0]);
-    let points = printed.run().done.samples.set_points;
+    let points = in_plane(&printed.run().done.samples.set_points);
     assert!(printed.keep_out().distance(points[points.len() - 1]) < -0.5, "the program has no working area");
 }
 
@@ -252,7 +256,7 @@ fn a_leaping_set_point_is_accepted_or_stays() {
     // 1 m down ends in the margin of the ground, 1 m out beyond the reach, half of either does not.
     for (stick, way) in [([0.0, -1.0], 0.0), ([1.0, 0.0], 0.0), ([0.0, -0.5], 0.5), ([0.5, 0.0], 0.5)] {
         let run = Case { duration: 1.0, ..thesis_controller(&seldom, stick) }.run();
-        let (from, to) = (run.tips().next().expect("a start"), run.done.samples.set_points[0]);
+        let (from, to) = (run.tips().next().expect("a start"), in_plane(&run.done.samples.set_points)[0]);
         let leap = (to[0] - from[0]).hypot(to[1] - from[1]);
         assert!((leap - way).abs() < 1e-9, "{stick:?}: {leap}");
     }
@@ -291,7 +295,7 @@ fn one_step_of_the_penalty_search_takes_less_than_a_period() {
         .map(|k| {
             let t = 1e-3 * k as f64;
             let q = [START[0] + 0.1 * t.sin(), START[1] + 0.1 * (0.7 * t).sin(), 0.05 * (0.3 * t).sin()];
-            let stick = Stick::Tip([(0.5 * t).sin(), (0.4 * t).cos()]);
+            let stick = Stick::Tip(&[(0.5 * t).sin(), (0.4 * t).cos()]);
             let begun = Instant::now();
             thesis.step(&Measurement { t, q: &q, p: &p }, stick, &mut spool).expect("a command");
             begun.elapsed().as_secs_f64()

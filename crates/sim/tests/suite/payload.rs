@@ -110,7 +110,7 @@ fn a_controller_and_single_steps_see_the_same_loads() {
     let record: Vec<f64> = (0..=100).map(|i| f64::from(i) * 0.01).collect();
     let run = open_loop(m.as_ref(), &record, &changes);
     let plan =
-        SampledPlan { sticks: Sticks::centred(StickKind::Tip, 3), sensors: Sensors::ideal(m.as_ref()), delay: 0.0 };
+        SampledPlan { sticks: Sticks::centred(StickKind::Tip, 2), sensors: Sensors::ideal(m.as_ref()), delay: 0.0 };
     let x0 = start(m.as_ref());
     let options = options(&changes);
     let sampled = simulate_sampled(m.as_ref(), &x0, END, &mut Hold, &plan, &record, &options, &mut |_| true).run;

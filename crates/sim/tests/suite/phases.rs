@@ -46,7 +46,7 @@ fn model(changes: &[(String, OverrideValue)]) -> Arc<dyn Model> {
 
 fn run(models: [&dyn Model; 2], at: f64, controllers: [&mut Constant; 2], delay: f64) -> PhasedRun {
     let plan =
-        |m: &dyn Model| SampledPlan { sticks: Sticks::centred(StickKind::Tip, 3), sensors: Sensors::ideal(m), delay };
+        |m: &dyn Model| SampledPlan { sticks: Sticks::centred(StickKind::Tip, 2), sensors: Sensors::ideal(m), delay };
     let options = RunOptions {
         method: "hc-rosenbrock-3".into(),
         tolerances: Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 1e-3 },

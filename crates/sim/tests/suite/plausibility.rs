@@ -106,7 +106,7 @@ impl Case {
 fn random_sticks(seed: u64, end: f64) -> Sticks {
     let mut random = RandomStream::new(seed, "operator");
     let mut sticks =
-        Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(StickKind::Tip, 0) };
+        Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(StickKind::Tip, 2) };
     let mut t = 0.0;
     while t < end {
         sticks.times.push(t);
@@ -176,7 +176,7 @@ fn valves_and_pumps_within_the_tolerances_raise_no_alarm() {
 /// The stick pushed from 0.5 s until `release`.
 pub fn pushed(direction: [f64; 2], release: f64) -> Sticks {
     let deflections = [direction, [0.0; 2]].concat();
-    Sticks { times: vec![0.5, release], deflections, ..Sticks::centred(StickKind::Tip, 0) }
+    Sticks { times: vec![0.5, release], deflections, ..Sticks::centred(StickKind::Tip, 2) }
 }
 
 fn fault(signal: &str, kind: FaultKind, until: f64) -> SensorFault {

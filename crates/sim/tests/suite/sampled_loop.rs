@@ -56,7 +56,7 @@ fn options() -> RunOptions {
 }
 
 fn plan(m: &dyn Model) -> SampledPlan {
-    SampledPlan { sticks: Sticks::centred(StickKind::Tip, 3), sensors: Sensors::ideal(m), delay: 0.0 }
+    SampledPlan { sticks: Sticks::centred(StickKind::Tip, 2), sensors: Sensors::ideal(m), delay: 0.0 }
 }
 
 fn run(m: &dyn Model, end: f64, controller: &mut dyn Controller, plan: &SampledPlan) -> SampledRun {
@@ -158,7 +158,7 @@ fn a_controller_that_gives_up_ends_the_run_at_once() {
 fn sticks_may_pass_their_end_by_rounding_only() {
     let m = model(&[]);
     let tip = |z: f64| {
-        let sticks = Sticks { times: vec![0.0], deflections: vec![0.0, z], ..Sticks::centred(StickKind::Tip, 3) };
+        let sticks = Sticks { times: vec![0.0], deflections: vec![0.0, z], ..Sticks::centred(StickKind::Tip, 2) };
         let mut controller = m.controller("tip").expect("a controller");
         run(m.as_ref(), 0.05, controller.as_mut(), &SampledPlan { sticks, ..plan(m.as_ref()) })
     };
@@ -300,7 +300,9 @@ fn a_fault_of_an_unknown_sensor_names_the_known_ones() {
 /// Random deflections of `axes` sticks, held or joined, and the sensors of the data sheets.
 fn random_plan(m: &dyn Model, seed: u64, seconds: f64, kind: StickKind) -> SampledPlan {
     let mut random = RandomStream::new(seed, "operator");
-    let mut sticks = Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(kind, 3) };
+    let axes = if kind == StickKind::Tip { 2 } else { 3 };
+    let mut sticks =
+        Sticks { linear: seed.is_multiple_of(2), dead_zone: 0.05, ramp: 0.1, ..Sticks::centred(kind, axes) };
     let mut t = 0.0;
     while t < seconds {
         sticks.times.push(t);

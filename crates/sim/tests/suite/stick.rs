@@ -6,7 +6,7 @@ use hydrocrane_sim::{StickKind, Sticks};
 
 fn sticks(linear: bool, dead_zone: f64, ramp: f64) -> Sticks {
     let (times, deflections) = (vec![1.0, 2.0], vec![0.0, 1.0, 1.0, -1.0]);
-    Sticks { times, deflections, linear, dead_zone, ramp, ..Sticks::centred(StickKind::Tip, 0) }
+    Sticks { times, deflections, linear, dead_zone, ramp, ..Sticks::centred(StickKind::Tip, 2) }
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn straight_sticks_taken_over_are_held_as_the_samples_saw_them() {
 
 #[test]
 fn what_a_hand_holds_is_written_down_where_it_changes() {
-    let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 3), 0.0);
+    let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 2), 0.0);
     for (t, z) in [(0.0, 0.5), (0.1, 0.5), (0.2, -0.5)] {
         hand.hold(t, &[0.0, z], 1.0);
         assert_eq!(hand.move_to(t), [0.0, z]);
@@ -129,7 +129,7 @@ fn a_goal_holds_until_the_next_one_or_until_a_stick_is_moved() {
 
 #[test]
 fn a_goal_that_is_dropped_is_past_from_then_on_and_again_when_repeated() {
-    let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 0), 0.0);
+    let mut hand = Hand::new(Sticks::centred(StickKind::Tip, 2), 0.0);
     hand.drop_goal(0.0);
     assert!(hand.sticks().idle(), "there is none to drop");
     hand.go_to(goal(0.1, 1.0));

@@ -112,7 +112,7 @@ impl Loop {
         });
         let mut spool = [0.0; 3];
         let m = Measurement { t: self.simulator.time(), q: &q, p: &p };
-        self.controller.step(&m, Stick::Tip(stick), &mut spool).expect("a command");
+        self.controller.step(&m, Stick::Tip(&stick), &mut spool).expect("a command");
         assert!(spool.iter().all(|u| u.is_finite()));
         self.effort = spool.iter().fold(self.effort, |a, u| a.max(u.abs()));
         if self.reality.late {
@@ -362,7 +362,7 @@ fn every_bundled_machine_gets_a_controller_that_moves_its_tip() {
             aside = aside.max((model.tip_in_plane(&x[..n])[0] - from[0]).abs());
             let p: Vec<[f64; 2]> = (0..n).map(|c| [x[layout.p1(c)], x[layout.p2(c)]]).collect();
             let m = Measurement { t: simulator.time(), q: &x[..n], p: &p };
-            controller.step(&m, Stick::Tip([0.0, 0.15]), &mut spool).expect("a command");
+            controller.step(&m, Stick::Tip(&[0.0, 0.15]), &mut spool).expect("a command");
             assert_eq!(simulator.step(&spool).kind, OutcomeKind::Completed);
         }
         let to = model.tip_in_plane(&simulator.state().expect("a state")[..n]);
@@ -377,10 +377,10 @@ fn bad_input_is_a_fault_and_the_next_good_sample_is_not() {
     l.step([0.0, 0.1]);
     let (p, mut spool) = ([[40e5, 40e5]; 3], [0.0; 3]);
     let torn = Measurement { t: 0.01, q: &[START[0], f64::NAN, 0.0], p: &p };
-    let stick = Stick::Tip([0.0, 0.1]);
+    let stick = Stick::Tip(&[0.0, 0.1]);
     assert_eq!(l.controller.step(&torn, stick, &mut spool), Err(Fault::BadMeasurement(Reading::Joint(1))));
     let good = Measurement { t: 0.01, q: &START, p: &p };
-    assert_eq!(l.controller.step(&good, Stick::Tip([0.0, 2.0]), &mut spool), Err(Fault::BadStick));
+    assert_eq!(l.controller.step(&good, Stick::Tip(&[0.0, 2.0]), &mut spool), Err(Fault::BadStick));
     assert_eq!(l.controller.step(&good, Stick::Lever(&[0.0; 3]), &mut spool), Err(Fault::WrongStick("tip")));
     assert_eq!(spool, [0.0; 3]);
     l.step([0.0, 0.1]);
@@ -412,7 +412,7 @@ fn one_step_takes_less_than_20_microseconds() {
     for k in 0..20_000 {
         let t = 0.01 * k as f64;
         let q = [START[0] + 0.1 * t.sin(), START[1] + 0.1 * (0.7 * t).sin(), 0.05 * (0.3 * t).sin()];
-        let stick = Stick::Tip([(0.5 * t).sin(), (0.4 * t).cos()]);
+        let stick = Stick::Tip(&[(0.5 * t).sin(), (0.4 * t).cos()]);
         let begun = Instant::now();
         l.controller.step(&Measurement { t, q: &q, p: &p }, stick, &mut spool).expect("a command");
         times.push(begun.elapsed().as_secs_f64());

@@ -54,7 +54,7 @@ typedef struct {
 
 /* What the axes of the stick move. */
 enum {
-    /* Two axes: the tip forward and up (tip, heinze-pid). */
+    /* Two axes: the tip forward and up (tip, heinze-pid); of a crane that slews a third one: across, with a growing angle. */
     HYDROCRANE_TIP = 0,
     /* One axis per cylinder (lever). */
     HYDROCRANE_LEVERS = 1,
@@ -77,7 +77,7 @@ hydrocrane_status hydrocrane_reset(void *memory, const hydrocrane_sample *first)
 hydrocrane_status hydrocrane_step(void *memory, const hydrocrane_sample *now, int32_t mode, const double *axes, size_t count,
                                   double *spool, size_t spools);
 
-/* Where the controller wants the tip, x and z, m. */
+/* Where the controller wants the tip, x and z, m; of a crane that slews with the slewing joint turned back to zero. */
 hydrocrane_status hydrocrane_set_point(const void *memory, double place[2]);
 
 /* What has happened since the last call: a sum of the bits below. Of the controllers only `tip` tells anything; the three bits
