@@ -247,10 +247,9 @@ impl<T: Real> SpoolValve<T> {
     ) -> Option<Leaking<T>> {
         let hole = leak?.resistance();
         let all = match self.line(port) {
-            Some(line) => Resistance {
-                laminar: line.laminar + hole.laminar,
-                turbulent: line.turbulent + hole.turbulent,
-            },
+            Some(line) => {
+                Resistance { laminar: line.laminar + hole.laminar, turbulent: line.turbulent + hole.turbulent }
+            }
             None => hole,
         };
         let drop = self.left(&all, edge, [opening; 2], T::c(0.0), p, |from_supply, _| from_supply);
