@@ -29,7 +29,7 @@ EXPLAINS, CHANCE = 0.1, 1e-3
 
 def suspected(found: SearchResult, machine: Machine, interpolation: str) -> tuple[str, ...]:
     """The effects that explain a clear share of the residuals, in words, the largest first."""
-    task, values = found.task, found.estimate.values[: found.task.own]
+    task, values = found.task, found.task.of_models(found.estimate.values)
     rows, slopes, _ = residuals(task, found.weights, found.estimate.values)
     followed = np.linalg.qr(slopes)[0]
     fitted = {unknown.name.partition("[")[0] for unknown in task.unknowns}

@@ -61,6 +61,8 @@ class FitTask:
     own, keys : int
         Number of unknowns of the models (the others belong to the reading), and number of keys of the machine file.
     robust : bool
+    ties : (a, own) array or None
+        From those unknowns to the values of the models; None if they are the same.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -69,6 +71,7 @@ class FitTask:
     own: int
     keys: int
     robust: bool
+    ties: Array | None = None
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -79,11 +82,16 @@ class FitTask:
         """The same fit with another solver of its runs."""
         return replace(self, models=tuple(model.with_solver(solver) for model in self.models))
 
+    def of_models(self, values: Array) -> Array:
+        """The values of the models at those of all unknowns (k,)."""
+        return values[: self.own] if self.ties is None else self.ties @ values[: self.own]
+
     def read(self, values: Array) -> list[tuple[Array, Array]]:
         """Predicted readings (m, n) of each log and their derivatives (m, n, k)."""
         found = []
         for log, model in enumerate(self.models):
-            y, slopes = model.predict(values[: self.own])
+            y, slopes = model.predict(self.of_models(values))
+            slopes = slopes if self.ties is None else slopes @ self.ties
             found.append(self.reading.read(log, model.record, y, slopes, values[self.own :]))
         return found
 

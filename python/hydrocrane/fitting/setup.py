@@ -29,7 +29,7 @@ from hydrocrane.fitting.simulated import (
     starts_doubtfully,
     starts_moving,
 )
-from hydrocrane.fitting.ties import Tie, tied
+from hydrocrane.fitting.ties import Tie, tie_matrix
 from hydrocrane.identification.output_error import Unknown
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
@@ -125,12 +125,9 @@ class Setup:
         ]
         names, scales = self._with_ties(keys)
         models = [
-            self._tied(
-                ClosedLoop(replay.plan, record, names, scales)
-                if replay.plan.has_controller
-                else OpenLoop(replay.plan, record, names),
-                keys,
-            )
+            ClosedLoop(replay.plan, record, names, scales)
+            if replay.plan.has_controller
+            else OpenLoop(replay.plan, record, names)
             for record, replay in zip(records, replays, strict=True)
         ]
         return self._task(keys, len(keys), models, errors, records), [note for note in notes if note]
@@ -175,8 +172,9 @@ class Setup:
         for record, (motion, moves) in zip(records, motions, strict=True):
             cylinders = tuple(name.split(".")[1] for name in record.signals)
             read = {p: np.nan_to_num(record.log[p])[:: record.every] for p in pressures if p in record.log}
-            model = MeasuredMotion(self.machine, record, motion, cylinders, names, tuple(errors), read, moves, scales)
-            models.append(self._tied(model, keys, len(errors)))
+            models.append(
+                MeasuredMotion(self.machine, record, motion, cylinders, names, tuple(errors), read, moves, scales)
+            )
         return self._task(own, len(keys), models, self._errors(_signals(records), records), records), notes
 
     def _with_ties(self, keys: Sequence[Unknown]) -> tuple[tuple[str, ...], tuple[float, ...]]:
@@ -184,9 +182,6 @@ class Setup:
         scales = {unknown.name: unknown.scale for unknown in keys}
         scales |= {tie.key: abs(tie.ratio) * scales[tie.leader] for tie in self.ties}
         return tuple(scales), tuple(scales.values())
-
-    def _tied(self, model: LogModel, keys: Sequence[Unknown], others: int = 0) -> LogModel:
-        return tied(model, self.ties, [unknown.name for unknown in keys], others)
 
     def _friction_at_rest(self, record: FittedLog, moves: dict[str, np.ndarray]) -> np.ndarray:
         """Standard deviation (m, n) of the friction of pistons that may be at rest, N: uniform up to the break-away
@@ -248,9 +243,9 @@ class Setup:
             raise InputError(
                 f"{count} readings cannot identify {len(unknowns)} parameters; take longer logs or fewer parameters"
             )
-        return FitTask(
-            unknowns, tuple(models), SensorReading(tuple(error for error, _ in errors)), len(own), keys, self.robust
-        )
+        reading = SensorReading(tuple(error for error, _ in errors))
+        ties = tie_matrix(self.ties, [unknown.name for unknown in own[:keys]], len(own) - keys)
+        return FitTask(unknowns, tuple(models), reading, len(own), keys, self.robust, ties)
 
 
 def _signals(records: Sequence[FittedLog]) -> list[str]:

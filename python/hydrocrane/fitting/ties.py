@@ -7,7 +7,7 @@ Break-away friction is the usual case: a fit of the Coulomb force alone does not
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -15,11 +15,7 @@ import numpy as np
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, check_known
 from hydrocrane.fitting.parameters import key_value
-from hydrocrane.fitting.prediction import LogModel
-from hydrocrane.fitting.records import FittedLog
 from hydrocrane.machine.machine import Machine
-from hydrocrane.machine.overrides import Overrides
-from hydrocrane.scenario.solver import Solver
 
 # The leading parameter of each tied key.
 Ties: TypeAlias = Mapping[str, str]
@@ -62,48 +58,16 @@ def _overlap(one: str, other: str) -> bool:
     return path == path_2 and (element == element_2 or not element or not element_2)
 
 
-@dataclass(frozen=True)
-class TiedModel:
-    """A model whose keys are those of the fit and the tied ones.
-
-    Parameters
-    ----------
-    matrix : (a, k) array
-        From the values of the fit to those of the model.
-    """
-
-    model: LogModel
-    matrix: Array
-
-    @property
-    def record(self) -> FittedLog:
-        return self.model.record
-
-    @property
-    def solver(self) -> Solver | None:
-        return self.model.solver
-
-    def predict(self, values: Array) -> tuple[Array, Array]:
-        y, slopes = self.model.predict(self.matrix @ values)
-        return y, slopes @ self.matrix
-
-    def varied(self, values: Array, overrides: Overrides, interpolation: str = "") -> Array:
-        return self.model.varied(self.matrix @ values, overrides, interpolation)
-
-    def with_solver(self, solver: Solver) -> TiedModel:
-        return replace(self, model=self.model.with_solver(solver))
-
-
-def tied(model: LogModel, ties: Sequence[Tie], keys: Sequence[str], others: int = 0) -> LogModel:
-    """`model`, whose arguments are values of the `keys`, of the ties and of the `others`, as a function without the
+def tie_matrix(ties: Sequence[Tie], keys: Sequence[str], others: int) -> Array | None:
+    """From values of the `keys` and of the `others` to those of the keys, of the ties and of the others; None without
     ties."""
     if not ties:
-        return model
+        return None
     rows = np.zeros((len(ties), len(keys) + others))
     for row, tie in zip(rows, ties, strict=True):
         row[list(keys).index(tie.leader)] = tie.ratio
     own = np.eye(len(keys) + others)
-    return TiedModel(model, np.concatenate([own[: len(keys)], rows, own[len(keys) :]]))
+    return np.concatenate([own[: len(keys)], rows, own[len(keys) :]])
 
 
 def left_behind(before: Machine, after: Machine, keys: Sequence[str], ties: Sequence[Tie]) -> Iterator[str]:
