@@ -26,9 +26,9 @@ from hydrocrane.export.fmu import export_fmu as export_fmu
 from hydrocrane.export.mjcf import export_mjcf as export_mjcf
 from hydrocrane.export.model import export_model as export_model
 from hydrocrane.export.urdf import export_urdf as export_urdf
-from hydrocrane.fitting import Fit as Fit
-from hydrocrane.fitting import fit as fit
+from hydrocrane.identification import Fit as Fit
 from hydrocrane.identification import Identification as Identification
+from hydrocrane.identification import fit as fit
 from hydrocrane.identification import identify_friction as identify_friction
 from hydrocrane.linear.linearise import linearise as linearise
 from hydrocrane.logs import Log as Log

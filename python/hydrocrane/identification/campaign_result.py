@@ -11,8 +11,8 @@ from pathlib import Path
 
 from hydrocrane.arrays import brief
 from hydrocrane.errors import InputError
-from hydrocrane.identification.comparison import FrictionComparison
-from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
+from hydrocrane.identification.bristles.fit import UNITS, DynamicFit
+from hydrocrane.identification.bristles.unknowns import DYNAMIC
 from hydrocrane.identification.records import STEADY, FrictionLog, name_of
 from hydrocrane.identification.report import (
     Report,
@@ -25,10 +25,10 @@ from hydrocrane.identification.report import (
     signature,
     write_part,
 )
-from hydrocrane.identification.result import of_sensors
-from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.identification.sensors import PRESSURES
-from hydrocrane.identification.static_stage import StaticIdentification
+from hydrocrane.identification.static.comparison import FrictionComparison
+from hydrocrane.identification.static.maps import of_sensors
+from hydrocrane.identification.static.stage import StaticIdentification
 from hydrocrane.machine.machine import Machine
 from hydrocrane.notebook import card
 from hydrocrane.signals import SteadyWindows

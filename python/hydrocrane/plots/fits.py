@@ -15,12 +15,12 @@ from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, figure, shown, s
 from hydrocrane.signals.friction import steady_friction
 
 if TYPE_CHECKING:
-    from hydrocrane.fitting.result import Fit
-    from hydrocrane.identification.comparison import FrictionComparison
-    from hydrocrane.identification.dynamic_result import DynamicFit
-    from hydrocrane.identification.points import FrictionPoints
-    from hydrocrane.identification.residual_analysis import ResidualAnalysis
-    from hydrocrane.identification.result import StaticFit
+    from hydrocrane.identification.bristles.fit import DynamicFit
+    from hydrocrane.identification.static.comparison import FrictionComparison
+    from hydrocrane.identification.static.points import FrictionPoints
+    from hydrocrane.identification.static.residuals import ResidualAnalysis
+    from hydrocrane.identification.static.result import StaticFit
+    from hydrocrane.identification.values.result import Fit
     from hydrocrane.signals.windows import SteadyWindows
 
 SIDES = (("extending", 1.0), ("retracting", -1.0))

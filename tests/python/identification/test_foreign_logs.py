@@ -11,8 +11,8 @@ import pytest
 import hydrocrane as hc
 from hydrocrane.app.cli import main
 from hydrocrane.identification import FrictionPoints, StaticMap, fit_static, synthetic_points
-from hydrocrane.identification.averaging import akaike_weights, averaged
 from hydrocrane.identification.campaign import held_exponents
+from hydrocrane.identification.static.intervals import akaike_weights, averaged
 from hydrocrane.signals import steady_windows
 
 SIDES = ("extending", "retracting")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrocrane.identification import FrictionPoints, StaticMap, fit_static
-from hydrocrane.identification.static_stage import identify_static
+from hydrocrane.identification.static.stage import identify_static
 
 COULOMB, RISE, FALL, VISCOUS = (160.0, 280.0), (180.0, 120.0), 3e-3, (8000.0, 12000.0)
 

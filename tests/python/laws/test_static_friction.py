@@ -20,8 +20,8 @@ from hydrocrane.identification import (
     identify_static,
     synthetic_points,
 )
-from hydrocrane.identification.reach import reach
-from hydrocrane.identification.static_map import LABELS
+from hydrocrane.identification.static.intervals import reach
+from hydrocrane.identification.static.maps import LABELS
 
 # Thesis Table 3, 0 kg; the viscous exponent is that of (108).
 ROTTNE = StaticMap.of(
