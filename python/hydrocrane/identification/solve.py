@@ -242,6 +242,25 @@ class Estimate:
         return correlation_of(self.bound)
 
 
+def minimise(
+    function: ResidualFunction, begin: Array, bounds: tuple[Array, Array], **options: object
+) -> optimize.OptimizeResult:
+    """Least squares from `begin` (k,) within bounds. The search asks for residuals and derivatives in turn, so the last
+    point is kept."""
+    last: tuple[Array, tuple[Array, Array]] | None = None
+
+    def at(u: Array) -> tuple[Array, Array]:
+        nonlocal last
+        if last is None or not np.array_equal(last[0], u):
+            last = u.copy(), function(u)
+        return last[1]
+
+    # A robust loss scales in place what it gets.
+    return optimize.least_squares(
+        lambda u: at(u)[0].copy(), begin, jac=lambda u: at(u)[1].copy(), bounds=bounds, **options
+    )
+
+
 def fit(
     unknowns: Sequence[Unknown],
     function: ResidualFunction,
@@ -264,17 +283,11 @@ def fit(
     """
     evaluator = _Evaluator(unknowns, function, joint, softened)
     low, high = (np.array([u.bounds[side] for u in unknowns]) / evaluator.scale for side in (0, 1))
+    begin = np.clip(evaluator.start, low, high)
     # A trial far from the data may have a cost beyond all numbers; the search then goes back.
     with np.errstate(over="ignore"):
-        found = optimize.least_squares(
-            evaluator.residuals,
-            np.clip(evaluator.start, low, high),
-            jac=evaluator.slopes,
-            bounds=(low, high),
-            xtol=tolerance,
-            ftol=tolerance,
-            gtol=None,
-            max_nfev=MOST_EVALUATIONS,
+        found = minimise(
+            evaluator, begin, (low, high), xtol=tolerance, ftol=tolerance, gtol=None, max_nfev=MOST_EVALUATIONS
         )
     freedom = max(evaluator.count - len(unknowns), 1)
     return Estimate(
@@ -297,19 +310,19 @@ def bound(
     Priors count as data.
     """
     evaluator = _Evaluator(unknowns, function, joint)
-    deviation = np.sqrt(np.diag(inverse(evaluator.slopes(evaluator.start)))) * evaluator.scale
+    deviation = np.sqrt(np.diag(inverse(evaluator(evaluator.start)[1]))) * evaluator.scale
     return {u.name: float(d) for u, d in zip(unknowns, deviation, strict=True)}
 
 
 class _Evaluator:
     """Residuals and derivatives of all logs and priors in scaled unknowns, reduced by an orthogonal transformation to
     one row more than there are unknowns. Sums of squares are unchanged, and the search does not decompose thousands of
-    rows in each step. The last point is kept, because the search asks for residuals and derivatives in turn.
+    rows in each step.
 
     Attributes
     ----------
-    count : int
-        Number of residuals, priors included.
+    count, evaluations : int
+        Number of residuals, priors included, and of calls.
     """
 
     def __init__(
@@ -319,44 +332,29 @@ class _Evaluator:
         joint: JointPrior | None = None,
         softened: float = 1.0,
     ) -> None:
-        self.function, self.softened, self.count = function, softened, 0
+        self.function, self.softened, self.count, self.evaluations = function, softened, 0, 0
         self.scale = np.array([u.scale for u in unknowns])
         self.start = np.array([u.start for u in unknowns]) / self.scale
         self.known, self.mean = _priors(unknowns, joint)
-        self.evaluations = 0
-        self._at: Array | None = None
-        self._residuals = np.empty(0)
-        self._slopes = np.empty((0, 0))
+        self._last: tuple[Array, Array] | None = None
 
-    def residuals(self, scaled: Array) -> Array:
-        self._evaluate(scaled)
-        return self._residuals
-
-    def slopes(self, scaled: Array) -> Array:
-        """Derivatives by the scaled unknowns."""
-        self._evaluate(scaled)
-        return self._slopes
-
-    def _evaluate(self, scaled: Array) -> None:
-        if self._at is not None and np.array_equal(self._at, scaled):
-            return
+    def __call__(self, scaled: Array) -> tuple[Array, Array]:
+        """Residuals and their derivatives by the scaled unknowns."""
         self.evaluations += 1
+        values = scaled * self.scale
         try:
-            residuals, slopes = self._all(scaled * self.scale)
+            residuals, slopes = self.function(values)
         except HydrocraneError:
-            if self._at is None:
+            if self._last is None:
                 raise
             # The search steps back from what is not finite.
-            residuals, slopes = np.full_like(self._residuals, np.inf), self._slopes
-        self._at, self._residuals, self._slopes = scaled.copy(), residuals, slopes
-
-    def _all(self, values: Array) -> tuple[Array, Array]:
-        residuals, slopes = self.function(values)
+            return np.full_like(self._last[0], np.inf), self._last[1]
         rows = np.column_stack([self.known, self.known @ (values - self.mean)])
         both = np.vstack([np.column_stack([slopes, residuals]) / self.softened, rows])
         self.count = len(both)
         turned = np.asarray(np.linalg.qr(both, mode="r"))
-        return turned[:, -1], turned[:, :-1] * self.scale
+        self._last = turned[:, -1], turned[:, :-1] * self.scale
+        return self._last
 
 
 def _priors(unknowns: Sequence[Unknown], joint: JointPrior | None) -> tuple[Array, Array]:

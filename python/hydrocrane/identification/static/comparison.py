@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import OptimizeResult
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
 from hydrocrane.asked import ask
 from hydrocrane.errors import InputError
-from hydrocrane.identification.solve import invert
+from hydrocrane.identification.solve import invert, minimise
 from hydrocrane.identification.static.fit import best_map, fit_static
 from hydrocrane.identification.static.intervals import Solved
 from hydrocrane.identification.static.maps import Exponents, Wish
@@ -264,17 +264,16 @@ class _Joint:
         priors = list(problems[0].priors.values())
         mean, deviation = np.array([p.mean for p in priors]), np.array([p.deviation for p in priors])
 
-        def residual(u: Array) -> Array:
-            of_points = [p.residuals(joint.unknowns(k, u))[0] / s for k, (p, s) in enumerate(zip(problems, sigma))]
-            return np.concatenate([*of_points, (u[joint.ends[-1] :] - mean) / deviation])
-
-        def slopes(u: Array) -> Array:
-            rows = []
-            for k, (p, s) in enumerate(zip(problems, sigma)):
+        def function(u: Array) -> tuple[Array, Array]:
+            residuals, rows = [], []
+            for k, (p, s) in enumerate(zip(problems, sigma, strict=True)):
+                left, slopes = p.residuals(joint.unknowns(k, u))
+                residuals.append(left / s)
                 rows.append(np.zeros((s.size, u.size)))
-                rows[-1][:, joint.columns(k, u)] = p.residuals(joint.unknowns(k, u))[1] / s[:, None]
+                rows[-1][:, joint.columns(k, u)] = slopes / s[:, None]
+            residuals.append((u[joint.ends[-1] :] - mean) / deviation)
             rows.append(np.eye(u.size)[joint.ends[-1] :] / deviation[:, None])
-            return np.vstack(rows)
+            return np.concatenate(residuals), np.vstack(rows)
 
         begins = [np.clip(p.begin(p.start), *p.bounds())[: p.unknowns] for p in problems]
         bounds = [[end[: p.unknowns] for end in p.bounds()] for p in problems]
@@ -283,7 +282,7 @@ class _Joint:
             np.concatenate([*(ends[side] for ends in bounds), sign * free]) for side, sign in ((0, -1), (1, 1))
         )
         begin = np.concatenate([*begins, mean])
-        return replace(joint, found=least_squares(residual, begin, jac=slopes, bounds=(low, high), x_scale="jac"))
+        return replace(joint, found=minimise(function, begin, (low, high), x_scale="jac"))
 
     @property
     def ends(self) -> Array:

@@ -11,10 +11,11 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, brentq, least_squares, nnls
+from scipy.optimize import OptimizeResult, brentq, nnls
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.solve import minimise
 from hydrocrane.identification.static.maps import (
     EACH,
     EXPONENTS,
@@ -213,21 +214,10 @@ class Problem:
         """Minimise from `x`, with points of standard deviation `sigma`, and the residual `extra` if given."""
         low, high = self.bounds()
         inside = np.where(np.isfinite(high), np.clip(x, low, high), np.maximum(x, low))
-        last: tuple[Array, Array, Array] | None = None
-
-        def evaluated(u: Array) -> tuple[Array, Array, Array]:
-            # The search asks for residuals and derivatives one after the other.
-            nonlocal last
-            if last is None or not np.array_equal(last[0], u):
-                last = (u.copy(), *self.weighted_residuals(u, sigma, extra))
-            return last
-
-        # It scales in place what it gets.
-        return least_squares(
-            lambda u: evaluated(u)[1].copy(),
+        return minimise(
+            lambda u: self.weighted_residuals(u, sigma, extra),
             inside,
-            jac=lambda u: evaluated(u)[2].copy(),
-            bounds=(low, high),
+            (low, high),
             x_scale="jac",
             loss=loss,
             f_scale=BEND,
