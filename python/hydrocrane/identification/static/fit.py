@@ -58,32 +58,9 @@ TOLD = 2.0
 SETTLED = 1e-5
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """A form fitted to the points.
-
-    Attributes
-    ----------
-    problem : Problem
-        With the estimated floor.
-    x : ndarray
-        Unknowns.
-    sigma : ndarray, shape (n,)
-        Standard deviation of each point, N.
-    aicc : float
-        Akaike's criterion, corrected for few levels.
-    """
-
-    form: Form
-    problem: Problem
-    x: Array
-    sigma: Array
-    aicc: float
-
-
 def candidates_of(
     forms: Sequence[Form], stribeck_exponents: Sequence[str], problem: Callable[[Form], Problem]
-) -> list[Candidate]:
+) -> list[Solved]:
     """Fits of all forms, the best first; the best ones also with the further freedoms of the Stribeck exponent.
 
     Forms with more unknowns than levels are left out if others have fewer.
@@ -96,17 +73,18 @@ def candidates_of(
         found += [c for c in _fitted(more, problem) if c.problem.unknowns <= c.problem.points.levels.count.size]
     found.sort(key=lambda candidate: candidate.aicc)
     # Speeds that do not tell a viscous exponent of 1 from another one are no evidence for the other one.
-    near = [c for c in found if c.aicc < found[0].aicc + TOLD and c.form.viscous_exponent == LINEAR]
-    return [*near[:1], *(c for c in found if c not in near[:1])]
+    near = (c for c in found if c.aicc < found[0].aicc + TOLD and c.form.viscous_exponent == LINEAR)
+    first = next(near, found[0])
+    return [first, *(c for c in found if c is not first)]
 
 
-def _fitted(forms: Sequence[Form], problem: Callable[[Form], Problem]) -> list[Candidate]:
+def _fitted(forms: Sequence[Form], problem: Callable[[Form], Problem]) -> list[Solved]:
     problems = [(form, problem(form)) for form in forms]
     least = min((p.unknowns for _, p in problems), default=0)
     return [refined(form, p) for form, p in problems if p.unknowns <= max(p.points.levels.count.size, least)]
 
 
-def refined(form: Form, problem: Problem) -> Candidate:
+def refined(form: Form, problem: Problem) -> Solved:
     """Linear-loss least squares with weights from the slope of the map and the estimated scatter."""
     x, scale, before = problem.begin(problem.start), 1.0, np.zeros(len(problem.points))
     for _ in range(ROUNDS):
@@ -117,7 +95,8 @@ def refined(form: Form, problem: Problem) -> Candidate:
         before = sigma * scale
         x = problem.solve(x, before).x
         scale = scale_of(problem, x, sigma)[0]
-    return Candidate(form, problem, x, sigma, aicc(problem, x))
+    scale, freedom = scale_of(problem, x, sigma)
+    return Solved(problem, x, sigma * scale, form, aicc(problem, x), scale, freedom)
 
 
 def aicc(problem: Problem, x: Array) -> float:
@@ -151,13 +130,12 @@ def aicc(problem: Problem, x: Array) -> float:
 PARTS = 24
 
 
-def leave_out(fitted: Candidate) -> HeldOut | None:
+def leave_out(fitted: Solved) -> HeldOut | None:
     """Predictions of all levels by a form that was fitted to them; None for a single level.
 
     Weights and floor are those of the fit to all levels.
     """
-    problem, x = fitted.problem, fitted.x
-    sigma = fitted.sigma * scale_of(problem, x, fitted.sigma)[0]
+    problem, x, sigma = fitted.problem, fitted.x, fitted.sigma
     points = problem.points
     levels = points.levels
     count = levels.count.size
@@ -366,7 +344,7 @@ def best_map(
     symmetric: bool = False,
     loss: Loss = "soft_l1",
     floor: float | None = None,
-) -> tuple[StaticFit, Candidate]:
+) -> tuple[StaticFit, Solved]:
     """The fit of :func:`fit_static` before it is checked, which takes as long as the fit, and the likeliest form."""
     used, rejected = usable_points(points)
 
@@ -411,12 +389,11 @@ def _numbered(used: FrictionPoints, stray: list[tuple[int, float]], points: Fric
 
 
 def _result(
-    points: FrictionPoints, candidate: Candidate, wish: Wish, rejected: list[RejectedPoint], share: float
+    points: FrictionPoints, candidate: Solved, wish: Wish, rejected: list[RejectedPoint], share: float
 ) -> StaticFit:
     """A candidate with its covariance, without warnings and alternatives."""
     problem, x, sigma = candidate.problem, candidate.x, candidate.sigma
     theta, slopes = problem.theta(x), problem.residuals(x)[1]
-    scale, freedom = scale_of(problem, x, sigma)
     values = problem.coordinates.to_map(theta).values.reshape(-1, 2).copy()
     for side in (0, 1):
         if not (points.direction == side).any():
@@ -432,10 +409,10 @@ def _result(
         offsets=tuple(map(float, x[problem.unknowns :][: len(problem.sensors.offsets)])),
         spans=(of_sensors.get(SPANS[0], 0.0), of_sensors.get(SPANS[1], 0.0)),
         linearity_error=of_sensors.get(LINEARITY, 0.0),
-        spread=_spread(problem, theta, slopes / (sigma[:, None] * scale), scale, freedom, share),
+        spread=_spread(problem, theta, slopes / sigma[:, None], candidate.scale, candidate.freedom, share),
         rejected=tuple(sorted(rejected, key=lambda r: r.index)),
         at_bounds=_at_bounds(problem, x),
-        solved=Solved(problem, x, sigma * scale),
+        solved=candidate,
     )
 
 

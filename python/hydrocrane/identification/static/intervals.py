@@ -12,7 +12,7 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import t as student
 
 from hydrocrane.arrays import Array
-from hydrocrane.identification.static.maps import LABELS, LOGARITHMIC
+from hydrocrane.identification.static.maps import LABELS, LOGARITHMIC, Form
 from hydrocrane.identification.static.problem import Problem, Row
 
 # Points of the grid for the convolution of distributions, and its extent in standard deviations of the scatter.
@@ -205,20 +205,30 @@ class Moved:
 
 @dataclass(frozen=True)
 class Solved:
-    """A fit at its minimum, from which profiles start.
+    """A form of the map at the minimum of its fit, from which profiles start.
 
     Attributes
     ----------
     problem : Problem
+        With the floor as estimated.
     x : ndarray
         Unknowns at the minimum.
     sigma : ndarray, shape (n,)
         Standard deviation of each point as estimated, N.
+    form : Form
+    aicc : float
+        Akaike's criterion, corrected for few levels.
+    scale, freedom : float
+        As from :func:`~hydrocrane.identification.static.problem.scale_of`; `sigma` contains the scale.
     """
 
     problem: Problem
     x: Array
     sigma: Array
+    form: Form
+    aicc: float
+    scale: float
+    freedom: float
 
     def edges(self, label: str) -> tuple[float, float]:
         """Bounds of a parameter, SI."""
