@@ -26,8 +26,8 @@ from hydrocrane.identification.sensors import NUISANCES, OF_A_LOG, RigSensors, g
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.changes import RunChanges
-from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.series import Command
 from hydrocrane.scenario.solver import Solver
 
 # Length of a block as a share of the time since the last corner, and its largest as a share of the log.

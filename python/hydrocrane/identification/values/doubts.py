@@ -18,7 +18,7 @@ from hydrocrane.identification.values.information import LEAST_BLOCKS, Accuracy,
 from hydrocrane.identification.values.search import FitTask, SearchResult, residuals, weighted
 from hydrocrane.machine.machine import Machine
 from hydrocrane.results.comparison import Difference
-from hydrocrane.scenario.command import INTERPOLATIONS
+from hydrocrane.scenario.series import INTERPOLATIONS
 
 # Changes that are tried: softer oil by this factor, a wider closed zone by this share of the spool's stroke.
 SOFTER, WIDER = 0.8, 0.01

@@ -64,7 +64,7 @@ from hydrocrane.machine.machine import Machine
 from hydrocrane.scenario.changes import Changes
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.scenario_file import load_scenario
-from hydrocrane.scenario.supply import MAINS, SUPPLY
+from hydrocrane.scenario.series import MAINS, SUPPLY
 
 # Number of poses of a log that are checked.
 POSES = 50

@@ -20,10 +20,9 @@ from hydrocrane.logs import Log, noise_of
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Overrides
 from hydrocrane.scenario.changes import Changes
-from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.series import MAINS, SUPPLY, SUPPLY_SIGNALS, Command, SupplyPressure
 from hydrocrane.scenario.solver import Solver
-from hydrocrane.scenario.supply import MAINS, SUPPLY, SUPPLY_SIGNALS, SupplyPressure
 from hydrocrane.simulation.running import simulate
 
 # Half step of a central difference for smooth functions, in standard deviations of a parameter.
