@@ -16,8 +16,8 @@ from hydrocrane.identification.static.points import FrictionPoints
 from hydrocrane.identification.static.problem import OffsetPrior
 from hydrocrane.identification.static.result import StaticFit
 from hydrocrane.identification.static.stage import StaticIdentification, graphical, identify_static
+from hydrocrane.identification.values.doubts import SignalQuality
 from hydrocrane.identification.values.fit import fit
-from hydrocrane.identification.values.information import SignalQuality
 from hydrocrane.identification.values.result import Fit
 
 __all__ = [

@@ -12,7 +12,7 @@ from pathlib import Path
 from hydrocrane.arrays import brief
 from hydrocrane.errors import InputError
 from hydrocrane.identification.bristles.fit import UNITS, DynamicFit
-from hydrocrane.identification.bristles.unknowns import DYNAMIC
+from hydrocrane.identification.bristles.readings import DYNAMIC
 from hydrocrane.identification.records import STEADY, FrictionLog, name_of
 from hydrocrane.identification.report import (
     Report,

@@ -15,10 +15,10 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification import Report, expected, first_readings, fit_dynamic, solve
 from hydrocrane.identification.bristles import readings as bristle
 from hydrocrane.identification.bristles.model import Blocks, RigLogModel, RigResiduals, corners, lagged
-from hydrocrane.identification.bristles.readings import PistonMotion
-from hydrocrane.identification.bristles.unknowns import (
+from hydrocrane.identification.bristles.readings import (
     BEST_FITTED,
     DYNAMIC,
+    PistonMotion,
     map_prior,
     most_damping,
     rig_map,

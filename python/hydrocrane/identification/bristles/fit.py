@@ -29,10 +29,12 @@ from hydrocrane.identification.bristles.model import (
     RigLogModel,
     RigResiduals,
 )
-from hydrocrane.identification.bristles.readings import BristleReading, first_readings, goes_beyond
-from hydrocrane.identification.bristles.unknowns import (
+from hydrocrane.identification.bristles.readings import (
     DYNAMIC,
+    BristleReading,
     check_bristles,
+    first_readings,
+    goes_beyond,
     key_of,
     map_prior,
     rig_map,

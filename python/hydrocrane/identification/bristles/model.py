@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from hydrocrane.analysis.sensitivity import Experiment, solve
 from hydrocrane.arrays import Array, rms
 from hydrocrane.errors import InputError
-from hydrocrane.identification.bristles.unknowns import DYNAMIC, key_of, number, with_values
+from hydrocrane.identification.bristles.readings import DYNAMIC, key_of, number, with_values
 from hydrocrane.identification.sensors import NUISANCES, OF_A_LOG, RigSensors, gains, read, whitened
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine

@@ -133,8 +133,8 @@ class FrictionPoints:
             raise InputError(
                 f"point {at} has velocity 0 and no direction; a break-away reading needs direction +1 or -1"
             )
-        pushed = None if chambers is None else _chambers(chambers, v.size)
-        place = None if position is None else _positions(position, v.size)
+        pushed = _given(chambers, "chambers", "p1 A1 and p2 A2", (v.size, 2))
+        place = _given(position, "position", "x", v.shape)
         return cls(v, f, of_v, of_f, np.where(sign > 0, EXTENDING, RETRACTING), tuple(source), pushed, place)
 
     @classmethod
@@ -177,19 +177,8 @@ class FrictionPoints:
         counts = np.cumsum([0, *(points.logs for points in logs)])
         of_log = np.concatenate([points.log + first for points, first in zip(logs, counts, strict=False)])
         source = tuple(name for points in logs for name in points.source)
-        return cls(
-            velocity=np.concatenate([points.velocity for points in logs]),
-            force=np.concatenate([points.force for points in logs]),
-            velocity_error=np.concatenate([points.velocity_error for points in logs]),
-            force_error=np.concatenate([points.force_error for points in logs]),
-            direction=np.concatenate([points.direction for points in logs]),
-            source=source,
-            chambers=column("chambers"),
-            position=column("position"),
-            of_log=of_log,
-            time=column("time"),
-            load=column("load"),
-        )
+        columns: dict[str, Any] = {name: column(name) for name in COLUMNS}
+        return cls(**columns, source=source, of_log=of_log)
 
     def __len__(self) -> int:
         return self.velocity.size
@@ -275,18 +264,11 @@ def _error(value: ArrayLike, name: str, like: Array) -> Array:
     return np.broadcast_to(error, like.shape).astype(float)
 
 
-def _chambers(value: ArrayLike, count: int) -> Array:
-    pushed = real_array(value, "chambers")
-    if pushed.shape != (count, 2):
-        raise InputError(f"chambers must hold p1 A1 and p2 A2 of each point, shape ({count}, 2), got {pushed.shape}")
-    return pushed
-
-
-def _positions(value: ArrayLike, count: int) -> Array:
-    place = real_array(value, "position")
-    if place.shape != (count,):
-        raise InputError(f"position must hold x of each point, shape ({count},), got {place.shape}")
-    return place
+def _given(value: ArrayLike | None, name: str, what: str, shape: tuple[int, ...]) -> Array | None:
+    found = None if value is None else real_array(value, name)
+    if found is not None and found.shape != shape:
+        raise InputError(f"{name} must hold {what} of each point, shape {shape}, got {found.shape}")
+    return found
 
 
 def _signs(direction: ArrayLike, velocity: Array) -> Array:

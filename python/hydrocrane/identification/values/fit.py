@@ -22,8 +22,7 @@ from hydrocrane.identification.records import (
     window_of,
 )
 from hydrocrane.identification.solve import Unknown
-from hydrocrane.identification.values.doubts import suspected
-from hydrocrane.identification.values.information import accurate
+from hydrocrane.identification.values.doubts import accurate, suspected
 from hydrocrane.identification.values.measured_motion import (
     MeasuredMotion,
     force_noise,

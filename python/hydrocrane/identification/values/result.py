@@ -25,8 +25,7 @@ from hydrocrane.identification.report import (
     write_part,
 )
 from hydrocrane.identification.solve import labelled
-from hydrocrane.identification.values.doubts import doubts
-from hydrocrane.identification.values.information import Accuracy, Information, SignalQuality
+from hydrocrane.identification.values.doubts import Accuracy, Information, SignalQuality, doubts
 from hydrocrane.identification.values.models import modelled_signals
 from hydrocrane.identification.values.parameters import Tie, left_behind
 from hydrocrane.identification.values.search import FitTask, SearchResult
