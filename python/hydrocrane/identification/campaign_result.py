@@ -152,8 +152,9 @@ class Identification:
         if self.static is not None:
             for name, make in self.static.stages(self.cylinder)[:-1]:
                 report.stage(name, make)
-        if self.comparison is not None:
-            report.stage("Load and pressure", lambda: _comparison(self))
+        found = self.comparison
+        if found is not None:
+            report.stage("Load and pressure", lambda: Section("Load and pressure", found.sentence, figure=found.plot()))
         if self.dynamic is not None:
             # A fit that failed has only initial estimates.
             ended = self.dynamic.estimate is not None
@@ -233,11 +234,6 @@ def _log(record: FrictionLog) -> tuple[str, ...]:
     role = record.role or "not used"
     role = "left out: " + "; ".join(f.message for f in record.log.fatal) if record.log.fatal else role
     return (record.name, role, str(time.size), length, f"{record.payload:g}", f"{record.supply * 1e-5:g}", shown)
-
-
-def _comparison(found: Identification) -> Section:
-    assert found.comparison is not None
-    return Section("Load and pressure", found.comparison.sentence, figure=found.comparison.plot())
 
 
 def _preface(found: Identification, cylinder: str, file_name: str) -> list[str]:

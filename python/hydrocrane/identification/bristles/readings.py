@@ -28,7 +28,7 @@ from hydrocrane.identification.static.points import DIRECTIONS
 from hydrocrane.identification.static.result import StaticFit
 from hydrocrane.logs import Log
 from hydrocrane.machine.machine import Machine
-from hydrocrane.rig.damping import most_damping as bound_of_damping
+from hydrocrane.rig.friction import most_damping as bound_of_damping
 from hydrocrane.signals import RigParameters, friction_force
 
 DYNAMIC = ("bristle-stiffness", "bristle-damping")
