@@ -17,7 +17,9 @@ from hydrocrane.identification.report import comment, head, interval, signature
 from hydrocrane.identification.solve import correlation_of, labelled
 from hydrocrane.identification.static.intervals import BOUND, Solved, akaike_weights, averaged, reach
 from hydrocrane.identification.static.maps import (
+    HELD,
     LABELS,
+    LINEAR,
     LINEARITY,
     LOGARITHMIC,
     OF_SENSORS,
@@ -318,11 +320,15 @@ class StaticFit:
         return (low if of_sensors(label) else max(low, 0.0)), high
 
     def _rivals_in(self, label: str) -> list[StaticFit]:
-        """The rivals that have a parameter too; viscous coefficients are comparable only with equal exponents."""
-        known = [fit for fit in self.rivals if np.isfinite(fit._deviation(label))]
-        if not label.startswith("viscous."):
-            return known
-        return [fit for fit in known if fit.form.viscous_exponent == self.form.viscous_exponent]
+        """The rivals that have a parameter too.
+
+        A viscous coefficient of a held exponent is one of that exponent: no other form has it. Of a free one it is the
+        viscous force at 1 m/s, in forms of any exponent.
+        """
+        own = self.form.viscous_exponent
+        one = label.startswith("viscous.") and own in (LINEAR, HELD)
+        known = (fit for fit in self.rivals if np.isfinite(fit._deviation(label)))
+        return [fit for fit in known if not one or fit.form.viscous_exponent == own]
 
     def _deviation(self, label: str) -> float:
         """Standard deviation of a parameter; infinite if it is not identifiable or missing."""
