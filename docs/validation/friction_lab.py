@@ -24,7 +24,7 @@ import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.identification import FrictionPoints, StaticFit, StaticMap, fit_static
 from hydrocrane.identification.sensors import bias_without_zero, linearity_error, span_error
-from hydrocrane.identification.static_map import LABELS
+from hydrocrane.identification.static.maps import LABELS
 from hydrocrane.logs import Log
 from hydrocrane.signals import SteadyWindows, steady_windows, zero_calibrated
 

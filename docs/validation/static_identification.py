@@ -23,7 +23,7 @@ from hydrocrane.identification import (
     fit_static,
     synthetic_points,
 )
-from hydrocrane.identification.static_map import LABELS
+from hydrocrane.identification.static.maps import LABELS
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE / "static-identification.md"

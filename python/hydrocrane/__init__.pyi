@@ -26,9 +26,9 @@ from hydrocrane.export.fmu import export_fmu as export_fmu
 from hydrocrane.export.mjcf import export_mjcf as export_mjcf
 from hydrocrane.export.model import export_model as export_model
 from hydrocrane.export.urdf import export_urdf as export_urdf
-from hydrocrane.fitting import Fit as Fit
-from hydrocrane.fitting import fit as fit
+from hydrocrane.identification import Fit as Fit
 from hydrocrane.identification import Identification as Identification
+from hydrocrane.identification import fit as fit
 from hydrocrane.identification import identify_friction as identify_friction
 from hydrocrane.linear.linearise import linearise as linearise
 from hydrocrane.logs import Log as Log
@@ -45,8 +45,6 @@ from hydrocrane.results.outcome import Outcome as Outcome
 from hydrocrane.results.record import Event as Event
 from hydrocrane.results.run import Run as Run
 from hydrocrane.results.run import load_run as load_run
-from hydrocrane.scenario.command import Command as Command
-from hydrocrane.scenario.command import read_commands as read_commands
 from hydrocrane.scenario.events import Burst as Burst
 from hydrocrane.scenario.events import Goal as Goal
 from hydrocrane.scenario.payload import PayloadChange as PayloadChange
@@ -54,9 +52,11 @@ from hydrocrane.scenario.phases import Phase as Phase
 from hydrocrane.scenario.scenario import Scenario as Scenario
 from hydrocrane.scenario.scenario_file import bundled_scenarios as bundled_scenarios
 from hydrocrane.scenario.scenario_file import load_scenario as load_scenario
+from hydrocrane.scenario.series import Command as Command
+from hydrocrane.scenario.series import SupplyPressure as SupplyPressure
+from hydrocrane.scenario.series import read_commands as read_commands
+from hydrocrane.scenario.series import read_supply as read_supply
 from hydrocrane.scenario.solver import Solver as Solver
-from hydrocrane.scenario.supply import SupplyPressure as SupplyPressure
-from hydrocrane.scenario.supply import read_supply as read_supply
 from hydrocrane.simulation.batch import BatchObservation as BatchObservation
 from hydrocrane.simulation.batch import BatchSimulator as BatchSimulator
 from hydrocrane.simulation.live import LiveSimulator as LiveSimulator

@@ -6,7 +6,7 @@ from functools import cache
 
 from laboratory import calibrated, experiment
 
-from hydrocrane.identification.dynamic import DynamicFit, fit_dynamic
+from hydrocrane.identification.bristles.fit import DynamicFit, fit_dynamic
 
 # Time between samples of the slow ramp and of the step, s: fine enough for the bristles, few enough to be quick.
 INTERVALS = {"Rottne": (1e-2, 2e-3), "Kalmar": (5e-3, 2e-3)}

@@ -16,7 +16,7 @@ from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.state_space.options import Friction
-from hydrocrane.state_space.oscillations import SHOWS_WELL, oscillations, shows_well
+from hydrocrane.state_space.oscillations import SHOWS_WELL, Oscillations, oscillations
 
 # Share of a joint's range in which an end stop may act: its zone is a twentieth of the barrel or less.
 _END_STOPS = 0.07
@@ -38,25 +38,19 @@ _SLOW, _LESS_SLOW = 1e-12, 1e-6
 
 
 @dataclass(frozen=True)
-class Modes:
-    """Small motions about rest in one pose, slowest oscillation first.
+class Modes(Oscillations):
+    """Small motions about rest in one pose, slowest oscillation first; damping is negative if a motion grows.
 
     Attributes
     ----------
     q : (n,) array
         The pose.
-    frequency : (k,) array
-        Natural frequency ``|lambda| / (2 pi)`` of each oscillating pair, Hz.
-    damping : (k,) array
-        Damping ratio ``-Re(lambda) / |lambda|``; negative if the motion grows.
-    state : tuple of str
-        The state with the largest participation in each mode.
-    eigenvalues : (n_states,) complex array
-        All eigenvalues, 1/s.
     friction : str
         Treatment of friction, as in :func:`modes`.
     warnings : tuple of ResultWarning
         Limits of the numbers.
+    frequency, damping, state, eigenvalues, shapes
+        As of the oscillations of any linear model.
 
     Examples
     --------
@@ -66,19 +60,10 @@ class Modes:
     """
 
     q: Array
-    frequency: Array
-    damping: Array
-    state: tuple[str, ...]
-    eigenvalues: np.ndarray
     friction: str = "held"
     warnings: tuple[ResultWarning, ...] = ()
 
     __repr__ = brief
-
-    @property
-    def record_interval(self) -> Array:
-        """(k,) interval that records ten points per period of each mode, s."""
-        return shows_well(self.frequency)
 
     def _repr_html_(self) -> str:
         rows = zip(self.frequency, self.damping, self.state, strict=True)
@@ -125,15 +110,8 @@ def modes(machine: MachineLike, q: ArrayLike, *, payload: float | None = None, f
     jacobian = machine.jacobian(state, np.zeros(len(machine.cylinder_names)), payload=payload)
     warnings = smoothing_warnings(machine, jacobian, state, payload, friction)
     found = oscillations(with_friction(machine, jacobian, state, payload, friction), machine.state_names)
-    return Modes(
-        q=q,
-        frequency=found.frequency,
-        damping=found.damping,
-        state=found.state,
-        eigenvalues=found.eigenvalues,
-        friction=friction,
-        warnings=(*doubts, *warnings, *_recording_warning(found.frequency)),
-    )
+    warnings = (*doubts, *warnings, *_recording_warning(found.frequency))
+    return Modes(**vars(found), q=q, friction=friction, warnings=warnings)
 
 
 def check_friction(friction: str) -> None:

@@ -14,9 +14,9 @@ from hydrocrane.app.console import complain, plain_table, reporting, say, waitin
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from hydrocrane.fitting.parameters import Prior
-    from hydrocrane.fitting.records import HoldOut
-    from hydrocrane.identification.form import Exponents
+    from hydrocrane.identification.records import HoldOut
+    from hydrocrane.identification.static.maps import Exponents
+    from hydrocrane.identification.values.parameters import Prior
     from hydrocrane.rig import RigLog
     from hydrocrane.rig.running import RunSettings
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from hydrocrane._core_types import Passivity
     from hydrocrane.analysis.capacity import LoadChart
     from hydrocrane.analysis.figures import Figures
-    from hydrocrane.analysis.linear import Modes
     from hydrocrane.machine.machine import Machine
     from hydrocrane.result_warning import ResultWarning
     from hydrocrane.scenario.scenario import Scenario
@@ -197,7 +196,7 @@ def _loop(stage: ScenarioStage) -> str:
     return f"controller {stage.driver}, {stage.sensors} sensors, {stage.stick_times} stick times"
 
 
-def modes_table(found: Modes | Oscillations) -> Table:
+def modes_table(found: Oscillations) -> Table:
     """Natural modes, slowest first, with the record interval that shows each well."""
     table = plain_table("frequency, Hz", "damping ratio", "mostly in", "record every", left=("mostly in",))
     rows = zip(found.frequency, found.damping, found.state, found.record_interval, strict=True)

@@ -13,23 +13,22 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError
+from hydrocrane.identification.bristles.fit import DynamicFit, fit_dynamic
 from hydrocrane.identification.campaign_result import Identification, LeftOut, Stage
-from hydrocrane.identification.comparison import FrictionComparison, compare_friction
-from hydrocrane.identification.dynamic import fit_dynamic
-from hydrocrane.identification.dynamic_result import DynamicFit
-from hydrocrane.identification.form import Exponents, Wish
-from hydrocrane.identification.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.records import RAMP, STEADY, STEP, FrictionLog, ReadingOptions
 from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, linearity_error, span_error
-from hydrocrane.identification.static_map import EXPONENTS
-from hydrocrane.identification.static_stage import StaticIdentification, identify_static
+from hydrocrane.identification.static.comparison import FrictionComparison, compare_friction
+from hydrocrane.identification.static.maps import EXPONENTS, Exponents, Wish
+from hydrocrane.identification.static.points import DIRECTIONS, FrictionPoints
+from hydrocrane.identification.static.stage import StaticIdentification, identify_static
 from hydrocrane.logs.columns import LogLike
 from hydrocrane.logs.mapping import MappingLike
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
 from hydrocrane.signals import RigParameters, SteadyWindows, steady_windows
 
 if TYPE_CHECKING:
-    from hydrocrane.identification.result import StaticFit
+    from hydrocrane.identification.static.result import StaticFit
+
 
 T = TypeVar("T")
 LOGS, WINDOWS, STATIC, COMPARISON, BRISTLES = (

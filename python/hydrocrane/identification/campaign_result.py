@@ -11,8 +11,8 @@ from pathlib import Path
 
 from hydrocrane.arrays import brief
 from hydrocrane.errors import InputError
-from hydrocrane.identification.comparison import FrictionComparison
-from hydrocrane.identification.dynamic_result import UNITS, DynamicFit
+from hydrocrane.identification.bristles.fit import UNITS, DynamicFit
+from hydrocrane.identification.bristles.readings import DYNAMIC
 from hydrocrane.identification.records import STEADY, FrictionLog, name_of
 from hydrocrane.identification.report import (
     Report,
@@ -25,10 +25,10 @@ from hydrocrane.identification.report import (
     signature,
     write_part,
 )
-from hydrocrane.identification.result import of_sensors
-from hydrocrane.identification.rig_unknowns import DYNAMIC
 from hydrocrane.identification.sensors import PRESSURES
-from hydrocrane.identification.static_stage import StaticIdentification
+from hydrocrane.identification.static.comparison import FrictionComparison
+from hydrocrane.identification.static.maps import of_sensors
+from hydrocrane.identification.static.stage import StaticIdentification
 from hydrocrane.machine.machine import Machine
 from hydrocrane.notebook import card
 from hydrocrane.signals import SteadyWindows
@@ -119,50 +119,75 @@ class Identification:
 
         Without a static map the block holds only the bristle parameters; the including file must have the others.
         """
-        return _friction_file(self, cylinder or self.cylinder, date=date, file_name=file_name)
+        cylinder = cylinder or self.cylinder
+        bristles = _bristles(self)
+        static = None if self.static is None else self.static.fit
+        if static is None and not bristles:
+            reasons = "; ".join(f"{stage.name}: {stage.message}" for stage in self.stages if stage.message)
+            raise InputError(f"nothing was identified, so there is nothing to write. {reasons}")
+        if static is not None:
+            used = static.points.source + _dynamic_names(self)
+            block = static.toml(cylinder, source=dict.fromkeys(used), date=date, bristles=bristles)
+        else:
+            source = f"{', '.join(_dynamic_names(self))}; output-error fit, {signature(date)}"
+            block = "\n".join([*head(cylinder, cylinder, source, "lugre"), *bristles]) + "\n"
+        return "\n".join([*_preface(self, cylinder, file_name), block])
 
     def write(self, path: str | PathLike[str], cylinder: str | None = None) -> Path:
         """Write the block to a file that a machine file can include."""
         return write_part(path, lambda name: self.toml(cylinder, file_name=name))
 
     def report(self) -> Report:
-        """Everything in one page."""
-        return _report(self)
+        """Everything in one page: result first, then the stages in their order, the block last."""
+        from hydrocrane import __version__
+
+        title = f"Friction of cylinder {self.cylinder} of {self.rig.name}"
+        origin = f"hydrocrane {__version__}, {datetime.date.today().isoformat()}. {self.rig.title}."
+        report = Report(title, introduction=origin)
+        report.stage("Result", lambda: _result(self))
+        report.stage("Logs", lambda: _logs(self))
+        for windows in self.windows:
+            name = f"Steady motion in {name_of(windows.log)}"
+            report.stage(name, partial(_windows, name, windows))
+        if self.static is not None:
+            for name, make in self.static.stages(self.cylinder)[:-1]:
+                report.stage(name, make)
+        found = self.comparison
+        if found is not None:
+            report.stage("Load and pressure", lambda: Section("Load and pressure", found.sentence, figure=found.plot()))
+        if self.dynamic is not None:
+            # A fit that failed has only initial estimates.
+            ended = self.dynamic.estimate is not None
+            for name, make in self.dynamic.stages()[: -1 if ended else 1]:
+                report.stage(name, make)
+        for stage in self.failures:
+            report.add(Section(stage.name.capitalize(), failure=stage.message))
+        report.stage("Block for the machine file", lambda: Section("Block for the machine file", code=self.toml()))
+        return report
 
     def _repr_html_(self) -> str:
         return card(f"Friction of cylinder {self.cylinder}", self.summary().splitlines(), "print(found.summary())")
 
     def summary(self) -> str:
         """Stages, parameters with their 95 % intervals, and warnings as plain text."""
-        return _summary(self)
-
-
-def _report(found: Identification) -> Report:
-    """Result first, then the stages in their order, the block last."""
-    from hydrocrane import __version__
-
-    title = f"Friction of cylinder {found.cylinder} of {found.rig.name}"
-    origin = f"hydrocrane {__version__}, {datetime.date.today().isoformat()}. {found.rig.title}."
-    report = Report(title, introduction=origin)
-    report.stage("Result", lambda: _result(found))
-    report.stage("Logs", lambda: _logs(found))
-    for windows in found.windows:
-        name = f"Steady motion in {name_of(windows.log)}"
-        report.stage(name, partial(_windows, name, windows))
-    if found.static is not None:
-        for name, make in found.static.stages(found.cylinder)[:-1]:
-            report.stage(name, make)
-    if found.comparison is not None:
-        report.stage("Load and pressure", lambda: _comparison(found))
-    if found.dynamic is not None:
-        # A fit that failed has only initial estimates.
-        ended = found.dynamic.estimate is not None
-        for name, make in found.dynamic.stages()[: -1 if ended else 1]:
-            report.stage(name, make)
-    for stage in found.failures:
-        report.add(Section(stage.name.capitalize(), failure=stage.message))
-    report.stage("Block for the machine file", lambda: Section("Block for the machine file", code=found.toml()))
-    return report
+        lines = [f"{self.rig.name}, cylinder {self.cylinder}: {', '.join(record.name for record in self.records)}"]
+        rows = _parameters(self)
+        if rows:
+            lines += ["", f"{'parameter':<28}{'fitted':>12}   {'95 % interval':<24}unit"]
+            lines += [
+                f"{label:<28}{value:>12}   {low + (' .. ' + high if high else ''):<24}{unit}"
+                for label, unit, value, low, high in rows
+            ]
+        if self.comparison is not None:
+            lines += ["", self.comparison.sentence]
+        notable = [
+            f"{s.name} {s.outcome}" + (f": {s.message}" if s.outcome == "skipped" else "")
+            for s in self.stages
+            if s.outcome != "done"
+        ]
+        lines += ["", *notable] if notable else []
+        lines += ["", *(f"warning: {text}" for text in _once(self.warnings))] if self.warnings else []
+        return "\n".join(lines)
 
 
 def _windows(name: str, windows: SteadyWindows) -> Section:
@@ -209,49 +234,6 @@ def _log(record: FrictionLog) -> tuple[str, ...]:
     role = record.role or "not used"
     role = "left out: " + "; ".join(f.message for f in record.log.fatal) if record.log.fatal else role
     return (record.name, role, str(time.size), length, f"{record.payload:g}", f"{record.supply * 1e-5:g}", shown)
-
-
-def _comparison(found: Identification) -> Section:
-    assert found.comparison is not None
-    return Section("Load and pressure", found.comparison.sentence, figure=found.comparison.plot())
-
-
-def _summary(found: Identification) -> str:
-    """Stages, parameters and warnings as plain text."""
-    lines = [f"{found.rig.name}, cylinder {found.cylinder}: {', '.join(record.name for record in found.records)}"]
-    rows = _parameters(found)
-    if rows:
-        lines += ["", f"{'parameter':<28}{'fitted':>12}   {'95 % interval':<24}unit"]
-        lines += [
-            f"{label:<28}{value:>12}   {low + (' .. ' + high if high else ''):<24}{unit}"
-            for label, unit, value, low, high in rows
-        ]
-    if found.comparison is not None:
-        lines += ["", found.comparison.sentence]
-    notable = [
-        f"{s.name} {s.outcome}" + (f": {s.message}" if s.outcome == "skipped" else "")
-        for s in found.stages
-        if s.outcome != "done"
-    ]
-    lines += ["", *notable] if notable else []
-    lines += ["", *(f"warning: {text}" for text in _once(found.warnings))] if found.warnings else []
-    return "\n".join(lines)
-
-
-def _friction_file(found: Identification, cylinder: str, *, date: str = "", file_name: str = "friction.toml") -> str:
-    """Comments on the origin, then ``[friction.<cylinder>]`` with the fitted values."""
-    bristles = _bristles(found)
-    static = None if found.static is None else found.static.fit
-    if static is None and not bristles:
-        reasons = "; ".join(f"{stage.name}: {stage.message}" for stage in found.stages if stage.message)
-        raise InputError(f"nothing was identified, so there is nothing to write. {reasons}")
-    if static is not None:
-        used = static.points.source + _dynamic_names(found)
-        block = static.toml(cylinder, source=dict.fromkeys(used), date=date, bristles=bristles)
-    else:
-        source = f"{', '.join(_dynamic_names(found))}; output-error fit, {signature(date)}"
-        block = "\n".join([*head(cylinder, cylinder, source, "lugre"), *bristles]) + "\n"
-    return "\n".join([*_preface(found, cylinder, file_name), block])
 
 
 def _preface(found: Identification, cylinder: str, file_name: str) -> list[str]:

@@ -135,7 +135,7 @@ def damping_curves(
         except OutOfReachError:
             rows.append(np.empty((0, 2)))
             continue
-        own = [i for i, state in enumerate(found.state) if not state.endswith((".xs", ".vs"))]
+        own = _of_the_crane(found)
         rows.append(np.stack([found.frequency[own], found.damping[own]], axis=-1))
         warnings |= {warning.kind: warning for warning in found.warnings if warning.kind not in warnings}
     table = np.full((samples, max(len(row) for row in rows), 2), np.nan)

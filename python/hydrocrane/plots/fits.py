@@ -15,12 +15,12 @@ from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED, figure, shown, s
 from hydrocrane.signals.friction import steady_friction
 
 if TYPE_CHECKING:
-    from hydrocrane.fitting.result import Fit
-    from hydrocrane.identification.comparison import FrictionComparison
-    from hydrocrane.identification.dynamic_result import DynamicFit
-    from hydrocrane.identification.points import FrictionPoints
-    from hydrocrane.identification.residual_analysis import ResidualAnalysis
-    from hydrocrane.identification.result import StaticFit
+    from hydrocrane.identification.bristles.fit import DynamicFit
+    from hydrocrane.identification.static.comparison import FrictionComparison
+    from hydrocrane.identification.static.points import FrictionPoints
+    from hydrocrane.identification.static.residuals import ResidualAnalysis
+    from hydrocrane.identification.static.result import StaticFit
+    from hydrocrane.identification.values.result import Fit
     from hydrocrane.signals.windows import SteadyWindows
 
 SIDES = (("extending", 1.0), ("retracting", -1.0))
@@ -54,8 +54,7 @@ def static_fit(fit: StaticFit) -> Figure:
         left = fit.residuals[here]
         _dots(axes[1, 1], _shown_speed(points) * 1e3, left * sign, used, colour)
     _finish(fig, whole, axes[0, 1], axes[1, 1])
-    how = {"least-squares": "least squares", "graphical": "read by ruler"}.get(fit.method, fit.method)
-    title(fig, "Static friction", f"{int(fit.accepted.sum())} of {len(fit.points)} points, {how}")
+    title(fig, "Static friction", f"{int(fit.accepted.sum())} of {len(fit.points)} points")
     return fig
 
 
@@ -85,7 +84,7 @@ def _shown_speed(points: FrictionPoints) -> np.ndarray:
 def _band(fit: StaticFit, v: np.ndarray) -> np.ndarray:
     """Both ends (2, n) of the 95 % band of the map, N; its force where they are unknown."""
     force = fit.force(v)
-    ends = np.stack([force, force]) if fit.spread is None else fit.force_interval(v).T
+    ends = fit.force_interval(v).T
     return np.where(np.isfinite(ends), ends, force)
 
 

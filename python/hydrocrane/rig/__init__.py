@@ -7,9 +7,8 @@
     log.data, log.truth, log.save("log.csv")
 """
 
-from hydrocrane.rig.damping import BristleDamping, bristle_damping
 from hydrocrane.rig.experiments import experiments
-from hydrocrane.rig.friction import TABLE_3, loaded_friction
+from hydrocrane.rig.friction import TABLE_3, BristleDamping, bristle_damping, loaded_friction
 from hydrocrane.rig.log import RigLog, Segment
 from hydrocrane.rig.running import run, scenario, series
 from hydrocrane.rig.steady import SteadyMotion, steady_motion

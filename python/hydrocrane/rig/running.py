@@ -16,8 +16,8 @@ from hydrocrane.rig.experiments import course_of, experiment
 from hydrocrane.rig.log import Rig, RigLog, machine_of, reading
 from hydrocrane.rig.steady import SteadyValve
 from hydrocrane.scenario.changes import check_equal
-from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.series import Command
 from hydrocrane.scenario.solver import Solver
 
 if TYPE_CHECKING:

@@ -19,11 +19,10 @@ from hydrocrane.machine.machine import Machine, MachineLike
 from hydrocrane.machine.overrides import Override, Overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.scenario.command import Commands
 from hydrocrane.scenario.events import Burst, Goal
 from hydrocrane.scenario.phases import Phase
+from hydrocrane.scenario.series import Commands, SupplyLike
 from hydrocrane.scenario.solver import Solver
-from hydrocrane.scenario.supply import SupplyLike
 
 Pressures: TypeAlias = str | Mapping[str, tuple[float, float]]
 

@@ -33,13 +33,12 @@ from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields, check_agreement, later_counts, stated_fields
-from hydrocrane.scenario.command import Command, as_command, split_table
 from hydrocrane.scenario.events import Burst, Goal, as_bursts
 from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import ControllerSettings, Phase, ScenarioStage, check_values, in_order_of_time
 from hydrocrane.scenario.record_size import bytes_of, check_size, row_count
+from hydrocrane.scenario.series import MEASURED, Command, SupplyPressure, as_command, as_supply, split_table
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver
-from hydrocrane.scenario.supply import MEASURED, SupplyPressure, as_supply
 
 
 @dataclass(frozen=True)

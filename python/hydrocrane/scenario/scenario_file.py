@@ -14,12 +14,11 @@ from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import SolverFields
-from hydrocrane.scenario.command import Command
 from hydrocrane.scenario.events import Burst, Goal
 from hydrocrane.scenario.phases import Phase
 from hydrocrane.scenario.scenario import Scenario
+from hydrocrane.scenario.series import Command, SupplyPressure
 from hydrocrane.scenario.solver import Solver
-from hydrocrane.scenario.supply import SupplyPressure
 
 
 def bundled_scenarios() -> tuple[str, ...]:

@@ -16,9 +16,8 @@ from hydrocrane.machine.keys import Key, distinct, machine_key, put_value
 from hydrocrane.machine.machine import Machine
 from hydrocrane.machine.overrides import Override
 from hydrocrane.scenario.changes import ScenarioFields
-from hydrocrane.scenario.command import Command, read_commands
 from hydrocrane.scenario.scenario import Scenario
-from hydrocrane.scenario.supply import read_supply
+from hydrocrane.scenario.series import Command, read_commands, read_supply
 from hydrocrane.units import converted
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import hydrocrane as hc
 from hydrocrane.analysis.sensitivity import Experiment, solve
-from hydrocrane.fitting.simulated import replayed
+from hydrocrane.identification.values.models import replayed
 
 PICKED, DROPPED, AGAIN, END = 0.15, 0.3, 0.4, 0.5
 AFTER = 1e-9

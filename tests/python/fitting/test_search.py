@@ -12,10 +12,10 @@ import pytest
 from oracles.rig import Rig
 
 import hydrocrane as hc
-from hydrocrane.fitting.prediction import SensorReading
-from hydrocrane.fitting.records import FittedLog
-from hydrocrane.fitting.search import FitTask, searched
-from hydrocrane.identification.output_error import Unknown
+from hydrocrane.identification.records import FittedLog
+from hydrocrane.identification.solve import Unknown
+from hydrocrane.identification.values.models import SensorReading
+from hydrocrane.identification.values.search import FitTask, searched
 
 RIG = "rig-rottne"
 PLAN = hc.Scenario(machine=RIG, joints={"slide": 0.0}, duration=4.0)

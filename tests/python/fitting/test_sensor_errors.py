@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrocrane as hc
-from hydrocrane.fitting.parameters import SensorError, unknown_error
+from hydrocrane.identification.values.parameters import SensorError, unknown_error
 
 # Two sensors read one pressure; the first states no accuracy.
 TWO = """extends = "single-cylinder"

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 import hydrocrane as hc
 from hydrocrane.app.cli import app
-from hydrocrane.fitting.doubts import doubtful_columns
-from hydrocrane.fitting.ties import left_behind
+from hydrocrane.identification.values.doubts import doubtful_columns
+from hydrocrane.identification.values.parameters import left_behind
 from hydrocrane.results.comparison import Difference
 
 DURATION = 8.0

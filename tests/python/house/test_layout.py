@@ -62,15 +62,14 @@ ROOMS = {
     "benchmark": BASE | {"files", "machine", "control", "scenario", "results", "simulation"},
     "rig": BASE | {"logs", "machine", "scenario", "results", "simulation"},
     "signals": BASE | {"logs", "machine"},
-    "identification": BASE | {"files", "logs", "machine", "scenario", "results", "analysis", "rig", "signals"},
-    "fitting": BASE
-    | {"files", "logs", "machine", "scenario", "results", "simulation", "analysis", "signals", "identification"},
+    "identification": BASE
+    | {"files", "logs", "machine", "scenario", "results", "simulation", "analysis", "rig", "signals"},
     "studies": BASE | {"files", "machine", "scenario", "results", "simulation"},
     "gym": BASE | {"machine", "simulation", "studies"},
     "export": BASE | {"files", "machine", "control", "scenario"},
     "plots": BASE
     | {"files", "state_space", "machine", "results", "analysis", "linear", "benchmark"}
-    | {"signals", "identification", "fitting"},
+    | {"signals", "identification"},
 }  # fmt: skip
 # The app imports every room and is imported by none.
 APP = {"app", "__main__", "__init__"}

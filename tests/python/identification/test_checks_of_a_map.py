@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hydrocrane.identification import FrictionPoints, StaticMap, fit_static, synthetic_points
-from hydrocrane.identification.residual_analysis import Succession
-from hydrocrane.identification.static_stage import identify_static
+from hydrocrane.identification.static.residuals import Succession
+from hydrocrane.identification.static.stage import identify_static
 
 LAW = StaticMap.of(
     {"coulomb": (160, 280), "breakaway": (340, 400), "stribeck-velocity": 0.002, "viscous": (8000, 12000),

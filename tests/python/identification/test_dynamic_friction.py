@@ -12,13 +12,21 @@ from scipy.signal import lfilter
 import hydrocrane as hc
 from hydrocrane import rig
 from hydrocrane.errors import InputError
-from hydrocrane.identification import Report, bristle, expected, first_readings, fit_dynamic, output_error
-from hydrocrane.identification.bristle import PistonMotion
-from hydrocrane.identification.output_error import JointPrior, Unknown
-from hydrocrane.identification.result import Spread, StaticFit
-from hydrocrane.identification.rig_model import Blocks, RigLogModel, RigResiduals, corners, lagged
-from hydrocrane.identification.rig_unknowns import BEST_FITTED, DYNAMIC, map_prior, most_damping, rig_map, unknowns_of
+from hydrocrane.identification import Report, expected, first_readings, fit_dynamic, solve
+from hydrocrane.identification.bristles import readings as bristle
+from hydrocrane.identification.bristles.model import Blocks, RigLogModel, RigResiduals, corners, lagged
+from hydrocrane.identification.bristles.readings import (
+    BEST_FITTED,
+    DYNAMIC,
+    PistonMotion,
+    map_prior,
+    most_damping,
+    rig_map,
+    unknowns_of,
+)
 from hydrocrane.identification.sensors import RigSensors
+from hydrocrane.identification.solve import JointPrior, Unknown
+from hydrocrane.identification.static.result import Spread, StaticFit
 from hydrocrane.logs import Log
 from hydrocrane.signals import zero_calibrated
 
@@ -154,14 +162,14 @@ def test_a_straight_line_is_fitted_with_the_textbook_covariance():
     y = 2.0 + 3.0 * x + 0.1 * np.random.default_rng(0).normal(size=50)
     jacobian = np.stack([np.ones(50), x], axis=-1) / 0.1
     unknowns = [Unknown("a", 0.0, 1.0), Unknown("b", 0.0, 10.0, prior=(2.0, 0.5))]
-    found = output_error.fit(unknowns, lambda t: (jacobian @ t - y / 0.1, jacobian))
+    found = solve.fit(unknowns, lambda t: (jacobian @ t - y / 0.1, jacobian))
     information = jacobian.T @ jacobian + np.diag([0.0, 4.0])
     mean = np.linalg.solve(information, jacobian.T @ y / 0.1 + [0.0, 8.0])
     assert found.values == pytest.approx(mean, rel=1e-6)
     assert found.bound == pytest.approx(np.linalg.inv(information), rel=1e-6)
     assert found.variance == pytest.approx(1.0, abs=0.5)
     low = [unknowns[0], Unknown("b", 0.5, 1.0, bounds=(0.0, 1.0))]
-    bounded = output_error.fit(low, lambda t: (jacobian @ t - y / 0.1, jacobian))
+    bounded = solve.fit(low, lambda t: (jacobian @ t - y / 0.1, jacobian))
     assert bounded.at_bound == ("b",)
 
 
@@ -178,18 +186,18 @@ def test_a_joint_prior_counts_as_the_data_that_it_came_from():
     def later(theta):
         return jacobian[second] @ theta[::-1] - target[second], jacobian[second][:, ::-1]
 
-    found = output_error.fit(unknowns, later, joint=joint)
+    found = solve.fit(unknowns, later, joint=joint)
     whole = np.linalg.lstsq(jacobian, target)[0]
     assert found.values[::-1] == pytest.approx(whole, rel=1e-6)
     assert found.bound[::-1, ::-1] == pytest.approx(np.linalg.inv(jacobian.T @ jacobian), rel=1e-6)
-    deviation = output_error.bound(unknowns, later, joint=joint)
+    deviation = solve.bound(unknowns, later, joint=joint)
     assert deviation["a"] == pytest.approx(np.sqrt(found.bound[1, 1]), rel=1e-6)
 
 
 def test_what_a_joint_prior_holds_equal_stays_equal():
     """A covariance without inverse says that a difference is known, not that nothing is."""
     joint = JointPrior(("a", "b"), np.array([1.0, 1.0]), np.full((2, 2), 4.0))
-    found = output_error.fit(
+    found = solve.fit(
         [Unknown("a", 1.0, 1.0), Unknown("b", 1.0, 1.0)],
         lambda t: (np.array([(t[0] - 3.0) / 0.1]), np.array([[10.0, 0.0]])),
         joint=joint,

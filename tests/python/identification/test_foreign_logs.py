@@ -11,8 +11,8 @@ import pytest
 import hydrocrane as hc
 from hydrocrane.app.cli import main
 from hydrocrane.identification import FrictionPoints, StaticMap, fit_static, synthetic_points
-from hydrocrane.identification.averaging import akaike_weights, averaged
 from hydrocrane.identification.campaign import held_exponents
+from hydrocrane.identification.static.intervals import akaike_weights, averaged
 from hydrocrane.signals import steady_windows
 
 SIDES = ("extending", "retracting")
@@ -40,13 +40,14 @@ def motion_of(seed):
 @pytest.mark.study
 @pytest.mark.evidence
 def test_intervals_hold_in_the_default_call_whatever_the_exponent():
-    """20 cylinders of viscous exponent 1, on a rig whose file says 1.5: 93 to 97 % of the intervals at 95 % hold.
+    """20 cylinders of viscous exponent 1, on a rig whose file says 1.5: 93 % of the intervals at 95 % hold, or more.
 
-    Of 40 intervals of Coulomb force that is 37 to 39; intervals that are right by chance alone hold so often in nine
-    of ten studies. Exponents held at those of the file, as they once were, leave them in one of five.
+    Of 40 intervals of Coulomb force that is 37. All 40 of right ones hold in 13 of 100 studies, so that no number is
+    too many: what they are bought with shows in their widths, beside those of the likeliest form alone too. Exponents
+    held at those of the file leave the truth out in one of five.
     """
     held = {"coulomb": [], "breakaway": [], "stribeck-velocity": []}
-    widths = []
+    widths, wider = [], []
     for seed in range(20):
         truth, motion = motion_of(seed)
         fit = identified(motion, seed).static.fit
@@ -65,10 +66,12 @@ def test_intervals_hold_in_the_default_call_whatever_the_exponent():
                 low, high = ends[f"{name}.{side}"]
                 held[name].append(low <= value <= high)
         widths += [np.ptp(ends[f"coulomb.{side}"]) / value for side, value in zip(SIDES, truth.coulomb, strict=True)]
-    assert 37 <= sum(held["coulomb"]) <= 39, held
+        alone = (fit._alone(f"coulomb.{side}", 0.95, fit.interval_method) for side in SIDES)
+        wider += [np.ptp(ends[f"coulomb.{side}"]) / np.ptp(own) for side, own in zip(SIDES, alone, strict=True)]
+    assert sum(held["coulomb"]) >= 37, held
     assert 0.93 <= np.mean([*held["breakaway"], *held["stribeck-velocity"]]) <= 1.0
     # Not bought with intervals that say nothing.
-    assert np.median(widths) < 0.12
+    assert np.median(widths) < 0.12 and np.median(wider) < 2.0
 
 
 def test_held_exponents_are_those_of_the_rigs_file():

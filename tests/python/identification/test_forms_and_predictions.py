@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrocrane.identification import FrictionPoints, StaticMap, fit_static
-from hydrocrane.identification.static_stage import identify_static
+from hydrocrane.identification import FrictionPoints, StaticMap, fit_static, synthetic_points
+from hydrocrane.identification.static.stage import identify_static
 
 COULOMB, RISE, FALL, VISCOUS = (160.0, 280.0), (180.0, 120.0), 3e-3, (8000.0, 12000.0)
 
@@ -74,6 +74,23 @@ def test_speeds_that_do_not_tell_an_exponent_take_one_and_say_so_beyond():
     assert any("the map is an extrapolation" in text for text in fit.warnings), fit.warnings
     table = identify_static(fit.points).report("test").html()
     assert "Friction of the map" in table and "beyond the levels" in table
+
+
+@pytest.mark.parametrize("seed", [17, 27])
+def test_a_viscous_coefficient_allows_for_the_choice_of_a_free_exponent(seed):
+    """The exponent is 1; of the first 35 seeds these two free it. That form alone holds 2 of their 4 coefficients."""
+    viscous = (2000.0, 3000.0)
+    law = StaticMap.of(
+        {"coulomb": COULOMB, "breakaway": (340, 400), "stribeck-velocity": 2e-3, "viscous": viscous}
+        | {"viscous-exponent": 1.0}
+    )
+    errors = {"windows": 2, "force_error": 2.0, "velocity_error": 0.002}
+    fit = fit_static(synthetic_points(law, seed=seed, speeds=np.geomspace(3e-4, 0.15, 10), **errors))
+    assert "viscous exponent free" in fit.form_text
+    for side, true in zip(("extending", "retracting"), viscous, strict=True):
+        low, high = fit.intervals()[f"viscous.{side}"]
+        alone = fit._alone(f"viscous.{side}", 0.95, fit.interval_method)
+        assert low <= true <= high and high - low < 1.4 * (alone[1] - alone[0])
 
 
 @pytest.mark.parametrize("seed", range(4))

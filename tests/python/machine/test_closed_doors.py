@@ -19,7 +19,7 @@ from command_line import run
 import hydrocrane as hc
 from hydrocrane.app.console import complain, say
 from hydrocrane.files.datasets import save
-from hydrocrane.fitting.result import block
+from hydrocrane.identification.values.result import block
 from hydrocrane.logs.writers import write_log
 from hydrocrane.plots.style import one_chart, styled, title, write
 

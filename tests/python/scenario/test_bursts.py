@@ -8,7 +8,7 @@ import hydrocrane as hc
 from hydrocrane.analysis.sensitivity import Experiment, solve
 from hydrocrane.app.cli import app
 from hydrocrane.app.live import drive_request
-from hydrocrane.fitting.simulated import replayed
+from hydrocrane.identification.values.models import replayed
 from hydrocrane.results.energy import energy_balance
 
 POSE = {"boom": 1.7, "jib": 1.7, "extension": 0.2}

@@ -1,0 +1,1 @@
+"""Any values of a machine file from logs: unknowns and priors, models of a log, search, intervals, doubts, report."""
