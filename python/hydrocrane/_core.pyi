@@ -1,6 +1,6 @@
 """The compiled core. Arrays are float64 and C-contiguous; batches have a leading axis; SI units throughout."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import final
 
 from numpy import bool_, float64, int64
@@ -72,8 +72,15 @@ __all__ = [
     "csv_rows",
     "scenario_text",
     "TIME_NAMES",
+    "ATMOSPHERE",
     "read_text",
     "split_name",
+    "unit_of",
+    "first_of",
+    "time_column",
+    "counted_in",
+    "log_unit",
+    "in_si",
     "tables_of",
     "tape",
     "tip_gain_units",
@@ -387,6 +394,7 @@ def command_table(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, _A
 def scenario_text(machine: Machine, scenario: ScenarioEntry, head: tuple[str, str, str, str]) -> str: ...
 
 TIME_NAMES: list[str]
+ATMOSPHERE: float
 
 def read_text(
     data: bytes,
@@ -400,6 +408,12 @@ def read_text(
     list[tuple[str, str]],
 ]: ...
 def split_name(text: str) -> tuple[str, str]: ...
+def unit_of(name: str, beside: str) -> str: ...
+def first_of(columns: list[str], wanted: list[str]) -> int | None: ...
+def time_column(columns: list[tuple[str, str, tuple[float, _Array] | None]], clocks: list[int]) -> int | None: ...
+def counted_in(times: _Array) -> str | None: ...
+def log_unit(text: str, name: str = "", expected: Sequence[str] = ...) -> tuple[float, str, float, bool]: ...
+def in_si(numbers: _Array, unit: str, gauge: bool) -> _Array: ...
 def measure(
     machine: Machine,
     times: _Array,

@@ -45,6 +45,8 @@ pub struct Seconds {
 
 const SECOND: i64 = 1_000_000_000;
 const DAY: i64 = 86_400 * SECOND;
+/// s
+pub const DAY_SECONDS: f64 = 86_400.0;
 
 impl Moment {
     /// A cell like `2024-05-01T12:30:00.25Z`, `2024/5/1 12:30:00`, `31.12.2024 12:30:00`, `12/31/2024 1:30:00 PM`, `12:30:00,25`, or a date
@@ -181,12 +183,17 @@ pub fn seconds_of(moments: &[Moment], order: Option<DateOrder>) -> Seconds {
     if moments.iter().all(|moment| moment.day == Day::Unstated) {
         let (mut last, mut days) = (0.0, 0.0);
         for value in &mut values {
-            days += if *value - last < -0.5 * 86_400.0 { 86_400.0 } else { 0.0 };
+            days += if *value - last < -0.5 * DAY_SECONDS { DAY_SECONDS } else { 0.0 };
             last = *value;
             *value += days;
         }
     }
     Seconds { values, start: start as f64 / SECOND as f64, undecided: day_first.is_none() }
+}
+
+/// Whether moments, as [`Seconds`] has them, are dates without a time.
+pub fn in_days(start: f64, values: &[f64]) -> bool {
+    values.iter().all(|value| value.is_nan() || (start + value).rem_euclid(DAY_SECONDS) <= 0.0)
 }
 
 /// Whether the day is the first of two numbers before a year, in all dates of a column; `None` if nothing says so.

@@ -1,29 +1,6 @@
-//! One column of a table, and which one holds the times.
+//! One column of a table.
 
-use crate::names::split_name;
-
-/// Names of a column of times, in any case, the likeliest first; loggers also write it in their maker's language. `T`, which may be a
-/// temperature, counts where no other column may hold times.
-pub const TIME_NAMES: [&str; 18] = [
-    "time",
-    "t",
-    "time_s",
-    "t_s",
-    "timestamp",
-    "time stamp",
-    "time_stamp",
-    "datetime",
-    "date time",
-    "date_time",
-    "zeit",
-    "zeitstempel",
-    "temps",
-    "tiempo",
-    "tempo",
-    "tid",
-    "tijd",
-    "aika",
-];
+use crate::clock::{in_days, DAY_SECONDS};
 
 /// What was decided, or is missing: a stable short name of its kind, and the message.
 pub type Note = (&'static str, String);
@@ -59,6 +36,10 @@ pub enum Loss {
     Mixed(String, String),
     /// Its dates may have the day or the month first.
     Dates,
+    /// A time of day beside these columns of dates: of which one belongs to it, or whose order of day and month is open.
+    OfNoDay(Vec<String>),
+    /// Its dates belong to the times of day of this column.
+    DateOf(String),
     /// Most of its cells are words, this one first.
     Words(String),
     /// The header names it, and no row reaches it.
@@ -73,43 +54,48 @@ impl Loss {
             }
             Loss::Mixed(one, other) => format!("`{one}` and `{other}` have different decimal marks"),
             Loss::Dates => "its dates do not say which number is the day".into(),
+            Loss::OfNoDay(days) => {
+                format!("a time of day beside the dates in `{}`, not known of which day", days.join("` and `"))
+            }
+            Loss::DateOf(name) => format!("its dates belong to the times of day in `{name}`"),
             Loss::Words(_) => "words, not numbers".into(),
             Loss::NoCells => "no row has a cell of it".into(),
         }
     }
 }
 
-/// Index of the column with a name, with or without its unit: as it is written, else in any case. `None` if several have it.
-pub fn column_named(columns: &[Column], wanted: &str) -> Option<usize> {
-    let one = |is: &dyn Fn(&str) -> bool, short: bool| {
-        let own = |column: &Column| is(if short { split_name(&column.name).0 } else { &column.name });
-        let mut found = (0..columns.len()).filter(|at| own(&columns[*at]));
-        found.next().map(|first| found.next().is_none().then_some(first))
-    };
-    let any_case = |name: &str| name.eq_ignore_ascii_case(wanted);
-    let exact = |name: &str| name == wanted;
-    [one(&exact, false), one(&exact, true), one(&any_case, false), one(&any_case, true)].into_iter().flatten().next()?
+/// Times of day beside a column of dates count from the first of these.
+pub fn join_dates(columns: &mut [Column]) {
+    for at in 0..columns.len() {
+        let Some((content, day)) = joined(columns, at) else { continue };
+        if let Some(day) = day {
+            columns[day].content = Content::Lost(Loss::DateOf(columns[at].name.clone()));
+        }
+        columns[at].content = content;
+    }
 }
 
-/// Index of the time column: the one with such a name, or the only one with dates; `T` at last. `None` if several have one name.
-pub fn time_column(columns: &[Column]) -> Option<usize> {
-    let name = |at: usize| split_name(&columns[at].name).0;
-    let is = |at: usize, wanted: &str| name(at) != "T" && name(at).eq_ignore_ascii_case(wanted);
-    let held = |wanted: &&str| (0..columns.len()).any(|at| is(at, wanted));
-    if let Some(wanted) = TIME_NAMES.into_iter().find(held) {
-        return column_named(columns, wanted);
-    }
-    // A date alone is no time.
-    let in_days =
-        |start: f64, values: &[f64]| values.iter().all(|value| value.is_nan() || (start + value) % 86_400.0 <= 0.0);
-    let dated = |at: &usize| match &columns[*at].content {
-        Content::Numbers { start: Some(start), values, .. } => !in_days(*start, values),
-        _ => false,
+/// Times of day with their dates, and the column of these, or why they cannot be joined; `None` where nothing is to be joined.
+fn joined(columns: &[Column], at: usize) -> Option<(Content, Option<usize>)> {
+    let Content::Numbers { values, start: Some(first), notes } = &columns[at].content else { return None };
+    let of_day = |start: &f64| (0.0..DAY_SECONDS).contains(start);
+    let is_day = |day: &usize| match &columns[*day].content {
+        Content::Numbers { values: days, start: Some(start), .. } => {
+            days.len() == values.len() && !of_day(start) && in_days(*start, days)
+        }
+        content => *content == Content::Lost(Loss::Dates),
     };
-    let mut found = (0..columns.len()).filter(dated);
-    match (found.next(), found.next()) {
-        (None, _) => column_named(columns, "T"),
-        (first, None) => first,
-        _ => None,
+    let found: Vec<usize> = (0..columns.len()).filter(|day| of_day(first) && is_day(day)).collect();
+    match (&found[..], found.first().map(|day| &columns[*day].content)) {
+        ([], _) => None,
+        ([day], Some(Content::Numbers { values: days, start: Some(start), .. })) => {
+            let joint = |(day, time): (&f64, &f64)| day + (first + time).rem_euclid(DAY_SECONDS) - first;
+            let values = days.iter().zip(values).map(joint).collect();
+            Some((Content::Numbers { values, start: Some(start + first), notes: notes.clone() }, Some(*day)))
+        }
+        _ => {
+            let names = found.iter().map(|day| columns[*day].name.clone()).collect();
+            Some((Content::Lost(Loss::OfNoDay(names)), None))
+        }
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::cells::{is_missing, number};
 use crate::clock::Moment;
-use crate::names::names_of;
 use crate::split::{cells_of, BLANK};
 use std::borrow::Cow;
 
@@ -119,4 +118,24 @@ fn is_title(row: &[Cow<'_, str>], width: usize) -> bool {
 fn are_units(cells: &[String]) -> bool {
     let word = |cell: &String| cell == "-" || !(is_value(cell) || is_missing(cell));
     cells.iter().any(word) && cells.iter().all(|cell| ["", "1", "--"].contains(&cell.as_str()) || word(cell))
+}
+
+/// The names in a line between blanks: as many as there are columns, if they are parted by blanks, by another delimiter, or by wide
+/// gaps; a bracket belongs to the name before it.
+fn names_of(line: &str, delimiter: u8, width: usize) -> Vec<String> {
+    if delimiter != BLANK {
+        return cells_of(line, delimiter).into_iter().map(Into::into).collect();
+    }
+    let words: Vec<String> = line.split_whitespace().map(str::to_string).collect();
+    let by = |delimiter: u8| cells_of(line, delimiter).into_iter().map(Into::into).collect::<Vec<String>>();
+    let gaps = line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).map(str::to_string).collect();
+    let mut joined: Vec<String> = Vec::new();
+    for word in &words {
+        match joined.last_mut().filter(|_| word.starts_with(['[', '('])) {
+            Some(name) => *name = format!("{name} {word}"),
+            None => joined.push(word.clone()),
+        }
+    }
+    let ways = [by(b','), by(b';'), by(b'\t'), words.clone(), gaps, joined];
+    ways.into_iter().find(|names| names.len() == width).unwrap_or(words)
 }

@@ -8,13 +8,11 @@ mod clock;
 mod column;
 mod decode;
 mod head;
-mod names;
 mod split;
 mod table;
 
 pub use cells::Format;
-pub use clock::DateOrder;
-pub use column::{column_named, time_column, Column, Content, Loss, Note, TIME_NAMES};
+pub use clock::{in_days, DateOrder};
+pub use column::{Column, Content, Loss, Note};
 pub use decode::decoded;
-pub use names::split_name;
 pub use table::{read, Fault, Form, Table};

@@ -2,7 +2,7 @@
 
 use crate::cells::{is_missing, Cells, Decision, Format, Grid};
 use crate::clock::{seconds_of, DateOrder, Moment};
-use crate::column::{Column, Content, Loss, Note};
+use crate::column::{join_dates, Column, Content, Loss, Note};
 use crate::head::{delimiter, Head};
 use crate::split::{cells_of, lines};
 use std::fmt;
@@ -92,7 +92,9 @@ pub fn read(text: &str, form: &Form) -> Result<Table, Fault> {
     let comments = lines(above).map(str::trim).filter(|line| !stated && is_comment(line)).map(str::to_string);
     let comments = comments.chain(filled.comments.iter().cloned()).take(MOST_COMMENTS).collect();
     let (cells, notes, count) = filled.finish()?;
-    Ok(Table { columns: columns(cells, head, count, form.dates), rows: count, comments, notes })
+    let mut columns = columns(cells, head, count, form.dates);
+    join_dates(&mut columns);
+    Ok(Table { columns, rows: count, comments, notes })
 }
 
 /// What `fill` makes of a text, or of its parts at once, where it is long.

@@ -78,6 +78,9 @@ kinds! {
     BadSeries = "bad-series",
 }
 
+/// An error without its place: kind, message and cure.
+pub type Problem = (ErrorKind, String, String);
+
 /// Place in a file: name, line and column counted from one, the text of the line, and how many columns to underline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilePosition {

@@ -15,6 +15,8 @@ mod field;
 mod keys;
 mod load;
 mod log;
+pub mod log_columns;
+pub mod log_units;
 mod merge;
 mod misread;
 pub mod model;
@@ -35,7 +37,7 @@ mod whole;
 
 pub use bundled::{bundled_machines, bundled_scenarios};
 pub use disk::{path_fault, read as read_file};
-pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, ERROR_SLUGS};
+pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, Problem, ERROR_SLUGS};
 pub use keys::{Key, CONTROLLERS, PLAUSIBILITY, TIP_AXES};
 pub use load::{is_path, load, parse, tables_of, whole_text, whole_text_of, Template};
 pub use merge::OverrideValue;

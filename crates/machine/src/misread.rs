@@ -2,7 +2,7 @@
 
 use crate::nearest::symbol_suggestion;
 use crate::units::{
-    in_symbol, lookup, meant, number_length, own_unit, parse_scalar, parse_unit, Dimension, Meant, UnitError,
+    in_symbol, lookup, meant, number_length, own_unit, parse_scalar, parse_unit, Dimension, Meant, Unit, UnitError,
 };
 
 /// Symbols of what they measure (as a unit), with the cure.
@@ -26,10 +26,7 @@ pub fn instead(text: &str, expected: Option<Dimension>) -> Option<String> {
         return Some((*cure).into());
     }
     let bare: String = unit.chars().filter(|c| c.is_alphabetic()).collect();
-    let pressure = own_unit("Pa").dimension;
-    let split = |(end, above_vacuum)| bare.strip_suffix(end).map(|symbol| (symbol, above_vacuum));
-    let is_pressure = |(symbol, _): &(&str, bool)| lookup(symbol).is_some_and(|unit| unit.dimension == pressure);
-    let (symbol, above_vacuum) = ZEROS.into_iter().filter_map(split).find(is_pressure).filter(|_| wanted("Pa"))?;
+    let (symbol, _, above_vacuum) = split_zero(&bare, lookup).filter(|_| wanted("Pa"))?;
     Some(if above_vacuum {
         format!("pressures here are gauge: write what is above the atmosphere, 1.01325 bar, in {symbol}")
     } else {
@@ -37,17 +34,39 @@ pub fn instead(text: &str, expected: Option<Dimension>) -> Option<String> {
     })
 }
 
-/// `"140 bar"` as its SI value and the name of its dimension, for readers of other files than machines; the error
-/// says what is wrong and what was probably meant, in units of the same dimension as `expected`, if it is given.
-pub fn quantity(text: &str, expected: Option<&str>) -> Result<(f64, String), String> {
-    let (number, unit) = parse_scalar(text).map_err(|error| match error {
-        UnitError::Malformed(message) => message,
+/// Symbol and unit of a pressure that says above which zero it is, and whether that is vacuum.
+pub fn split_zero(letters: &str, lookup: fn(&str) -> Option<Unit>) -> Option<(&str, Unit, bool)> {
+    let split = |(end, above_vacuum): (&str, bool)| {
+        let (symbol, rest) = letters.split_at_checked(letters.len().checked_sub(end.len())?)?;
+        let unit = lookup(symbol).filter(|unit| unit.dimension == own_unit("Pa").dimension)?;
+        rest.eq_ignore_ascii_case(end).then_some((symbol, unit, above_vacuum))
+    };
+    ZEROS.into_iter().find_map(split)
+}
+
+/// What is wrong with the quantity `text`, and what was probably meant, of the `expected` dimension; no cure where the first says it.
+pub fn said(error: UnitError, text: &str, expected: Option<Dimension>) -> (String, String) {
+    match error {
+        UnitError::Malformed(message) => (message, String::new()),
         UnitError::Unknown(symbol) => {
-            let expected = expected.and_then(|unit| parse_unit(unit).ok()).map(|unit| unit.dimension);
             let fits = |meant: &Meant| expected.is_none_or(|dimension| meant.unit.dimension == dimension);
             let fitting = meant(text, &symbol).into_iter().filter(fits).map(|meant| (meant.symbol, 0));
             let near = || symbol_suggestion(&symbol, &fitting.collect::<Vec<_>>());
-            format!("unknown unit `{symbol}`; {}", instead(text, expected).unwrap_or_else(near))
+            (format!("unknown unit `{symbol}`"), instead(text, expected).unwrap_or_else(near))
+        }
+    }
+}
+
+/// `"140 bar"` as its SI value and the name of its dimension, for readers of other files than machines; the error
+/// says what is wrong and what was probably meant, in units of the same dimension as `expected`, if it is given.
+pub fn quantity(text: &str, expected: Option<&str>) -> Result<(f64, String), String> {
+    let (number, unit) = parse_scalar(text).map_err(|error| {
+        let expected = expected.and_then(|unit| parse_unit(unit).ok()).map(|unit| unit.dimension);
+        let (what, cure) = said(error, text, expected);
+        if cure.is_empty() {
+            what
+        } else {
+            format!("{what}; {cure}")
         }
     })?;
     let value = unit.to_si(number);

@@ -189,8 +189,13 @@ pub fn number_length(text: &str) -> usize {
 
 /// Parses a unit expression; the empty text is the unit of a plain number.
 pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
+    parse_unit_by(text, lookup)
+}
+
+/// As [`parse_unit`], of the symbols that `lookup` knows.
+pub fn parse_unit_by(text: &str, lookup: fn(&str) -> Option<Unit>) -> Result<Unit, UnitError> {
     let text = text.trim();
-    let mut parser = UnitParser { text, rest: text, depth: 0 };
+    let mut parser = UnitParser { text, rest: text, depth: 0, lookup };
     if parser.rest.is_empty() {
         return Ok(Unit { factor: 1.0, dimension: Dimension::NONE });
     }
@@ -209,6 +214,7 @@ struct UnitParser<'a> {
     text: &'a str,
     rest: &'a str,
     depth: usize,
+    lookup: fn(&str) -> Option<Unit>,
 }
 
 impl UnitParser<'_> {
@@ -316,7 +322,7 @@ impl UnitParser<'_> {
             return Err(self.malformed());
         }
         self.rest = rest;
-        lookup(symbol).ok_or_else(|| UnitError::Unknown(symbol.into()))
+        (self.lookup)(symbol).ok_or_else(|| UnitError::Unknown(symbol.into()))
     }
 }
 

@@ -24,6 +24,7 @@ mod tape;
 mod text_rows;
 
 use hydrocrane_machine::scenario::METHODS;
+use hydrocrane_machine::{log_columns, log_units};
 use hydrocrane_sim::promises;
 use pyo3::prelude::*;
 
@@ -68,7 +69,14 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(run::scenario_text, m)?)?;
     m.add_function(wrap_pyfunction!(logs::read_text, m)?)?;
     m.add_function(wrap_pyfunction!(logs::split_name, m)?)?;
-    m.add("TIME_NAMES", hydrocrane_logs::TIME_NAMES)?;
+    m.add_function(wrap_pyfunction!(logs::unit_of, m)?)?;
+    m.add_function(wrap_pyfunction!(logs::first_of, m)?)?;
+    m.add_function(wrap_pyfunction!(logs::time_column, m)?)?;
+    m.add_function(wrap_pyfunction!(logs::counted_in, m)?)?;
+    m.add_function(wrap_pyfunction!(logs::log_unit, m)?)?;
+    m.add_function(wrap_pyfunction!(logs::in_si, m)?)?;
+    m.add("TIME_NAMES", log_columns::TIME_NAMES)?;
+    m.add("ATMOSPHERE", log_units::ATMOSPHERE)?;
     m.add_function(wrap_pyfunction!(sensors::measure, m)?)?;
     m.add_function(wrap_pyfunction!(files::json_schema, m)?)?;
     m.add_function(wrap_pyfunction!(files::key_list, m)?)?;

@@ -190,16 +190,14 @@ class Joystick:
         [0.   0.25]
         """
         from hydrocrane.logs import TIME_NAMES, Source, series_of, table_of
-        from hydrocrane.logs.table import split_name
 
         table = table_of(log)
-        short = dict.fromkeys(split_name(name)[0] for name in table.columns)
         if columns is None:
-            own = {name: name.removeprefix("stick.") for name in short if name.lower() not in TIME_NAMES}
-            own = {name: axis for name, axis in own.items() if axis != "precision"}
-            prefixed = {name: axis for name, axis in own.items() if name.startswith("stick.")}
-            found = prefixed or {n: a for n, a in own.items() if mode != "tip" or a in TIP_AXES}
-            given = dict(found)
+            names = dict.fromkeys(_core.split_name(name)[0] for name in table.columns)
+            short = {name: name.removeprefix("stick.") for name in names if name.lower() not in TIME_NAMES}
+            own = {name: axis for name, axis in short.items() if axis != "precision"}
+            prefixed = {name: axis for name, axis in own.items() if name != axis}
+            given = prefixed or {name: axis for name, axis in own.items() if mode != "tip" or axis in TIP_AXES}
         else:
             given = dict(columns)
         if not given:

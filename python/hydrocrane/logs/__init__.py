@@ -4,10 +4,10 @@
 """
 
 from hydrocrane.logs.columns import series_of, table_of
-from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log, read_log
 from hydrocrane.logs.mapping import LogMapping, Source, log_mapping
 from hydrocrane.logs.noise import Noise, noise_of
+from hydrocrane.logs.signals import Flag
 from hydrocrane.logs.table import TIME_NAMES
 
 __all__ = [

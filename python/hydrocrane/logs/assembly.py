@@ -8,25 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.checks import GAP
-from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, Source, expected_units, is_gauge, si_values
-from hydrocrane.logs.signals import SIGNALS
-from hydrocrane.logs.table import TIME_NAMES, LogTable, said_of, split_name
-from hydrocrane.logs.units import ATMOSPHERE, is_pounds, known_unit, log_unit
+from hydrocrane.logs.signals import ATMOSPHERE, SIGNALS, Flag, known_unit
+from hydrocrane.logs.table import TIME_NAMES, LogTable, said_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# A time column with larger numbers is not in seconds: they would be 3000 years.
-_LATEST = 1e11
-# Days of 1900 to 2100 as MATLAB and Excel count them.
-_SERIAL = ((693962.0, 767010.0), (25569.0, 73051.0))
-# Days that count as these have steps of less: more than a thousand samples per second if they were seconds. Days from
-# zero: more than fifty thousand.
-_LEAST_STEP, _LEAST_ELAPSED = 1e-3, 2e-5
 # Digits of the marks that loggers write for a missing value, -999 and longer.
 _NINES = re.compile(r"-?9{3,}\.(0|9+)")
 
@@ -82,7 +74,7 @@ class _Assembly:
         for column in self.table.columns:
             own_clock = self.table.clock and self.table.columns[column].clock == column
             if column != self.clock and not own_clock:
-                short = split_name(column)[0]
+                short = _core.split_name(column)[0]
                 names = (short, column, *(f"{short}.{i}" for i in range(2, len(self.table.columns) + 2)))
                 name = next(n for n in names if n not in wanted and n != "time")
                 if name not in names[:2]:
@@ -164,7 +156,7 @@ class _Assembly:
                 self.assumed.append(name)
                 self._name_ends_in_unit(name, column)
             return
-        if log_unit(unit).absolute:
+        if _core.log_unit(unit)[-1]:
             if is_gauge(name, (self.units[name],) if name in self.units else None):
                 text = (
                     f"`{name}` is absolute; {ATMOSPHERE / 1e5:g} bar of standard atmosphere are subtracted, because "
@@ -173,7 +165,8 @@ class _Assembly:
             else:
                 text = f"`{name}` is absolute pressure and remains so; p1 and p2 of a rig are gauge"
             self._flag("absolute-pressure", name, text)
-        if is_pounds(unit):
+        # Mass or force; the core reads a force.
+        if unit.strip() in ("lb", "lbs"):
             text = (
                 f'`{unit}` of column `{column}` is read as pound-force, 4.448 N; for a mass give unit = "lbm", and '
                 'for no question unit = "lbf"'
@@ -196,8 +189,8 @@ class _Assembly:
         ending = column.rsplit("_", 1)[-1] if "_" in column else ""
         if not ending or not known_unit(ending):
             return
-        found = log_unit(ending)
-        if found.factor != 1.0 or found.dimension not in [log_unit(unit).dimension for unit in expected_units(name)]:
+        factor, dimension, *_ = _core.log_unit(ending)
+        if factor != 1.0 or dimension not in [_core.log_unit(unit)[1] for unit in expected_units(name)]:
             text = (
                 f"the name of column `{column}` ends in `{ending}`, which is not taken as its unit; if it is, give "
                 f'unit = "{ending}" under [signal.{name}]'
@@ -289,7 +282,7 @@ def _time(table: LogTable, mapping: LogMapping | None, source: str) -> tuple[Arr
         known = ", ".join(dict.fromkeys([*table.columns, *table.words, *table.left_out]))
         raise InputError(
             f"{source} has no time column; name it `time`, or state which it is, or the sample rate, under [time] of a "
-            f"mapping. It has {known or 'no columns'}"
+            f"mapping: hc.Log.of(log, mapping). It has {known or 'no columns'}"
         )
     return clock_seconds(table, column, entry, f"{source}: time column `{column}`"), column
 
@@ -299,26 +292,11 @@ def clock_seconds(table: LogTable, column: str, entry: Source | None, where: str
     values, stated = table.columns[column].values, table.unit_of(column)
     if table.columns[column].start is not None:
         return values
-    seems = "" if stated or (entry is not None and entry.unit is not None) else _counted_in(values)
+    seems = None if stated or (entry is not None and entry.unit is not None) else _core.counted_in(values)
     if seems:
-        cure = f'say [time] unit = "{seems}", or "s" if it is in seconds'
-        raise InputError(f"{where} cannot be in seconds, it seems to count {seems}; {cure}")
+        cure = f'say [time] unit = "{seems}" in a mapping, hc.Log.of(log, mapping), or call it `{column} [{seems}]`'
+        raise InputError(f'{where} cannot be in seconds, it seems to count {seems}; {cure}; "s" if it is in seconds')
     return si_values(values, entry or Source(column), stated, "time", where)[0]
-
-
-def _counted_in(values: Array) -> str:
-    """The likely unit of times without a unit, if they cannot be seconds; else empty.
-
-    Times since 1970 are too large for seconds; serial days of MATLAB and Excel have too small steps.
-    """
-    finite = values[np.isfinite(values)]
-    largest = np.abs(finite).max(initial=0.0)
-    if largest >= _LATEST:
-        return "ms" if largest < 1e14 else "1e-6 s" if largest < 1e17 else "1e-9 s"
-    if finite.size < 2:
-        return ""
-    day = any(low <= finite.min() and finite.max() <= high for low, high in _SERIAL)
-    return "d" if 0.0 < float(np.median(np.diff(finite))) < (_LEAST_STEP if day else _LEAST_ELAPSED) else ""
 
 
 def no_column(table: LogTable, wanted: str | int) -> str:

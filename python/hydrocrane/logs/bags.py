@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from hydrocrane import _core
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.datasets import require_library
 from hydrocrane.files.mcap_file import owner_of
 from hydrocrane.files.received import SHORTER, check_values, plain, readable, received
-from hydrocrane.logs.table import NO_NUMBERS, Clocked, LogColumn, LogTable, check_width, split_name
-from hydrocrane.logs.units import known_unit
+from hydrocrane.logs.signals import known_unit
+from hydrocrane.logs.table import NO_NUMBERS, Clocked, LogColumn, LogTable, check_width
 
 if TYPE_CHECKING:
     from mcap.records import Channel, Schema
@@ -255,7 +256,7 @@ def _units(schema: Schema | None) -> dict[str, str]:
         return {}
     try:
         fields = json.loads(schema.data)["properties"].items()
-        stated = {name: split_name(str(about.get("description", "")))[1] for name, about in fields}
+        stated = {name: _core.split_name(str(about.get("description", "")))[1] for name, about in fields}
     except (ValueError, LookupError, AttributeError, TypeError):
         return {}
     return {name: unit for name, unit in stated.items() if known_unit(unit)}

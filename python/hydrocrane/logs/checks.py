@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
-from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.hum import hum_of
 from hydrocrane.logs.noise import Noise, carries_noise, finite_of, most_noise, noise_of
 from hydrocrane.logs.rates import own_samples, runs
-from hydrocrane.logs.signals import PRESSURES
-from hydrocrane.logs.units import ATMOSPHERE
+from hydrocrane.logs.signals import ATMOSPHERE, PRESSURES, Flag
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -57,7 +57,6 @@ def table_of(log: LogLike, form: LogForm = AS_FOUND) -> LogTable:
             f"a log is an xarray Dataset, a pandas DataFrame, a mapping or a path; got {type(log).__name__}"
         )
     table.in_memory = True
-    table.join_dates()
     return table
 
 

@@ -14,8 +14,8 @@ from hydrocrane.arrays import Array, real_array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.logs.assembly import signals_of
 from hydrocrane.logs.checks import checked, clipped_at, readings, rechecked
-from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.mapping import LogMapping, MappingLike, log_mapping
+from hydrocrane.logs.signals import Flag
 from hydrocrane.logs.table import LogForm
 
 if TYPE_CHECKING:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from hydrocrane import _core
 from hydrocrane.arrays import Array
@@ -14,8 +14,8 @@ from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.toml_file import read_toml
 from hydrocrane.logs.signals import PRESSURES, SIGNALS
 from hydrocrane.logs.table import AS_FOUND, LogForm
-from hydrocrane.logs.units import ATMOSPHERE, LEAST_UNIT, LogUnit, known_unit, log_unit, scaled
 
+T = TypeVar("T")
 _SIGNAL_KEYS = ("column", "unit", "sign", "offset", "time", "file")
 _TIME_KEYS = ("column", "unit", "sample-rate", "date-order", "file")
 
@@ -66,11 +66,6 @@ class LogMapping:
         return any(source.file is not None for source in (*self.signals.values(), *([self.time] if self.time else [])))
 
 
-# Cure for a column with the raw output of a sensor.
-_OUTPUT_CURE = (
-    '. These are the sensor\'s raw output: say what one volt or milliampere means, unit = "25 bar" and offset = '
-    '"-100 bar" for 4 to 20 mA over 400 bar'
-)
 # A path to a TOML file, its content, or a LogMapping.
 MappingLike: TypeAlias = "str | PathLike[str] | Mapping[str, object] | LogMapping | None"
 
@@ -131,44 +126,26 @@ def _source(entry: Mapping[str, object], name: str, where: str) -> Source:
     unit, offset = entry.get("unit"), entry.get("offset")
     if unit is not None:
         unit = _text(unit, f"{where} unit")
-        _factor_of(unit, name, expected_units(name), f"{where} unit")
+        _asked(f"{where} unit", _core.log_unit, unit, name, expected_units(name))
     if offset is not None:
         offset = _text(offset, f"{where} offset")
-        _offset(offset, name, expected_units(name), f"{where} offset")
+        _asked(f"{where} offset", _core.log_unit, offset, name, expected_units(name))
     own, file = (_name(entry.get(key), f"{where} {key}") for key in ("time", "file"))
     return Source(column, unit, int(sign), offset, own, file)
 
 
 def _rate(text: object, where: str) -> float:
-    rate, dimension = _quantity(text, where)
+    rate, dimension = _asked(where, _core.quantity, _text(text, where))
     one, hertz = _core.quantity("1 Hz")
     if dimension != hertz or rate <= 0:
         raise InputError(f'{where} must be a positive frequency, for example "1 kHz"; got "{text}"')
     return rate / one
 
 
-def _factor_of(unit: str, name: str, expected: tuple[str, ...], where: str) -> LogUnit:
-    """The unit of a column's numbers, which must have the dimension of an `expected` one."""
+def _asked(where: str, ask: Callable[..., T], *given: object) -> T:
+    """The answer of the core, or its refusal."""
     try:
-        found = log_unit(unit)
-    except ValueError as error:
-        raise InputError(f"{where}: {error}") from None
-    _check_dimension(found.dimension, name, expected, unit, where)
-    if not LEAST_UNIT <= abs(found.factor) <= 1 / LEAST_UNIT:
-        bounds = f"{LEAST_UNIT:g} to {1 / LEAST_UNIT:g}"
-        raise InputError(f"{where}: one `{unit}` is {found.factor:g} in SI; give a unit of {bounds} in SI")
-    return found
-
-
-def _offset(text: str, name: str, expected: tuple[str, ...], where: str) -> float:
-    offset, dimension = _quantity(text, where)
-    _check_dimension(dimension, name, expected, text, where)
-    return offset
-
-
-def _quantity(text: object, where: str) -> tuple[float, str]:
-    try:
-        return _core.quantity(_text(text, where))
+        return ask(*given)
     except ValueError as error:
         raise InputError(f"{where}: {error}") from None
 
@@ -183,14 +160,6 @@ def _text(text: object, where: str) -> str:
     if not isinstance(text, str):
         raise InputError(f'{where} must be text with a unit, for example "1 mm"; got {text!r}')
     return text
-
-
-def _check_dimension(dimension: str, name: str, expected: tuple[str, ...], given: str, where: str) -> None:
-    if expected and dimension not in [_core.quantity(f"1 {unit}")[1] for unit in expected]:
-        cure = ""
-        if dimension in [_core.quantity(f"1 {unit}")[1] for unit in ("V", "A")]:
-            cure = _OUTPUT_CURE
-        raise InputError(f"{where}: `{given}` is not a unit of `{name}`; give one of {' or '.join(expected)}{cure}")
 
 
 def expected_units(name: str) -> tuple[str, ...]:
@@ -211,16 +180,12 @@ def si_values(
     """
     unit = source.unit if source.unit is not None else stated
     allowed = expected_units(name) if expected is None else expected
-    zero = 0.0
-    if not unit:
-        si = (allowed or ("",))[0]
-    else:
-        found = _factor_of(unit, name, allowed, f"{where} unit")
-        values = scaled(values, found.factor)
-        zero = found.zero - (ATMOSPHERE if found.absolute and is_gauge(name, expected) else 0.0)
-        si = si_unit(unit)
-    offset = 0.0 if source.offset is None else _offset(source.offset, name, allowed, f"{where} offset")
-    values = values + zero
+    if unit:
+        _asked(f"{where} unit", _core.log_unit, unit, name, allowed)
+    given = source.offset
+    offset = 0.0 if given is None else _asked(f"{where} offset", _core.log_unit, given, name, allowed)[0]
+    values = _asked(f"{where} unit", _core.in_si, values, unit, is_gauge(name, expected))
+    si = si_unit(unit) if unit else (allowed or ("",))[0]
     return (values if (source.sign, offset) == (1, 0.0) else source.sign * values + offset), si
 
 
@@ -231,9 +196,7 @@ def is_gauge(name: str, expected: tuple[str, ...] | None) -> bool:
 
 def si_unit(unit: str) -> str:
     """The SI unit of a unit's dimension, by its own name if it has one."""
-    if not known_unit(unit):
-        return unit
-    dimension = log_unit(unit).dimension
+    _, dimension, *_ = _core.log_unit(unit)
     named = ("Pa", "N", "m", "s", "m/s", "m/s^2", "V", "A", "W", "J", "rad", "rad/s", "m^3/s", "kg", "K")
     if dimension == _core.quantity("1")[1]:
         return "1"

@@ -1,11 +1,15 @@
-"""MATLAB and HDF5 files: version 5 through SciPy, version 7.3 and plain HDF5 through h5py."""
+"""MATLAB and HDF5 files: version 5 through SciPy, version 7.3 and plain HDF5 through h5py; nested structures become
+columns."""
 
 from __future__ import annotations
 
 import math
 import struct
 import zlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple, TypeAlias
 
 import h5py
 import numpy as np
@@ -13,12 +17,8 @@ import numpy as np
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.hdf5 import Hdf5Walk, Node, attributes, refers
 from hydrocrane.files.received import MOST_VALUES, SHORTER, check_values, plain, readable
-from hydrocrane.logs.nested import SPARSE, Measured, Unread, table_of
-from hydrocrane.logs.table import LogTable, plain_facts
+from hydrocrane.logs.table import TIME_NAMES, LogColumn, LogTable, as_column, plain_facts, stated_unit
 
-_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-# MATLAB writes its own text header in front of the HDF5 part.
-_SIGNATURE_PLACES = (0, 512, 1024, 2048)
 # SciPy looks up kinds and classes in tables without a look at their length.
 _KINDS = {*range(1, 8), 9, *range(12, 19)}
 # Of version 5: length of the header, kinds of elements, and most of them: SciPy takes some seconds for a million. Then
@@ -36,14 +36,14 @@ _NO_NUMBERS = np.zeros(2, "V1")
 
 def read_matlab(path: Path) -> LogTable:
     """Vectors of a MATLAB file of any version; names that ``Run.save`` had to shorten get their dots back."""
-    if is_hdf5(path):
+    if h5py.is_hdf5(path):
         return read_hdf5(path)
     from scipy.io import loadmat
 
     with readable(path, "a MATLAB file that can be read"):
         _check_elements(path)
         content = loadmat(path, squeeze_me=True, simplify_cells=True)
-        return table_of({plain(key): value for key, value in content.items() if not key.startswith("__")})
+        return _table_of({plain(key): value for key, value in content.items() if not key.startswith("__")})
 
 
 def _check_elements(path: Path) -> None:
@@ -96,19 +96,13 @@ def _stated_elements(raw: memoryview, order: str) -> int:
     return max(math.prod(struct.unpack_from(f"{order[0]}{size // 4}i", raw, 24)), 0)
 
 
-def is_hdf5(path: Path) -> bool:
-    with path.open("rb") as stream:
-        start = stream.read(_SIGNATURE_PLACES[-1] + len(_HDF5_SIGNATURE))
-    return any(start[i : i + len(_HDF5_SIGNATURE)] == _HDF5_SIGNATURE for i in _SIGNATURE_PLACES)
-
-
 def read_hdf5(path: Path) -> LogTable:
     """Datasets of an HDF5 file, written by MATLAB (7.3) or another program; the attribute `units` or `unit` of a
     dataset, in any case, is its unit."""
-    if not is_hdf5(path):
+    if not h5py.is_hdf5(path):
         raise ResultFileError(f"{path} is not an HDF5 file; is its suffix right?")
     with readable(path, "an HDF5 file that is whole"), h5py.File(path, "r", track_order=True) as stored:
-        table = table_of(_MatlabReader(path, stored).members(stored, 0))
+        table = _table_of(_MatlabReader(path, stored).members(stored, 0))
         table.about |= plain_facts(attributes(stored))
         return table
 
@@ -123,7 +117,7 @@ class _MatlabReader:
 
     def _group(self, group: h5py.Group, level: int) -> dict[str, object] | list[dict[str, object]] | Unread:
         if "MATLAB_sparse" in group.attrs:
-            return SPARSE
+            return _SPARSE
         members = self.members(group, level)
         # An array of structures is stored as a structure of arrays of references, each of which is read as a list.
         if members and all(isinstance(group[name], h5py.Dataset) for name in members):
@@ -155,7 +149,7 @@ class _MatlabReader:
         if getattr(value, "dtype", None) is not None and value.dtype.names:
             return {name: np.asarray(value[name]) for name in value.dtype.names}
         # MATLAB stores arrays by columns.
-        return Measured(np.squeeze(np.transpose(value) if kind else np.asarray(value)), about)
+        return _Measured(np.squeeze(np.transpose(value) if kind else np.asarray(value)), about)
 
     def _referred(self, node: h5py.Dataset, level: int) -> list[object]:
         found = []
@@ -169,3 +163,163 @@ def _text(value: object) -> str:
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.item()
     return plain(value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value))
+
+
+# --- nested structures -------------------------------------------------------------------------------------------
+
+
+class Unread(NamedTuple):
+    """Values that are not read, and why."""
+
+    reason: str
+
+
+# A possible column.
+Leaf: TypeAlias = "np.ndarray | float | Unread"
+_OF_A_CLASS = Unread("an object of a MATLAB class; save it as a structure or an array")
+_SPARSE = Unread("a sparse matrix; save it as a full one, full(name)")
+_CELLS = Unread("a cell array of single numbers; save it as an array, cell2mat(name)")
+
+
+class Owner(NamedTuple):
+    """What leaves belong to: a capture of dSPACE, or a group with times of its own; and the leaf with its times."""
+
+    name: str = ""
+    clock: str = ""
+
+
+_NOBODY = Owner()
+
+
+class _Measured(NamedTuple):
+    """Values with what their file states of them: unit, marks of missing values, factor, offset."""
+
+    values: np.ndarray
+    about: Mapping[str, object]
+
+
+class NestedLeaf(NamedTuple):
+    """A leaf of a nested structure: its name, content, unit, what it belongs to, and its attributes."""
+
+    name: str
+    leaf: Leaf
+    unit: str = ""
+    owner: Owner = _NOBODY
+    about: Mapping[str, object] = MappingProxyType({})
+
+
+def _table_of(content: Mapping[str, object]) -> LogTable:
+    """Columns of a nested mapping: member names are joined by dots, matrices are split along their longer axis.
+    Those of a group with times have these as their clock.
+
+    Three conventions are known: the `units` and `names` beside the vectors of this package's own files; captures of
+    dSPACE (`X.Data` the time, `Y` a list of structures with `Name` and `Data`); and Simulink's structure with time.
+    Single numbers are facts about the log, ``file_NAME`` in its attributes.
+    """
+    names, units = content.get("names"), content.get("units")
+    full = names if isinstance(names, Mapping) else {}
+    stated = units if isinstance(units, Mapping) else {}
+    about = content.get("about")
+    table = LogTable(about=plain_facts(about) if isinstance(about, Mapping) else {})
+    own = ("names", "units", "about")
+    clocks: dict[Owner, str] = {}
+    members: dict[str, Owner] = {}
+    for found in _leaves({k: v for k, v in content.items() if not (k in own and isinstance(v, Mapping))}):
+        if isinstance(found.leaf, float | int) or (isinstance(found.leaf, np.ndarray) and found.leaf.size == 1):
+            _add_fact(table, found)
+            continue
+        for name, values in _columns(table, found):
+            unit = found.unit or stated.get(name, "")
+            column = LogColumn(values, unit if isinstance(unit, str) else "")
+            added = table.keep(str(full.get(name, name)), column, found.about, found.owner.name)
+            if added and found.owner.clock:
+                members[added] = found.owner
+                if name == found.owner.clock:
+                    clocks[found.owner] = added
+    for name, owner in members.items():
+        table.columns[name].clock = clocks.get(owner, "")
+    return table
+
+
+def _add_fact(table: LogTable, found: NestedLeaf) -> None:
+    table.about |= plain_facts({"file_" + found.name.replace(".", "_"): found.leaf})
+
+
+def _leaves(node: object, path: str = "", owner: Owner = _NOBODY) -> Iterator[NestedLeaf]:
+    """All leaves that may be columns."""
+    if isinstance(node, Mapping):
+        yield from _structure(node, path, owner)
+    elif isinstance(node, Unread):
+        yield NestedLeaf(path, node, "", owner)
+    elif isinstance(node, _Measured):
+        yield NestedLeaf(path, node.values, stated_unit(node.about), owner, node.about)
+    elif hasattr(node, "toarray"):
+        yield NestedLeaf(path, _SPARSE, "", owner)
+    elif isinstance(node, np.ndarray) and node.dtype.fields:
+        yield NestedLeaf(path, _OF_A_CLASS, "", owner)
+    elif isinstance(node, list) or (isinstance(node, np.ndarray) and node.dtype == object):
+        items = node if isinstance(node, list) else list(node.ravel())
+        if len(items) > 1 and any(map(_is_number, items)) and all(_is_number(i) or isinstance(i, str) for i in items):
+            yield NestedLeaf(path, _CELLS, "", owner)
+            return
+        for i, item in enumerate(items):
+            yield from _leaves(item, f"{path}[{i + 1}]", owner)
+    elif isinstance(node, np.ndarray | np.generic | float | int):
+        yield NestedLeaf(path, np.asarray(node), "", owner)
+
+
+def _is_number(item: object) -> bool:
+    """Whether an item is a single number."""
+    value = item.values if isinstance(item, _Measured) else item
+    return isinstance(value, np.ndarray | np.generic | float | int) and np.size(value) == 1
+
+
+def _structure(node: Mapping[str, object], path: str, owner: Owner) -> Iterator[NestedLeaf]:
+    if "Data" in node and isinstance(node.get("Name", ""), str) and not isinstance(node["Data"], Mapping):
+        unit = node.get("Unit", "")
+        where = node.get("Name") or path
+        for found in _leaves(node["Data"], path):
+            stated = found.unit or (unit if isinstance(unit, str) else "")
+            yield NestedLeaf(str(where), found.leaf, stated, owner, found.about)
+        return
+    capture = isinstance(node.get("Y"), list | Mapping | np.ndarray) and isinstance(node.get("X"), Mapping)
+    series = [name for name in node if name != "T" and _values(node[name]).size > 1]
+    if capture:
+        owner = Owner(path or "capture", "time")
+    elif first := LogTable().first_of(TIME_NAMES, series):
+        owner = Owner(path, f"{path}.{first}" if path else first)
+    for name, child in node.items():
+        if capture and name == "X" and isinstance(child, Mapping):
+            yield from _leaves({**child, "Name": "time"}, "time", owner)
+        else:
+            yield from _leaves(child, name if not path or capture else f"{path}.{name}", owner)
+
+
+def _values(node: object) -> np.ndarray:
+    return node.values if isinstance(node, _Measured) else node if isinstance(node, np.ndarray) else np.zeros(0)
+
+
+def _columns(table: LogTable, found: NestedLeaf) -> Iterator[tuple[str, np.ndarray]]:
+    """Columns of a leaf by name; other leaves are left out of the table with the reason."""
+    path = found.name
+    if isinstance(found.leaf, Unread):
+        table.leave(path, found.leaf.reason)
+        return
+    made = as_column(found.leaf)
+    column = None if made is None else made.values
+    if column is None or column.ndim > 2:
+        values = np.asarray(found.leaf)
+        # Texts and empty values are no columns.
+        if column is not None:
+            table.leave(path, f"{column.ndim} dimensions, where a signal has one")
+        elif values.size and values.dtype.kind not in "SU":
+            table.leave(path, "no real numbers")
+        return
+    column = np.atleast_1d(column)
+    if column.ndim == 1:
+        yield path, column
+        return
+    if column.shape[0] < column.shape[1]:
+        column = column.T
+    for i in range(column.shape[1]):
+        yield (path if column.shape[1] == 1 else f"{path}[{i + 1}]"), column[:, i].copy()

@@ -21,8 +21,8 @@ from hydrocrane.files.netcdf import read_netcdf
 from hydrocrane.files.received import SHORTER, check_values, plain, readable, received
 from hydrocrane.files.toml_file import parsed
 from hydrocrane.logs.bags import read_bag, read_mcap
-from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.matlab import read_hdf5, read_matlab
+from hydrocrane.logs.signals import Flag
 from hydrocrane.logs.table import (
     AS_FOUND,
     BOUNDS,
@@ -39,7 +39,6 @@ from hydrocrane.logs.table import (
     said_of,
     stated_unit,
 )  # fmt: skip
-from hydrocrane.logs.units import tidy_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -79,7 +78,6 @@ def read_table(path: Path, form: LogForm = AS_FOUND) -> LogTable:
     if not path.stat().st_size:
         raise ResultFileError(f"{path} is empty; copy it again from the logger")
     table = _READERS[suffix](path, form)
-    table.join_dates()
     check_width(path, len(table.columns))
     if not table.columns:
         raise ResultFileError("; ".join([f"{path} holds no column of numbers", *said_of(table.left_out)]))
@@ -103,7 +101,7 @@ def table_of_dataset(data: xr.Dataset) -> LogTable:
         )
         stated = {key: np.asarray(variable.attrs[key]) for key in BOUNDS if key in variable.attrs}
         bounds = {key: value * factor + offset for key, value in stated.items() if value.dtype.kind in "iuf"}
-        table.take(str(name), variable.values, tidy_unit(stated_unit(variable.attrs)), {**variable.attrs, **bounds})
+        table.take(str(name), variable.values, stated_unit(variable.attrs), {**variable.attrs, **bounds})
         if variable.ndim == 1 and str(name) in table.columns:
             table.columns[str(name)].clock = clocks[dim]
     table.about = plain_facts(data.attrs)
@@ -113,7 +111,7 @@ def table_of_dataset(data: xr.Dataset) -> LogTable:
 def _clock_over(data: xr.Dataset, dim: str) -> str:
     """The variable with the values of a dimension: the one of its name, or one that is called like times."""
     over = [str(n) for n, held in data.variables.items() if held.dims == (dim,) and held.dtype.kind in "iufmM"]
-    return dim if dim in over else LogTable(dict.fromkeys(over, LogColumn(np.zeros(0)))).first_of(TIME_NAMES) or ""
+    return dim if dim in over else LogTable().first_of(TIME_NAMES, over) or ""
 
 
 def table_of_frame(frame: pd.DataFrame, form: LogForm = AS_FOUND) -> LogTable:
@@ -136,25 +134,31 @@ def table_of_columns(
     table, read = LogTable(), LogTable()
     given: list[tuple[str, object, str]] = []
     texts: dict[int, list[str]] = {}
+    dates: dict[int, np.ndarray] = {}
     for name, values in columns:
         cells = np.asarray(values)
         found = cells.tolist() if cells.ndim == 1 and cells.dtype.kind not in "buifcmM" else []
         if any(isinstance(cell, str) for cell in found):
             texts[len(given)] = [_one_line(cell_text(cell)) for cell in found]
-        given.append((str(name), values, tidy_unit(str(units.get(name, "")))))
-    # Together, because one column may say what the marks of another mean.
+        elif cells.ndim == 1 and cells.dtype.kind == "M":
+            dates[len(given)] = cells
+        given.append((str(name), values, str(units.get(name, ""))))
+    if texts:
+        texts |= {at: [cell.replace("NaT", "") for cell in np.datetime_as_string(dates[at]).tolist()] for at in dates}
+    names = [name for name, *_ in given]
+    own = [name if name and names.count(name) == 1 else f"column {at + 1}" for at, name in enumerate(names)]
+    # Together, because one column may say what the marks of another mean, or the dates of times of day.
     for size in dict.fromkeys(map(len, texts.values())):
-        held = {str(place): cells for place, cells in texts.items() if len(cells) == size}
+        held = {at: cells for at, cells in texts.items() if len(cells) == size}
         lines = (_CELLS.join(cells) + "\n" for cells in zip(*held.values()))
-        add_text(read, "".join(lines), form, _CELLS, list(held), [given[int(place)][2] for place in held])
-    for place, (name, values, unit) in enumerate(given):
-        if place not in texts:
+        add_text(read, "".join(lines), form, _CELLS, [own[at] for at in held], [given[at][2] for at in held])
+    for at, (name, values, unit) in enumerate(given):
+        if at not in texts:
             table.take(name, values, unit)
-        elif str(place) in read.columns:
-            table.add(name, read.columns[str(place)])
+        elif own[at] in read.columns:
+            table.add(name, read.columns[own[at]])
         else:
-            word, undecided = read.words.get(str(place), ""), str(place) in read.undecided_dates
-            table.leave(name, read.left_out[str(place)], word, undecided_dates=undecided)
+            table.leave(name, read.left_out[own[at]], read.words.get(own[at], ""))
     table.about, table.notes = read.about, read.notes
     return table
 
@@ -181,9 +185,9 @@ def add_text(
     columns, comments, notes = _core.read_text(data, form.numbers, form.dates, mark, list(names))
     for i, (name, unit, values, reason, word, start, said) in enumerate(columns):
         if values is None:
-            table.leave(name, reason, word, undecided_dates=start is not None)
+            table.leave(name, reason, word)
         else:
-            stated = units[i] if i < len(units) else tidy_unit(unit)
+            stated = units[i] if i < len(units) else unit
             table.add(name, LogColumn(values, stated if start is None else "s", start=start, notes=said))
     table.about = _facts(comments)
     table.notes += [Flag(kind, "", np.nan, np.nan, message) for kind, message in notes]
@@ -286,7 +290,7 @@ def _mdf(path: Path, _: LogForm) -> LogTable:
 
 def _channels(table: LogTable, signals: list[Signal]) -> Iterator[tuple[str, LogColumn]]:
     for signal in signals:
-        column = as_column(signal.samples, tidy_unit(str(signal.unit or "")))
+        column = as_column(signal.samples, str(signal.unit or ""))
         if column is None or column.values.ndim != 1:
             table.leave(signal.name, NO_NUMBERS)
             continue

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -15,8 +14,7 @@ from hydrocrane import _core
 from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, ResultFileError
 from hydrocrane.files.received import plain
-from hydrocrane.logs.flags import Flag
-from hydrocrane.logs.units import SECOND, known_unit, log_unit, tidy_unit
+from hydrocrane.logs.signals import Flag
 
 TIME_NAMES = tuple(_core.TIME_NAMES)
 # Most columns that are named per reason when they are left out.
@@ -32,10 +30,6 @@ BOUNDS = ("valid_min", "valid_max", "valid_range")
 # How numbers and dates may be written in texts.
 NUMBER_FORMATS = ("1,234.5", "1.234,5")
 DATE_ORDERS = ("day-month", "month-day")
-# s.
-DAY = 86400.0
-# A name with its unit behind it: `z in mm`.
-_IN_UNIT = re.compile(r"(?P<name>.*\S)\s+in\s+(?P<unit>[^\d\s].*)")
 
 
 class LogForm(NamedTuple):
@@ -80,11 +74,6 @@ class LogColumn:
     start: float | None = None
     notes: list[tuple[str, str]] = field(default_factory=list)
 
-    def in_days(self, size: int) -> bool:
-        """Whether these are so many dates without a time."""
-        whole = self.start is not None and not (np.mod(self.start + self.values, DAY) > 0.0).any()
-        return whole and self.values.size == size
-
     def mask(self, valid: np.ndarray) -> None:
         """Makes samples missing that their source marks as invalid, and notes how many."""
         lost = int(valid.size - np.count_nonzero(valid))
@@ -127,8 +116,6 @@ class LogTable:
         Columns that were left out because they hold no numbers, with their first text.
     left_out : dict of str
         Every column that was left out, with the reason.
-    undecided_dates : list of str
-        Those of them with dates of which nothing says which number is the day.
     names : list of str
         The columns of the source in their order, also those that were left out; empty for one without a name.
     """
@@ -142,7 +129,6 @@ class LogTable:
     about: dict[str, str | float | int] = field(default_factory=dict)
     words: dict[str, str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
-    undecided_dates: list[str] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
 
     def add(self, name: str, column: LogColumn, owner: str = "") -> str:
@@ -170,7 +156,7 @@ class LogTable:
         owned = f"{owner}.{name}" if owner else name
         if name not in taken or owned not in taken:
             return name if name not in taken else owned
-        short = split_name(name)[0]
+        short = _core.split_name(name)[0]
         return next(n for i in count(2) if (n := f"{short}.{i}{name[len(short) :]}") not in taken)
 
     def take(self, name: str, values: object, unit: str = "", attributes: Mapping[str, object] | None = None) -> None:
@@ -192,7 +178,7 @@ class LogTable:
             return None
         return self.add(name, column, owner)
 
-    def leave(self, name: str, reason: str, word: str = "", *, undecided_dates: bool = False) -> None:
+    def leave(self, name: str, reason: str, word: str = "") -> None:
         """Leave out a column, and note the reason; one without a name only counts."""
         name = self._free(name, "") if name else ""
         self.names.append(name)
@@ -201,8 +187,6 @@ class LogTable:
         self.left_out[name] = reason
         if word:
             self.words[name] = word
-        if undecided_dates:
-            self.undecided_dates.append(name)
 
     def find(self, wanted: str | int) -> str | None:
         """Full name of a column by its name, its name without the unit, or its number counted from 1 in the source.
@@ -216,9 +200,7 @@ class LogTable:
             # Signals with clocks of their own stand in no order.
             name = self.names[wanted - 1] if 1 <= wanted <= len(self.names) and not self.clock else ""
             return name if name in self.columns else None
-        if wanted in self.columns:
-            return wanted
-        return self._only([name for name in self.columns if split_name(name)[0] == wanted], quoted(wanted))
+        return wanted if wanted in self.columns else self.first_of((wanted,))
 
     def first_of(self, names: Sequence[str], among: Iterable[str] | None = None) -> str | None:
         """Full name of the first column with one of these names, with or without its unit: as it is written, else in
@@ -229,27 +211,15 @@ class LogTable:
         InputError
             If several columns have that name.
         """
-        known = [
-            (full, short) for full in (self.columns if among is None else among) for short in (split_name(full)[0],)
-        ]
-        for wanted in names:
-            low = wanted.lower()
-            ways = (
-                [full for full, _ in known if full == wanted],
-                [full for full, short in known if short == wanted],
-                [full for full, _ in known if full.lower() == low],
-                [full for full, short in known if short.lower() == low],
-            )
-            if any(ways):
-                return self._only(next(filter(None, ways)), quoted(wanted))
-        return None
+        known = list(self.columns if among is None else among)
+        return self._asked(known, lambda: _core.first_of(known, list(names)))
 
-    def _only(self, found: Sequence[str], what: str) -> str | None:
-        if len(found) > 1:
-            raise InputError(
-                f"{self.source} has {' and '.join(map(quoted, found))}; say by its full name which is {what}"
-            )
-        return found[0] if found else None
+    def _asked(self, names: Sequence[str], found: Callable[[], int | None]) -> str | None:
+        try:
+            index = found()
+        except ValueError as error:
+            raise InputError(f"{self.source} {error}") from None
+        return None if index is None else names[index]
 
     def time_column(self) -> str | None:
         """Full name of the time column: that of the log, the one with such a name, the only one with dates, or that
@@ -262,42 +232,14 @@ class LogTable:
         """
         if self.clock:
             return self.clock
-        # One letter may be a temperature.
-        named = [name for name in self.columns if split_name(name)[0] != "T" and self._in_time(name)]
-        dated = [(name, column) for name, column in self.columns.items() if column.start is not None]
-        dates = [name for name, column in dated if not column.in_days(column.values.size)]
-        groups = [name for name, column in self.columns.items() if column.clock == name and is_time(name)]
-        found = self.first_of(TIME_NAMES, named) or self._only(dates, "the time") or self._only(groups, "the time")
-        return found or self.first_of(("T",), filter(self._in_time, self.columns))
-
-    def _in_time(self, name: str) -> bool:
-        """Whether the source states no other unit for a column than one of time."""
-        unit = self.unit_of(name)
-        return not known_unit(unit or "s") or log_unit(unit or "s").dimension == SECOND
-
-    def join_dates(self) -> None:
-        """Times of day beside a column of dates count from the first of these."""
-        dated = {name: column for name, column in self.columns.items() if column.start is not None}
-        of_day = [name for name, column in dated.items() if 0.0 <= (column.start or 0.0) < DAY]
-        undecided = self.undecided_dates[:1]
-        for name in of_day:
-            column = dated[name]
-            days = [n for n in dated if n not in of_day and dated[n].in_days(column.values.size)]
-            if undecided or len(days) > 1:
-                reason = self.left_out[undecided[0]] if undecided else "of which one belongs to it"
-                which = " and ".join(map(quoted, undecided or days))
-                self.left_out[name] = f"a time of day beside the dates in {which}, {reason}"
-                del self.columns[name]
-            elif days:
-                day, first = dated[days[0]], column.start or 0.0
-                column.values = day.values + np.mod(first + column.values, DAY) - first
-                column.start = (day.start or 0.0) + first
-                self.left_out[days[0]] = f"its dates belong to the times of day in `{name}`"
-                self.columns.pop(days[0], None)
+        own = self.columns.items()
+        heads = [(name, c.unit, None if c.start is None else (c.start, c.values)) for name, c in own]
+        clocks = [i for i, (name, c) in enumerate(own) if c.clock == name and is_time(name)]
+        return self._asked(list(self.columns), lambda: _core.time_column(heads, clocks))
 
     def unit_of(self, column: str) -> str:
         """The unit that the source states for a column; empty if it states none."""
-        return self.columns[column].unit or split_name(column)[1]
+        return _core.unit_of(column, self.columns[column].unit)
 
 
 def check_width(path: Path, columns: int) -> None:
@@ -328,22 +270,9 @@ def said_of(left_out: Mapping[str, str]) -> list[str]:
     return texts
 
 
-def split_name(text: str) -> tuple[str, str]:
-    """``"x [mm]"`` or ``"x in mm"`` as name and unit; the unit is empty if there is none."""
-    name, unit = _core.split_name(text)
-    found = None if unit else _IN_UNIT.fullmatch(name)
-    if found and known_unit(found["unit"]):
-        name, unit = found["name"], found["unit"]
-    return name, tidy_unit(unit)
-
-
 def is_time(name: str) -> bool:
     """Whether times are called so, in any group and any case."""
-    return split_name(name)[0].rsplit(".", 1)[-1].lower() in TIME_NAMES
-
-
-def quoted(name: str) -> str:
-    return f"`{name}`"
+    return _core.split_name(name)[0].rsplit(".", 1)[-1].lower() in TIME_NAMES
 
 
 def attribute(attributes: Mapping[str, object], *names: str) -> object:

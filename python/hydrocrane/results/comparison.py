@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from hydrocrane import _core
 from hydrocrane.arrays import Array, brief, rms
 from hydrocrane.asked import ask
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import TIME, Columns
 from hydrocrane.logs import TIME_NAMES, Source, series_of, table_of
 from hydrocrane.logs.columns import LogLike
-from hydrocrane.logs.table import LogTable, split_name
+from hydrocrane.logs.table import LogTable
 from hydrocrane.notebook import card
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.record import Record
@@ -161,7 +162,8 @@ def compare(run: Record, log: LogLike, columns: Mapping[str, str] | None = None,
     ----------
     run : Run
     log : xarray.Dataset, pandas.DataFrame, mapping, Run, or path of a CSV or NetCDF file
-        With a time column (``time`` or ``t``); s and SI like the run unless it states other units.
+        With a time column (``time`` or ``t``); s and SI like the run unless it states other units. ``hc.Log.of(log,
+        mapping)`` says which column is the clock, and units, signs and offsets.
     columns : mapping, optional
         Log column -> name in ``run.data``; by default columns of the same name, perhaps with a unit behind it, are
         compared.
@@ -198,7 +200,7 @@ def _pairs(ours: Columns, table: LogTable, columns: Mapping[str, str] | None) ->
     names = [name for name in ours if name != TIME]
     if columns is None:
         # `tip.z [m]` is the run's `tip.z`.
-        short = {split_name(column)[0] for column in table.columns}
+        short = {_core.split_name(column)[0] for column in table.columns}
         pairs = {name: Source(name) for name in names if name in short}
         if not pairs:
             given = ", ".join(n for n in table.columns if n.lower() not in TIME_NAMES)

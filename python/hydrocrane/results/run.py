@@ -152,7 +152,8 @@ class Run(Record):
         return cast(Path, ask("plots", "write-film", self, Path(path), fps=fps, speed=speed, progress=progress))
 
     def compare(self, log: LogLike, columns: Mapping[str, str] | None = None, *, shift: float = 0.0) -> Comparison:
-        """Compare this run with a measured log; see ``hydrocrane.results.comparison.compare``.
+        """Compare this run with a measured log; see ``hydrocrane.results.comparison.compare``. A log with another clock
+        than ``time``, or with units that it does not state, is given as ``hc.Log.of(log, mapping)``.
 
         Examples
         --------

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrocrane.arrays import Array
-from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log
+from hydrocrane.logs.signals import Flag
 from hydrocrane.signals.friction import RigParameters
 from hydrocrane.signals.windows import Window
 

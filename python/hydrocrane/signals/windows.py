@@ -10,8 +10,8 @@ import numpy as np
 
 from hydrocrane.arrays import Array
 from hydrocrane.asked import ask
-from hydrocrane.logs.flags import Flag
 from hydrocrane.logs.log import Log
+from hydrocrane.logs.signals import Flag
 from hydrocrane.signals.friction import RigParameters
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ import xarray as xr
 from scipy.io import savemat
 
 import hydrocrane as hc
+from hydrocrane import _core
 from hydrocrane.logs import Log
-from hydrocrane.logs.units import ATMOSPHERE, log_unit
+from hydrocrane.logs.signals import ATMOSPHERE
 from hydrocrane.result_warning import DoubtfulResult
 
 N = 60
@@ -263,9 +264,9 @@ UNITS = {
 
 @pytest.mark.parametrize(("unit", "wanted"), UNITS.items(), ids=UNITS)
 def test_units_of_loggers(unit, wanted):
-    found = log_unit(unit)
-    assert found.factor == pytest.approx(wanted[0], rel=1e-12)
-    assert found.dimension == wanted[1] and found.zero == 0.0 and not found.absolute
+    factor, dimension, zero, absolute = _core.log_unit(unit)
+    assert factor == pytest.approx(wanted[0], rel=1e-12)
+    assert dimension == wanted[1] and zero == 0.0 and not absolute
 
 
 def test_degrees(tmp_path):
@@ -278,7 +279,7 @@ def test_degrees(tmp_path):
 @pytest.mark.parametrize("unit", ["psia", "bar(a)", "bar abs"])
 def test_absolute_pressure(unit, tmp_path):
     log = log_of(tmp_path, f"time [s],p1 [{unit}],gas [{unit}]\n" + rows(lambda i: f"{i / 100},{20 + i},{20 + i}"))
-    one = log_unit(unit).factor
+    one, *_ = _core.log_unit(unit)
     np.testing.assert_allclose(log["p1"], (20 + ROW) * one - ATMOSPHERE)
     np.testing.assert_allclose(log["gas"], (20 + ROW) * one)
     text = messages(log, "absolute-pressure")

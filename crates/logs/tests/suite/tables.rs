@@ -1,7 +1,7 @@
 //! Heads, encodings, quotes, and what is lost.
 
 use crate::values;
-use hydrocrane_logs::{decoded, read, split_name, time_column, Content, Form, Loss, Table};
+use hydrocrane_logs::{decoded, read, Content, Form, Loss, Table};
 
 fn of(text: &str) -> Table {
     read(text, &Form::default()).unwrap_or_else(|fault| panic!("{text}: {fault}"))
@@ -43,32 +43,6 @@ fn usual_ways_to_write_a_log_say_the_same() {
 }
 
 #[test]
-fn the_times_are_found_in_the_languages_of_makers() {
-    for name in ["Zeit", "Zeit [s]", "TEMPS (s)", "tid"] {
-        let table = of(&format!("lift;{name}\n1;0\n-2;1\n"));
-        assert_eq!(time_column(&table.columns), Some(1), "{name}");
-    }
-    assert_eq!(time_column(&of("lift;way\n1;0\n-2;1\n").columns), None);
-}
-
-#[test]
-fn a_t_that_may_be_a_temperature_is_no_clock_beside_another() {
-    for (head, wanted) in [
-        ("T;timestamp", Some(1)),
-        ("T;Zeit [s]", Some(1)),
-        ("T;t", Some(1)),
-        ("T;x", Some(0)),
-        ("TIME;time", Some(1)),
-        ("TIME;Time", None),
-        ("time [s];time [ms]", None),
-    ] {
-        assert_eq!(time_column(&of(&format!("{head}\n1;0\n-2;1\n")).columns), wanted, "{head}");
-    }
-    assert_eq!(time_column(&of("T;when\n1;12:00:00\n2;12:00:01\n").columns), Some(1));
-    assert_eq!(time_column(&of("Date;Uhrzeit\n1.5.2024;12:00:00\n1.5.2024;12:00:01\n").columns), Some(1));
-}
-
-#[test]
 fn a_blank_cell_between_blanks_shifts_no_other() {
     let blank = "time p1 p3\n 0.0   50.0   20.0\n 0.1          20.1\n 0.2   50.2\n 10.0  50.3   20.3\n";
     let table = of(blank);
@@ -95,6 +69,13 @@ fn whole_numbers_above_points_of_thousands_are_asked_for() {
 }
 
 #[test]
+fn times_of_day_are_those_of_the_dates_beside_them() {
+    let table = of("Date;Time\n1.5.2024;10:00:00\n1.5.2024;11:00:00\n3.5.2024;12:00:00\n");
+    assert_eq!(numbers(&table, "Time"), [0.0, 3600.0, 2.0 * 86_400.0 + 7200.0]);
+    assert_eq!(table.columns[0].content, Content::Lost(Loss::DateOf("Time".into())));
+}
+
+#[test]
 fn what_is_lost_is_told() {
     let lost = |text: &str| match &of(text).columns.last().unwrap().content {
         Content::Lost(loss) => loss.clone(),
@@ -105,6 +86,9 @@ fn what_is_lost_is_told() {
     assert_eq!(lost("t;x\n0;1.5\n1;2,5\n"), Loss::Mixed("1.5".into(), "2,5".into()));
     assert_eq!(lost("t;x;y\n0;1\n1;2\n"), Loss::NoCells);
     assert_eq!(lost("t;x\n0;1/3/2024 1:00:00\n1;4/6/2024 1:00:00\n"), Loss::Dates);
+    assert_eq!(lost("Date;Time\n1/3/2024;1:00:00\n4/6/2024;1:00:00\n"), Loss::OfNoDay(vec!["Date".into()]));
+    let days = vec!["d".into(), "e".into()];
+    assert_eq!(lost("d;e;t\n2024-05-01;2024-05-01;1:00:00\n2024-05-01;2024-05-01;1:00:01\n"), Loss::OfNoDay(days));
     let kinds = |text: &str| of(text).notes.into_iter().map(|(kind, _)| kind).collect::<Vec<_>>();
     assert_eq!(kinds("t,x\n0,0\n1,5\n2\n"), ["truncated"]);
     assert_eq!(kinds("t,x\n0,0\n1,0,5\n"), ["ragged-rows"]);
@@ -150,24 +134,6 @@ fn the_same_text_in_every_encoding() {
     assert_eq!(decoded(b"x [\xb5m];T [\xb0C] \x80").unwrap(), "x [µm];T [°C] €");
     assert!(decoded(b"\xff\xfe\x00\xd8").unwrap_err().contains("damaged"));
     assert!(decoded(b"MATLAB\0").unwrap_err().contains("binary"));
-}
-
-#[test]
-fn units_stand_behind_names() {
-    for (text, wanted) in [
-        ("x [mm]", ("x", "mm")),
-        ("time[s]", ("time", "s")),
-        (" p1 (bar(g)) ", ("p1", "bar(g)")),
-        ("q (l/min)", ("q", "l/min")),
-        ("p[2]", ("p[2]", "")),
-        ("[mm]", ("[mm]", "")),
-        ("x", ("x", "")),
-        ("x [ ]", ("x", "")),
-        ("a) b)", ("a) b)", "")),
-        ("U (°F)", ("U", "°F")),
-    ] {
-        assert_eq!(split_name(text), wanted);
-    }
 }
 
 #[test]

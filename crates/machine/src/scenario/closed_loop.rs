@@ -305,11 +305,9 @@ fn logged(
     for axis in axes {
         let of_a_stick = format!("stick.{axis}");
         let names = [of_a_stick.as_str(), axis];
-        let values = match log.has(&names) {
-            true => log.column(&names, "a stick", None, &NUMBER.quantity()).map_err(wrong)?,
-            false => vec![0.0; log.time.len()],
-        };
-        found |= log.has(&names);
+        let values = log.column(&names, None, None, &NUMBER.quantity()).map_err(wrong)?;
+        found |= values.is_some();
+        let values = values.unwrap_or_else(|| vec![0.0; log.time.len()]);
         check_range(field, &values)?;
         deflections.push(values);
     }
@@ -318,10 +316,7 @@ fn logged(
         return Err(wrong(log.without_columns(axes.iter().copied(), what)));
     }
     let names = ["stick.precision", PRECISION];
-    let precision = match log.has(&names) {
-        true => log.column(&names, "the precision", None, &NUMBER.quantity()).map_err(wrong)?,
-        false => Vec::new(),
-    };
+    let precision = log.column(&names, None, None, &NUMBER.quantity()).map_err(wrong)?.unwrap_or_default();
     check_shares(field, &precision)?;
     log.tell(field);
     Ok(Deflections { time: log.time, axes: deflections, precision, log: None, interpolation })

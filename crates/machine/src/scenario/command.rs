@@ -6,7 +6,6 @@ use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::quantities::LENGTH;
 use crate::reader::{Field, Reader};
-use hydrocrane_logs::Format;
 
 /// Spool position commanded to the valve of a cylinder against time.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,6 +80,8 @@ fn stated<'a>(open: &Reader<'a>, machine: &Machine) -> Result<Placed<'a>> {
 
 /// Commands from the log that `field` names: of the cylinders that have a table, or else of all that it has a column for.
 fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Files) -> Result<Placed<'a>> {
+    let text =
+        |table: &Reader, key: &str| table.optional(key)?.map(|field| field.text().map(str::to_string)).transpose();
     let mut wanted = Vec::new();
     for name in open.keys().filter(|key| *key != "log" && !OF_A_LOG.contains(key)) {
         known_cylinder(open, name, machine)?;
@@ -89,81 +90,35 @@ fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Fi
             let message = "excludes `command.log`, which is given too";
             return Err(table.key_error(ErrorKind::ConflictingKeys, key, message).help("keep one of the two"));
         }
-        wanted.push(LoggedColumn {
-            cylinder: name.into(),
-            column: table.optional("column")?.map(|column| column.text().map(str::to_string)).transpose()?,
-            unit: table.optional("unit")?.map(|unit| unit.text().map(str::to_string)).transpose()?,
-        });
+        wanted.push((name, text(&table, "column")?, text(&table, "unit")?));
     }
-    let asked = CommandLog {
-        name: field.text()?.into(),
-        time: open.optional("time")?.map(|name| name.text().map(str::to_string)).transpose()?,
-        numbers: open.optional_choice("number-format", &NUMBER_FORMATS)?,
-        interpolation: open.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(Interpolation::Linear),
-        columns: wanted,
-    };
-    let cylinders: Vec<&str> = machine.cylinders.iter().map(|cylinder| cylinder.name.as_str()).collect();
-    let commands =
-        asked.read(&field, &cylinders, files).map_err(|(kind, message, cure)| field.error(kind, message).help(cure))?;
-    Ok(commands.into_iter().map(|command| (command, field.clone())).collect())
-}
-
-/// A log of spool commands with the assignment of its columns.
-struct CommandLog {
-    /// Path of a text file.
-    name: String,
-    /// Column of the times; `None`: `time` or `t`.
-    time: Option<String>,
-    numbers: Option<Format>,
-    interpolation: Interpolation,
-    /// Empty: all columns named like a cylinder.
-    columns: Vec<LoggedColumn>,
-}
-
-/// Column of the command of a cylinder.
-struct LoggedColumn {
-    cylinder: String,
-    /// `None`: the column named like the cylinder.
-    column: Option<String>,
-    /// `None`: the unit in the log, or m.
-    unit: Option<String>,
-}
-
-impl CommandLog {
-    fn read(
-        &self,
-        field: &Field,
-        cylinders: &[&str],
-        files: &Files,
-    ) -> std::result::Result<Vec<SpoolCommand>, Problem> {
-        let log = Log::open(&self.name, self.time.as_deref(), self.numbers, files)?;
-        let command = |cylinder: &str, spool: Vec<f64>| SpoolCommand {
-            cylinder: cylinder.to_string(),
-            time: log.time.clone(),
-            spool,
-            interpolation: self.interpolation,
-        };
+    let (name, time) = (field.text()?, text(open, "time")?);
+    let numbers = open.optional_choice("number-format", &NUMBER_FORMATS)?;
+    let interpolation = open.optional_choice("interpolation", &INTERPOLATIONS)?.unwrap_or(Interpolation::Linear);
+    let cylinders = machine.cylinders.iter().map(|cylinder| cylinder.name.as_str());
+    let every = wanted.is_empty();
+    if every {
+        wanted = cylinders.clone().map(|name| (name, None, None)).collect();
+    }
+    let read = || {
+        let log = Log::open(name, time.as_deref(), numbers, files)?;
         let mut commands = Vec::new();
-        for LoggedColumn { cylinder, column, unit } in &self.columns {
+        for (cylinder, column, unit) in wanted {
             let usual = usual_names(cylinder);
-            let names: Vec<&str> = match column {
-                Some(column) => vec![column],
-                None => usual.iter().map(String::as_str).collect(),
-            };
-            let what = format!("the command of `{cylinder}`");
-            commands.push(command(cylinder, log.column(&names, &what, unit.as_deref(), &LENGTH.quantity())?));
-        }
-        for cylinder in cylinders.iter().filter(|_| self.columns.is_empty()) {
-            let usual = usual_names(cylinder);
-            let names: Vec<&str> = usual.iter().map(String::as_str).collect();
-            if log.has(&names) {
-                commands.push(command(cylinder, log.column(&names, "a command", None, &LENGTH.quantity())?));
+            let names = column.as_ref().map_or(&usual[..], std::slice::from_ref);
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let what = (!every).then(|| format!("the command of `{cylinder}`"));
+            if let Some(spool) = log.column(&names, what.as_deref(), unit.as_deref(), &LENGTH.quantity())? {
+                commands.push(SpoolCommand { cylinder: cylinder.into(), time: log.time.clone(), spool, interpolation });
             }
         }
-        log.tell(field);
+        log.tell(&field);
         if commands.is_empty() {
-            return Err(log.without_columns(cylinders.iter().copied(), "command"));
+            Err(log.without_columns(cylinders, "command"))
+        } else {
+            Ok(commands)
         }
-        Ok(commands)
-    }
+    };
+    let commands = read().map_err(|(kind, message, cure): Problem| field.error(kind, message).help(cure))?;
+    Ok(commands.into_iter().map(|command| (command, field.clone())).collect())
 }

@@ -2,17 +2,17 @@
 
 use crate::disk;
 use crate::errors::ErrorKind;
+pub use crate::errors::Problem;
 use crate::field::{Field, MOST_ROWS};
 use crate::load::given;
+use crate::log_columns::{counted_in, first_of, split_name, time_column, unit_of, TIME_NAMES};
+use crate::log_units::{in_si, unit_of_signal, ATMOSPHERE};
 use crate::nearest::suggestion;
-use crate::quantities::TIME;
-use crate::units::{parse_unit, with_article, Quantity};
-use hydrocrane_logs::{column_named, split_name, time_column, Column, Content, Form, Format, Loss, Table};
+use crate::quantities::{PRESSURE, TIME};
+use crate::units::Quantity;
+use hydrocrane_logs::{Column, Content, Form, Format, Loss, Table};
 use std::cell::RefCell;
 use std::path::Path;
-
-/// An error of a log: kind, message and cure.
-pub type Problem = (ErrorKind, String, String);
 
 /// Whether this build reads logs; the page's first core does not.
 pub const LOGS: bool = cfg!(feature = "logs");
@@ -27,7 +27,7 @@ pub struct Files<'a> {
 }
 
 /// Suffixes of logs that are text.
-const TEXTS: [&str; 5] = ["csv", "txt", "tsv", "dat", "log"];
+const TEXTS: [&str; 6] = ["csv", "txt", "tsv", "dat", "log", "exp"];
 
 /// Whether a log is text by the suffix of its name.
 pub fn is_text(name: &str) -> bool {
@@ -96,8 +96,8 @@ pub struct Log {
     columns: Vec<Column>,
     /// s
     pub time: Vec<f64>,
-    /// What was decided on the columns that were read.
-    decided: RefCell<Vec<String>>,
+    /// What was decided on the columns that were read, and what to do for no question.
+    decided: RefCell<Vec<(String, &'static str)>>,
 }
 
 impl Log {
@@ -108,10 +108,9 @@ impl Log {
             let cure = format!("save it as CSV; suffixes of texts are {}", TEXTS.join(", "));
             return Err((ErrorKind::UnreadableFile, message, cure));
         }
-        let mut log =
-            Log { columns: files.table(name, numbers)?.columns, time: Vec::new(), decided: RefCell::default() };
-        let found = time.map_or_else(|| time_column(&log.columns), |time| log.find(&[time]));
-        let index = found.ok_or_else(|| log.without_times(time.unwrap_or("time")))?;
+        let columns = files.table(name, numbers)?.columns;
+        let mut log = Log { columns, time: Vec::new(), decided: RefCell::default() };
+        let index = log.clock(time)?;
         log.time = log.values(index, None, &TIME.quantity())?;
         if let Some(pair) = log.time.windows(2).find(|pair| pair[1] <= pair[0]) {
             let message = format!("the times of the log do not increase: {} s follows {} s", pair[1], pair[0]);
@@ -122,68 +121,103 @@ impl Log {
 
     /// Warns on what was decided on the columns that were read.
     pub fn tell(&self, field: &Field) {
-        for text in self.decided.borrow().iter() {
-            field.warn(format!("a log: {text}"), "write its numbers without marks of thousands".into());
+        for (text, cure) in self.decided.borrow().iter() {
+            field.warn(format!("a log: {text}"), (*cure).into());
         }
     }
 
-    pub fn has(&self, names: &[&str]) -> bool {
-        self.find(names).is_some()
+    /// The column of the times: the `wanted` one, else the usual one, which says why if it cannot be read.
+    fn clock(&self, wanted: Option<&str>) -> Result<usize, Problem> {
+        let found = match wanted {
+            Some(name) => self.find(&[name])?,
+            None => match time_column(&self.columns, &[]).map_err(several)? {
+                None => self.find(&TIME_NAMES)?,
+                found => found,
+            },
+        };
+        found.ok_or_else(|| self.without_times(wanted.unwrap_or("time")))
     }
 
     /// The column with one of these names, with or without its unit, in any case.
-    fn find(&self, wanted: &[&str]) -> Option<usize> {
-        wanted.iter().find_map(|wanted| column_named(&self.columns, wanted))
+    fn find(&self, wanted: &[&str]) -> Result<Option<usize>, Problem> {
+        let of = |lost: bool| -> Vec<(usize, &str)> {
+            let is = |column: &Column| matches!(column.content, Content::Lost(_)) == lost;
+            let named = self.columns.iter().map(|column| (column.name.as_str(), is(column))).enumerate();
+            named.filter_map(|(at, (name, is))| is.then_some((at, name))).collect()
+        };
+        match first_of(&of(false), wanted) {
+            Ok(None) => first_of(&of(true), wanted),
+            found => found,
+        }
+        .map_err(several)
     }
 
     fn names(&self) -> Vec<&str> {
         self.columns.iter().map(|column| split_name(&column.name).0).filter(|name| !name.is_empty()).collect()
     }
 
-    /// The column of one of these names, in SI; `what` states its purpose. Its unit is the given `unit`, else that of the log, else SI.
+    /// The column of one of these names, in SI. Its unit is the given `unit`, else that of the log, else SI. `what` states the purpose of
+    /// one that must be.
     pub fn column(
         &self,
         names: &[&str],
-        what: &str,
+        what: Option<&str>,
         unit: Option<&str>,
         quantity: &Quantity,
-    ) -> Result<Vec<f64>, Problem> {
-        let index = self.find(names).ok_or_else(|| {
-            let message = format!("the log has no column `{}` for {what}", names[0]);
-            (ErrorKind::UnknownReference, message, suggestion(names[0], self.names()))
-        })?;
-        self.values(index, unit, quantity)
+    ) -> Result<Option<Vec<f64>>, Problem> {
+        match (self.find(names)?, what) {
+            (Some(index), _) => self.values(index, unit, quantity).map(Some),
+            (None, None) => Ok(None),
+            (None, Some(what)) => {
+                let message = format!("the log has no column `{}` for {what}", names[0]);
+                Err((ErrorKind::UnknownReference, message, suggestion(names[0], self.names())))
+            }
+        }
     }
 
     fn values(&self, index: usize, unit: Option<&str>, quantity: &Quantity) -> Result<Vec<f64>, Problem> {
         let column = &self.columns[index];
-        let (name, of_name) = split_name(&column.name);
-        let values = match &column.content {
-            Content::Numbers { values, notes, .. } => {
-                self.decided.borrow_mut().extend(notes.iter().map(|(_, text)| format!("column `{name}` {text}")));
-                values
+        let name = split_name(&column.name).0;
+        let (values, dated) = match &column.content {
+            Content::Numbers { values, start, notes } => {
+                let told = |(_, text): &(_, String)| {
+                    (format!("column `{name}` {text}"), "write its numbers without marks of thousands")
+                };
+                self.decided.borrow_mut().extend(notes.iter().map(told));
+                (values, start.is_some())
             }
             Content::Lost(loss) => {
                 let message = format!("column `{name}` of the log has no numbers: {}", loss.text());
                 return Err((ErrorKind::BadSeries, message, cure_of(loss).into()));
             }
         };
-        let bare = column.unit.trim_matches(['[', ']', '(', ')', ' ']);
-        let stated = unit.unwrap_or(if bare.is_empty() { of_name } else { bare });
-        let scale = match stated {
-            "" | "1" | "-" => None,
-            _ => Some(parse_unit(stated).map_err(|_| {
-                let message = format!("column `{name}` of the log has the unknown unit `{stated}`");
-                (ErrorKind::UnknownUnit, message, format!("state its unit, for example \"{}\"", quantity.unit))
-            })?),
-        };
-        if scale.is_some_and(|scale| scale.dimension != quantity.dimension) {
-            let message =
-                format!("column `{name}` of the log is in `{stated}`; it must be {}", with_article(quantity.name));
-            let cure = format!("give a column in {}, or state the right unit", quantity.example());
-            return Err((ErrorKind::WrongDimension, message, cure));
+        let own = if dated { "s" } else { unit_of(&column.name, &column.unit) };
+        let stated = unit.filter(|_| !dated).unwrap_or(own);
+        let expected = if quantity.unit.is_empty() { "1" } else { quantity.unit.as_ref() };
+        let counts = counted_in(values).filter(|_| stated.is_empty() && quantity.name == TIME.name);
+        if let Some(counts) = counts {
+            let message = format!("time column `{name}` cannot be in seconds, it seems to count {counts}");
+            let cure = format!("call it `{name} [{counts}]`, or `{name} [s]` if it is in seconds");
+            return Err((ErrorKind::MissingUnit, message, cure));
         }
-        let values: Vec<f64> = values.iter().map(|value| scale.map_or(*value, |scale| scale.to_si(*value))).collect();
+        let values = if stated.is_empty() {
+            values.clone()
+        } else {
+            let refused = |(kind, what, cure): Problem| match unit {
+                None if kind == ErrorKind::UnknownUnit => {
+                    let message = format!("the unit `{stated}` of column `{name}` is not known");
+                    (kind, message, format!("it must be one of {expected}"))
+                }
+                _ => (kind, format!("column `{name}` unit: {what}"), cure),
+            };
+            let found = unit_of_signal(stated, name, &[expected]).map_err(refused)?;
+            if found.absolute {
+                let air = ATMOSPHERE / 1e5;
+                let text = format!("column `{name}` is absolute; {air} bar of standard atmosphere are subtracted");
+                self.decided.borrow_mut().push((text, "log gauge pressure if the air pressure is another"));
+            }
+            in_si(stated, values, quantity.name == PRESSURE.name).map_err(refused)?
+        };
         match values.iter().position(|value| !value.is_finite()) {
             Some(row) => {
                 let message = format!("column `{name}` of the log has no number in row {}", row + 1);
@@ -210,11 +244,17 @@ impl Log {
     }
 }
 
+/// The error of a log of which several columns may be meant.
+fn several((kind, names, cure): Problem) -> Problem {
+    (kind, format!("the log {names}"), cure)
+}
+
 fn cure_of(loss: &Loss) -> &'static str {
     match loss {
         Loss::Undecided(_) => "beside `log`, say number-format = \"1,234.5\" or \"1.234,5\"",
         Loss::Mixed(..) => "write decimals with a point everywhere, and no marks of thousands",
-        Loss::Dates => "write dates as 2024-05-01T12:30:00.25",
+        Loss::Dates | Loss::OfNoDay(_) => "write dates as 2024-05-01T12:30:00.25",
+        Loss::DateOf(_) => "name the column with the times of day",
         Loss::Words(_) | Loss::NoCells => "give one number for each time",
     }
 }

@@ -3,6 +3,7 @@
 use super::log::{Files, Log, Problem};
 use super::{check_series, Interpolation, Result, INTERPOLATIONS, NUMBER_FORMATS};
 use crate::errors::ErrorKind;
+use crate::log_units::ATMOSPHERE;
 use crate::model::Machine;
 use crate::quantities::PRESSURE;
 use crate::reader::{Field, Reader};
@@ -12,7 +13,7 @@ pub const MEASURED: (&str, &str) = ("supply.measured", "yes");
 /// Names of the pressure in a log.
 const USUAL_NAMES: [&str; 3] = ["supply.pressure", "mains.p", "supply"];
 /// Lowest possible pressure: a perfect vacuum as gauge pressure, Pa.
-const VACUUM: f64 = -101_325.0;
+const VACUUM: f64 = -ATMOSPHERE;
 
 /// Supply pressure against time; constant before the first time and after the last.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,9 +104,9 @@ fn logged<'a>(
     let read = || {
         let log = Log::open(name, time.as_deref(), numbers, files)?;
         let names = column.as_deref().map_or_else(|| USUAL_NAMES.to_vec(), |column| vec![column]);
-        let pressure = log.column(&names, "the supply pressure", unit.as_deref(), &PRESSURE.quantity())?;
+        let pressure = log.column(&names, Some("the supply pressure"), unit.as_deref(), &PRESSURE.quantity())?;
         log.tell(&field);
-        Ok(SupplyPressure { time: log.time, pressure, interpolation })
+        Ok(SupplyPressure { time: log.time, pressure: pressure.unwrap_or_default(), interpolation })
     };
     let read = read().map_err(|(kind, message, cure): Problem| field.error(kind, message).help(cure))?;
     Ok((read, field))

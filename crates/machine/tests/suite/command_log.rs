@@ -67,6 +67,10 @@ fn units_are_those_of_a_row_or_of_the_names() {
         "time;lift\n[s];[mm]\n0;1,0\n\n1;-2,0\n",
         "timestamp,lift\n2024-05-01T12:00:00Z,0.001\n2024-05-01T12:00:01Z,-0.002\n",
         "time;lift [um]\n0.0;1,000\n1.0;-2,000\n",
+        "time in ms,lift [0.1 mm]\n0,10\n1000,-20\n",
+        "t [degC],time [ms],lift in mm\n20,0,1\n20,1000,-2\n",
+        "time [ms],lift [mm]\n2024-05-01T12:00:00Z,1\n2024-05-01T12:00:01Z,-2\n",
+        "Date;Time;lift [mm]\n1.5.2024;10:00:00;1\n2.5.2024;11:00:00;-2\n",
     ] {
         assert_eq!(lift(text).unwrap_or_else(|error| panic!("{text}: {error}")), [0.001, -0.002], "{text}");
     }
@@ -80,8 +84,14 @@ fn what_is_no_log_is_told() {
         ("time,tilt\n0,1\n", "no column `lift`"),
         ("time,lift\n0,1\n1\n", "the last line of the log is cut off"),
         ("time,lift\n0,0,1\n1,0,2\n", "rows of the log have more or fewer cells than its header"),
-        ("time,lift [bar]\n0,1\n", "must be a"),
-        ("time,lift [furlong]\n0,1\n", "unknown unit"),
+        ("time,lift [bar]\n0,1\n", "`bar` is not a unit of `lift`; give one of m"),
+        ("time,lift [furlong]\n0,1\n", "the unit `furlong` of column `lift` is not known; it must be one of m"),
+        ("time,lift [counts]\n0,1\n", "`counts` is not a unit of `lift`"),
+        ("TIME,Time,lift\n0,1,1\n", "the log has `TIME` and `Time`; say by its full name which is `time`"),
+        ("time,lift [m],lift [mm]\n0,1,1\n", "the log has `lift [m]` and `lift [mm]`; say by its full name"),
+        ("time,lift\n1.7e12,0\n1.7000001e12,0\n", "it seems to count ms; call it `time [ms]`, or `time [s]`"),
+        ("time,lift\n45000,0\n45000.00001,0\n", "it seems to count d; call it `time [d]`"),
+        ("Date;Time;lift\n1/3/2024;1:00:00;0\n4/6/2024;1:00:00;0\n", "a time of day beside the dates in `Date`"),
         ("time,lift\n0,0.01\n1,\n", "row 2"),
         ("time,lift\n0,1\n1,on\n2,3\n", "row 2"),
         ("time;lift\n0;1,500\n1;2,500\n", "`1,500` may mean decimals or thousands"),

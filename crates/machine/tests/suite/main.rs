@@ -7,6 +7,7 @@ mod closed_loop;
 mod command_log;
 mod ground;
 mod include;
+mod log_columns;
 mod machines;
 mod overrides;
 mod phases;

@@ -27,6 +27,14 @@ fn a_log_and_numbers_say_the_same() {
 }
 
 #[test]
+fn an_absolute_pressure_loses_the_air_and_says_so() {
+    let scenario = read(NAMED, "time,supply [bara]\n0,101.01325\n1,91.01325\n").unwrap();
+    let pressure = scenario.supply.expect("a pressure").pressure;
+    assert!((pressure[0] - 100e5).abs() < 1e-6 && (pressure[1] - 90e5).abs() < 1e-6, "{pressure:?}");
+    assert!(scenario.warnings[0].text.contains("1.01325 bar of standard atmosphere"), "{:?}", scenario.warnings);
+}
+
+#[test]
 fn between_its_times_the_pressure_is_joined_or_held() {
     let mut supply = pressure(NAMED);
     assert_eq!((supply.at(-1.0), supply.at(9.0)), ((140e5, 0.0), (110e5, 0.0)));
