@@ -40,7 +40,8 @@ form of the map and judges it on levels left out. Most of the growth in the last
 machines, `fitting`, `linear`, `export`, FMUs, controllers in C, the benchmark, readers of foreign logs, and chains in
 space (some 1,900 lines: the laws with their tests, keys and checks of files, the second right-hand side). Of late:
 readers that keep every signal on its own clock and ask what a file leaves open (500), values of a machine file judged
-beside each other (250), units of the trade (100). Small files that joined others took 600 lines away, nearly all of
+beside each other (250), units of the trade (100), units and clocks of scenario logs by the rules of
+`hc.Log` (60). Small files that joined others took 600 lines away, nearly all of
 them heads.
 """
 
