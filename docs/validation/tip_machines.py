@@ -58,6 +58,7 @@ TOLD = ("controller-oscillates", "tip-off-path", "sensor-stop")
 FAST = "modes faster than the valves: [(a)](#causes)"
 NOISE = "a low gain within the noise of the pressures: [(b)](#causes)"
 CENTRE = "near the dead centre of the lift: [(c)](#causes)"
+SLEW = "coarse counts of the slewing gear: [(e)](#causes)"
 MISSED = {
     **{
         (machine, sensors, demand): FAST if sensors == "ideal" else f"{FAST}, or {NOISE}"
@@ -70,6 +71,7 @@ MISSED = {
     },
     ("rottne-f9-lab", "data-sheet", "speed at rest"): f"{FAST}, or {NOISE}",
     ("rottne-f9-pump", "data-sheet", "speed at rest"): f"{FAST}, or {NOISE}",
+    ("rottne-f9-forwarder", "data-sheet", "speed at rest"): SLEW,
     ("hiab-xs031", "ideal", "worst deviation"): CENTRE,
     ("hiab-xs031", "ideal", "speed at rest"): f"likely {CENTRE}",
     ("hiab-xs031", "ideal", "drift in a minute"): f"likely {CENTRE}",

@@ -2,9 +2,9 @@
 
 use crate::bristles;
 use crate::signal_chain::SignalChain;
-use crate::slewing::{InPlane, SLEW};
+use crate::slewing::{self, InPlane, SLEW};
 use crate::valve_answer::ValveDynamics;
-use hydrocrane_num::{portable, Real};
+use hydrocrane_num::{portable, Real, Vec3};
 use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
 use hydrocrane_physics::dynamics::spatial::SpatialMechanics;
 use hydrocrane_physics::dynamics::Mechanics;
@@ -139,6 +139,11 @@ impl<const N: usize> Posture<N> {
         })
     }
 
+    /// The velocity in the plane (x, z) with that across it at this rate of the slewing joint, rad/s; m/s.
+    pub fn velocity(&self, [x, z]: [f64; 2], slew: f64) -> Vec3<f64> {
+        Vec3 { x, y: self.across * slew, z }
+    }
+
     /// Place of the tip (m) with the joints at `there`, near those of this posture, `q`.
     pub fn tip_at(&self, q: &[f64; N], there: &[f64; N]) -> [f64; 2] {
         hydrocrane_num::array::from_fn(|r| {
@@ -214,6 +219,76 @@ impl<const N: usize> ControllerModel<N> {
     /// dx/dq of one cylinder.
     pub fn lever_arm(&self, pose: &ChainPose<f64, N>, cylinder: usize) -> f64 {
         self.actuations[cylinder].stroke(&pose.joints[cylinder]).1
+    }
+}
+
+impl<const N: usize> ControllerModel<N> {
+    /// The chain in space of a crane that slews; builds for the smallest chains only leave it out.
+    fn slewing(&self) -> Option<&SpatialMechanics<f64, N>> {
+        self.space.as_ref().filter(|_| cfg!(feature = "chains"))
+    }
+
+    pub fn slews(&self) -> bool {
+        self.slewing().is_some()
+    }
+
+    /// M(q), kg m^2, kg m, kg by the units of the joints, with `payload` kg at the tip.
+    pub fn mass_matrix(&self, pose: &ChainPose<f64, N>, payload: f64) -> [[f64; N]; N] {
+        match self.slewing() {
+            Some(space) => f64::outlined(
+                #[inline(always)]
+                || space.mass_matrix(&space.pose(&pose.joints), payload),
+            ),
+            None => self.mechanics.mass_matrix(pose, payload),
+        }
+    }
+
+    /// Torques and forces of the joints for the accelerations `qdd`; `None`: those at constant rates.
+    pub fn inverse_dynamics(
+        &self,
+        pose: &ChainPose<f64, N>,
+        qd: &[f64; N],
+        qdd: Option<&[f64; N]>,
+        payload: f64,
+    ) -> [f64; N] {
+        match self.slewing() {
+            Some(space) => f64::outlined(
+                #[inline(always)]
+                || space.inverse_dynamics(&space.pose(&pose.joints), qd, qdd, payload),
+            ),
+            None => self.mechanics.inverse_dynamics(pose, qd, qdd, payload),
+        }
+    }
+
+    /// Torques that carry the chain at rest, and the slope of each over its own coordinate.
+    pub fn at_rest(&self, pose: &ChainPose<f64, N>, payload: f64) -> [[f64; N]; 2] {
+        match self.slewing() {
+            Some(space) => f64::outlined(
+                #[inline(always)]
+                || space.at_rest(&space.pose(&pose.joints), payload),
+            ),
+            None => self.mechanics.at_rest(pose, payload),
+        }
+    }
+
+    /// The tip in the plane of the crane.
+    fn in_plane(&self, pose: &ChainPose<f64, N>) -> InPlane<N> {
+        match self.slewing() {
+            Some(space) => slewing::in_plane(space, pose),
+            None => {
+                let tip = self.mechanics.tip_position(pose);
+                let columns = hydrocrane_num::array::from_fn(|j| self.mechanics.column(pose, j, tip));
+                InPlane { tip, columns, across: 0.0 }
+            }
+        }
+    }
+
+    /// The `place` (x, z) in the plane of the crane, m, seen from outside with the joints at `q`: (x, y, z).
+    pub fn in_space(&self, place: [f64; 2], q: &[f64; N]) -> [f64; 3] {
+        match self.slewing() {
+            Some(space) => slewing::in_space(space, &self.mechanics.pose(q), place),
+            None => [place[0], 0.0, place[1]],
+        }
     }
 }
 

@@ -110,14 +110,19 @@ def distance_to_path(points: Array, path: Array) -> Array:
         # No piece counts that is farther from all of these points than a corner is. They follow each other in time, and
         # so lie close together.
         off = [some[:, i, None] - begin[::APART, i] for i in axes]
-        most = np.sqrt(sum(r * r for r in off).min(axis=1).max()) + SLACK
+        most = np.sqrt(_square(off).min(axis=1).max()) + SLACK
         near = ((high >= some.min(axis=0) - most) & (low <= some.max(axis=0) + most)).all(axis=1)
         near |= not near.any()  # Points that are no numbers are near to nothing.
         along = way[near]
         off = [some[:, i, None] - begin[near, i] for i in axes]
         share = np.clip(sum(off[i] * along[:, i] for i in axes) / square[near], 0.0, 1.0)
         off = [off[i] - share * along[:, i] for i in axes]
-        return np.sqrt(sum(r * r for r in off).min(axis=1))
+        return np.sqrt(_square(off).min(axis=1))
 
     parts = [distances(points[i : i + TOGETHER]) for i in range(0, len(points), TOGETHER)]
     return np.concatenate(parts) if parts else np.empty(0)
+
+
+def _square(off: list[Array]) -> Array:
+    """Squares of the lengths of vectors, a component in each array."""
+    return sum((r * r for r in off[1:]), off[0] * off[0])
