@@ -115,7 +115,7 @@ impl<const N: usize> Posture<N> {
     /// Way of the tip per way of a joint, m/rad or m/m.
     pub fn tip_per_joint(&self, joint: usize) -> f64 {
         let [x, z] = self.jacobian;
-        if joint == SLEW && self.across > 0.0 {
+        if cfg!(feature = "chains") && joint == SLEW && self.across > 0.0 {
             self.across
         } else {
             portable::hypot(x[joint], z[joint])
@@ -141,7 +141,7 @@ impl<const N: usize> Posture<N> {
 
     /// The velocity in the plane (x, z) with that across it at this rate of the slewing joint, rad/s; m/s.
     pub fn velocity(&self, [x, z]: [f64; 2], slew: f64) -> Vec3<f64> {
-        Vec3 { x, y: self.across * slew, z }
+        Vec3 { x, y: if cfg!(feature = "chains") { self.across * slew } else { 0.0 }, z }
     }
 
     /// Place of the tip (m) with the joints at `there`, near those of this posture, `q`.

@@ -189,6 +189,11 @@ impl<const N: usize> Reference<N> {
         }
     }
 
+    /// Builds for the smallest chains only leave the rest out.
+    fn slews(&self) -> bool {
+        cfg!(feature = "chains") && self.slews
+    }
+
     /// Of the tip in the plane and across it, m/s.
     pub fn velocity(&self) -> Vec3<f64> {
         self.moved(self.of_tip(self.rates))
@@ -197,7 +202,7 @@ impl<const N: usize> Reference<N> {
     /// Velocity of the tip in the plane (m/s) at these rates of the joints, and the rate of the slewing joint, rad/s.
     fn of_tip(&self, rates: [f64; N]) -> [f64; 3] {
         let [x, z] = self.posture.jacobian.map(|row| (0..N).map(|i| row[i] * rates[i]).sum::<f64>());
-        [x, z, if self.slews { rates[SLEW] } else { 0.0 }]
+        [x, z, if self.slews() { rates[SLEW] } else { 0.0 }]
     }
 
     /// Of the tip in the plane and across it (m/s) at a velocity in the plane and a rate of the slewing joint, rad/s.
@@ -208,7 +213,7 @@ impl<const N: usize> Reference<N> {
     /// What asks for this velocity of the tip in the plane and across it, m/s. The slewing joint is asked for no more than its piston has at
     /// full lever, `full` retracting and extending, m/s.
     pub fn asked(&self, [x, z, across]: [f64; 3], full: &[[f64; 2]; N]) -> Wish<N> {
-        if across == 0.0 {
+        if across == 0.0 || !self.slews() {
             return Wish::Tip([x, z, 0.0]);
         }
         let lever_arm = self.posture.lever_arm[SLEW];
@@ -430,11 +435,11 @@ impl<const N: usize> Reference<N> {
         prefer: &Preference<N>,
     ) -> Motion<N> {
         let bound = prefer.bounds[SLEW][usize::from(slew > 0.0)];
-        let allowed = if slew == 0.0 { 1.0 } else { (bound / slew).clamp(0.0, 1.0) };
+        let allowed = if slew == 0.0 || !self.slews() { 1.0 } else { (bound / slew).clamp(0.0, 1.0) };
         let task = Task { velocity: [allowed * x, allowed * z], correction };
         let Motion { mut rates, scale } = resolve(&self.posture.jacobian, &task, prefer);
         let scale = allowed * scale;
-        if self.slews {
+        if self.slews() {
             rates[SLEW] = scale * slew;
         }
         Motion { rates, scale }

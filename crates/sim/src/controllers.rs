@@ -31,7 +31,12 @@ const LEVER_PERIOD: f64 = 0.01;
 /// The controller `name` for a crane, with the machine's period and gains if stated.
 fn kind<const N: usize>(crane: &Crane<N>, model: &ControllerModel<N>, name: &str) -> Result<Kind<N>, String> {
     let machine = crane.machine();
-    if machine.is_spatial() && CONTROLLERS.contains(&name) && !(name == "tip" && machine.slews()) {
+    // Builds for the smallest chains only refuse machines in space before.
+    if cfg!(feature = "chains")
+        && machine.is_spatial()
+        && CONTROLLERS.contains(&name)
+        && !(name == "tip" && machine.slews())
+    {
         let what = match name {
             "tip" => "moves the tip in a plane that the first joint may turn about the vertical axis",
             _ => "reckons in the plane",

@@ -8,6 +8,7 @@ use crate::controllers;
 use crate::sensor_monitor;
 use hydrocrane_control::controller::Controller;
 use hydrocrane_control::inverse_kinematics::{self, Printed, TooFewRevolute};
+#[cfg(feature = "batch")]
 use hydrocrane_control::keep_out::Region;
 use hydrocrane_control::parameter_block;
 #[cfg(feature = "batch")]
@@ -21,6 +22,7 @@ pub trait Model: Kinematics + Dynamics + Hydraulics + StateSpace + Statics {
     /// `held`: coordinate given to every prismatic joint.
     fn inverse_kinematics(&self, tip: [f64; 2], held: f64) -> Result<Vec<Vec<f64>>, TooFewRevolute>;
     /// Distance of a place (x, y, z) of the tip from the nearest keep-out region, m, negative inside; infinite without regions.
+    #[cfg(feature = "batch")]
     fn clearance(&self, place: [f64; 3]) -> f64 {
         let sections = self.machine().sections(place);
         let regions = self.machine().keep_out.iter().map(|(_, corners)| Region::new(corners.clone()));
