@@ -195,7 +195,10 @@ impl<T: Field> Own<T> {
             inverse([[shift - s.spool[0][0], zero - s.spool[0][1]], [zero - s.spool[1][0], shift - s.spool[1][1]]]);
         let mut block = [[shift - s.p1.p1, zero - s.p1.p2], [zero - s.p2.p1, shift - s.p2.p2]];
         let mut by_joint = [time * s.p1.q + s.p1.qd, time * s.p2.q + s.p2.qd];
-        let opened = opening.map(|own| (&own.by_axis, Eliminated::new(own, shift)));
+        let opened = match opening {
+            Some(own) => Some((&own.by_axis, Eliminated::new(own, shift))),
+            None => None,
+        };
         if let Some((row, Eliminated { on_pressures, .. })) = &opened {
             for (side, on) in on_pressures.iter().enumerate() {
                 block[side][0] -= *on * row.p1;
