@@ -70,9 +70,6 @@ impl Files<'_> {
 
 /// The table of a text. What its reader would only note is an error, without a cell of a file that may be no log.
 fn table_of(text: &str, numbers: Option<Format>) -> Result<Table, Problem> {
-    if !LOGS {
-        return Err((ErrorKind::UnreadableFile, "logs are not read here".into(), "choose another program".into()));
-    }
     let form = Form { numbers, ..Form::default() };
     let table = hydrocrane_logs::read(text.trim_start_matches('\u{feff}'), &form)
         .map_err(|fault| (ErrorKind::BadSeries, format!("the log {}", fault.what), fault.cure.into()))?;
@@ -102,7 +99,16 @@ pub struct Log {
 
 impl Log {
     /// Reads the log `name`; `time` is its column of times, `numbers` how it writes them if its cells do not say.
+    #[inline(always)]
     pub fn open(name: &str, time: Option<&str>, numbers: Option<Format>, files: &Files) -> Result<Self, Problem> {
+        // Where no log is opened, nothing that comes after it is compiled.
+        if !LOGS {
+            return Err((ErrorKind::UnreadableFile, "logs are not read here".into(), "choose another program".into()));
+        }
+        Self::read(name, time, numbers, files)
+    }
+
+    fn read(name: &str, time: Option<&str>, numbers: Option<Format>, files: &Files) -> Result<Self, Problem> {
         if !is_text(name) {
             let message = format!("`{name}` is not a log in text form");
             let cure = format!("save it as CSV; suffixes of texts are {}", TEXTS.join(", "));
