@@ -18,7 +18,7 @@ from modelled_operator import GLANCE, PERIOD, Driver
 from numpy.typing import NDArray
 
 from hydrocrane.arrays import Array
-from hydrocrane.control.joystick import TIP_AXES, Joystick
+from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import SimulationError
 from hydrocrane.results.recording import Recording
 from hydrocrane.scenario.scenario import Scenario
@@ -150,7 +150,7 @@ def _scenario(plan: Scenario, driver: Driver, made: _Decisions, count: int) -> S
     """The first `count` decisions as a scenario."""
     tip = driver.interface == "tip"
     time = PERIOD * np.arange(count)
-    names = TIP_AXES if tip else driver.machine.cylinder_names
+    names = driver.machine.core.stick_axes if tip else driver.machine.cylinder_names
     stick = Joystick(
         time,
         dict(zip(names, made.sticks[:count].T, strict=True)),

@@ -22,7 +22,7 @@ pub struct DampingGains {
     pub quiet: f64,
     /// s
     pub period: f64,
-    /// Of the largest gain.
+    /// Of the largest gain, and of what is promised of the valves' delay.
     pub share: f64,
 }
 
@@ -225,7 +225,7 @@ impl<const N: usize> Damping<N> {
             let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
             let turned_by = turn(angle);
             let (of_motion, shares) = modes.of_each_joint(m);
-            let doubt = Doubt { faster: modes.faster[m].max(DOUBT), lag: lag / g.period };
+            let doubt = Doubt { promised: g.share * LATE, faster: modes.faster[m].max(DOUBT), lag: lag / g.period };
             let late = doubt.shift(angle);
             let pushed = (given[m] + late * (before[m] - given[m])) / omega;
             let (seen, innovation) = seen.next(angle, turned_by, pushed, torque.map(|torque| -torque[m] / square));
@@ -286,8 +286,9 @@ impl Seen {
 }
 
 impl DampingGains {
-    /// Share of the largest gain for forces that are measured or estimated. An estimated force is no more than what the position lacks to
-    /// a model of the flow, errors of which a large gain turns into creep.
+    /// Share of the largest gain and of the promise for forces that are measured or estimated. An estimated force is no more than what the
+    /// position lacks to a model of the flow, errors of which a large gain turns into creep; and an unknown load makes modes far slower than
+    /// the model says, which adds to the delay that the law takes the valves to have.
     pub fn share(measured: bool) -> f64 {
         if measured {
             1.0
@@ -310,6 +311,8 @@ fn borne<const N: usize>(gains: DampingGains, noise: f64) -> f64 {
 /// What makes the phase of a mode doubtful.
 #[derive(Debug, Clone, Copy)]
 struct Doubt {
+    /// How late commands may act, in periods.
+    promised: f64,
     /// Share by which the mode can be faster than on its oil alone.
     faster: f64,
     /// Mean lag of the valves, in periods.
@@ -320,13 +323,13 @@ impl Doubt {
     /// Error of the phase of a mode that turns by `angle` in a period where a command is as late as promised and the law takes it to be `shift`
     /// late, in periods; rad.
     fn late(&self, angle: f64, shift: f64) -> f64 {
-        angle * ((1.0 + self.faster) * (LATE - shift) + self.faster * self.lag)
+        angle * ((1.0 + self.faster) * (self.promised - shift) + self.faster * self.lag)
     }
 
     /// How late the law takes commands to be, in periods: so much that this error is BORNE at most, and never more than half of the promise,
     /// which one that is on time is wrong by.
     fn shift(&self, angle: f64) -> f64 {
-        ((self.late(angle, 0.0) - BORNE) / (angle * (1.0 + self.faster))).clamp(0.0, 0.5 * LATE)
+        ((self.late(angle, 0.0) - BORNE) / (angle * (1.0 + self.faster))).clamp(0.0, 0.5 * self.promised)
     }
 }
 

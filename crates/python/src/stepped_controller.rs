@@ -48,7 +48,7 @@ impl SteppedController {
         axes: Vec<f64>,
     ) -> PyResult<(Vec<f64>, Option<String>, Vec<String>)> {
         let stick = match (mode, axes.as_slice()) {
-            ("tip", axes) => Stick::Tip(axes),
+            ("tip", axes) if axes.len() == 2 || axes.len() == self.axes.len() => Stick::Tip(axes),
             ("lever", axes) => Stick::Lever(axes),
             ("height", axes) => Stick::Height(axes),
             _ => return Err(PyValueError::new_err(format!("no stick of mode `{mode}` has {} axes", axes.len()))),

@@ -199,7 +199,7 @@ def test_the_place_of_an_exception_in_the_package_does_not_tell_where_it_is_inst
     ("controller", "error", "said"),
     [
         (Unwilling(), RuntimeError, "no model of this crane"),
-        (Misplaced(), ValueError, "could not convert"),
+        (Misplaced(), hc.InputError, r"set_point of the controller must be \(x, z\) of the tip"),
         (lambda obs, command: [0.0], hc.InputError, r"1 spool commands for 3 cylinders \(lift, jib, extension\)"),
         (lambda obs, command: "garbage", hc.InputError, "not a list of 3 spool commands in m"),
     ],
