@@ -8,7 +8,7 @@ import numpy as np
 from common import figure, save
 from laboratory import RIGS, calibrated, parameters, violations, windows
 from scipy.optimize import curve_fit
-from static_maps import LOADS, identified, log_of, read_by_ruler, truth
+from static_maps import LOADS, identified, log_of, truth
 from table3_static_parameters import ALLOWED
 
 from hydrocrane.identification import StaticMap
@@ -83,7 +83,7 @@ def worst_level(law: StaticMap, offset: float = 0.0) -> float:
 def reading_off_table(ideal: bool) -> float:
     """Largest error of the reading by ruler, as a share of what is allowed, over all rows of Table 3."""
     return max(
-        abs(read_by_ruler(cylinder, load, ideal).pairs[name][side] / pair[side] - 1) / ALLOWED[name]
+        abs(identified(cylinder, load, ideal).reading.params[name][side] / pair[side] - 1) / ALLOWED[name]
         for cylinder in RIGS
         for load in LOADS
         for name, pair in truth(cylinder, load).pairs.items()
@@ -152,7 +152,7 @@ def draw_velocity() -> None:
 def draw_points() -> None:
     """Figures 66 and 67: points, and the reading by ruler with its construction lines."""
     found = identified(CYLINDER, LOAD)
-    points, read = found.points, read_by_ruler(CYLINDER, LOAD).pairs
+    points, read = found.points, found.reading.params
     fig, axes = figure(1, 2, (10.0, 4.0))
     axes[0, 0].errorbar(1e3 * points.velocity, points.force, 2 * points.force_error, fmt="o", ms=4, capsize=2)
     axes[0, 0].set(title="Figure 66", xlabel="piston velocity [mm/s]", ylabel="friction [N]")

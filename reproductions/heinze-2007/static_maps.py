@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from functools import cache
 
-import numpy as np
-from graphical import graphical
 from laboratory import NOISE_ONLY, RIGS, VISCOUS_EXPONENT, experiment, windows
 
 from hydrocrane import rig
 from hydrocrane.identification import OffsetPrior, StaticIdentification, StaticMap, identify_static
-from hydrocrane.identification.static.maps import EXPONENTS
 
 LOADS = (0, 115)
 # Standard deviation of a pressure transmitter's zero after its calibration, Pa.
@@ -29,7 +26,7 @@ def log_of(cylinder: str, load: int, ideal: bool = False) -> rig.RigLog:
 
 @cache
 def identified(cylinder: str, load: int, ideal: bool = False) -> StaticIdentification:
-    """The chain: zero calibration, windows of steady motion and fit."""
+    """The chain: zero calibration, windows of steady motion, reading by ruler and fit."""
     log = log_of(cylinder, load, ideal)
     areas = tuple(log.run.machine.piston_areas[0])
     return identify_static(
@@ -37,13 +34,6 @@ def identified(cylinder: str, load: int, ideal: bool = False) -> StaticIdentific
         exponents={"viscous-exponent": VISCOUS_EXPONENT[RIGS[cylinder]]},
         bias=OffsetPrior.of_pressures(areas=areas, deviations=(ZERO, ZERO)),
     )
-
-
-def read_by_ruler(cylinder: str, load: int, ideal: bool = False) -> StaticMap:
-    """What the construction of Figure 67 reads from the same points, with the exponents of the fit."""
-    found = identified(cylinder, load, ideal)
-    exponents = {name: float(np.mean(found.fit.params[name])) for name in EXPONENTS}
-    return graphical(found.points, exponents=exponents).law
 
 
 def truth(cylinder: str, load: int) -> StaticMap:

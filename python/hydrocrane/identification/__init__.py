@@ -15,7 +15,7 @@ from hydrocrane.identification.static.maps import StaticMap, synthetic_points
 from hydrocrane.identification.static.points import FrictionPoints
 from hydrocrane.identification.static.problem import OffsetPrior
 from hydrocrane.identification.static.result import StaticFit
-from hydrocrane.identification.static.stage import StaticIdentification, identify_static
+from hydrocrane.identification.static.stage import StaticIdentification, graphical, identify_static
 from hydrocrane.identification.values.doubts import SignalQuality
 from hydrocrane.identification.values.fit import fit
 from hydrocrane.identification.values.result import Fit
@@ -41,6 +41,7 @@ __all__ = [
     "first_readings",
     "fit_dynamic",
     "fit_static",
+    "graphical",
     "identify_friction",
     "identify_static",
     "synthetic_points",

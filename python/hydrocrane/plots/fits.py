@@ -54,7 +54,8 @@ def static_fit(fit: StaticFit) -> Figure:
         left = fit.residuals[here]
         _dots(axes[1, 1], _shown_speed(points) * 1e3, left * sign, used, colour)
     _finish(fig, whole, axes[0, 1], axes[1, 1])
-    title(fig, "Static friction", f"{int(fit.accepted.sum())} of {len(fit.points)} points")
+    how = {"least-squares": "least squares", "graphical": "read by ruler"}.get(fit.method, fit.method)
+    title(fig, "Static friction", f"{int(fit.accepted.sum())} of {len(fit.points)} points, {how}")
     return fig
 
 
@@ -84,7 +85,7 @@ def _shown_speed(points: FrictionPoints) -> np.ndarray:
 def _band(fit: StaticFit, v: np.ndarray) -> np.ndarray:
     """Both ends (2, n) of the 95 % band of the map, N; its force where they are unknown."""
     force = fit.force(v)
-    ends = fit.force_interval(v).T
+    ends = np.stack([force, force]) if fit.spread is None else fit.force_interval(v).T
     return np.where(np.isfinite(ends), ends, force)
 
 

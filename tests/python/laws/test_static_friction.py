@@ -16,6 +16,7 @@ from hydrocrane.identification import (
     OffsetPrior,
     StaticMap,
     fit_static,
+    graphical,
     identify_static,
     synthetic_points,
 )
@@ -341,6 +342,7 @@ def test_one_direction_alone():
     assert any("no points retracting" in w for w in fit.warnings)
     with pytest.raises(hc.InputError, match="no friction retracting was measured"):
         fit.toml("test")
+    assert np.isnan(graphical(points.select(points.direction == 0)).params["coulomb"][1])
 
 
 def test_breakaway_readings_count_as_the_limit_of_rest():
@@ -390,7 +392,18 @@ def test_all_at_rest_is_an_error():
         fit_static(FrictionPoints.of([1e-4, -1e-4], [300.0, -300.0], velocity_error=1e-4))
 
 
-# --- block, report ----------------------------------------------------------------------------------------------------
+# --- reading by ruler, block, report ----------------------------------------------------------------------------------
+
+
+@MAPS
+def test_the_reading_by_ruler(law):
+    """What Figure 67 gives from clean levels: forces to a few per cent, Stribeck velocity to the spacing of levels."""
+    reading = graphical(synthetic_points(law, speeds=np.geomspace(1e-4, 0.1, 25), force_error=0.5))
+    for name, close in (("coulomb", 0.1), ("breakaway", 0.02), ("stribeck-velocity", 0.15), ("viscous", 0.3)):
+        assert reading.params[name] == pytest.approx(law.pairs[name], rel=close), name
+    assert any("between levels" in w for w in reading.warnings)
+    with pytest.raises(hc.InputError, match="fit_static"):
+        reading.intervals()
 
 
 @pytest.mark.parametrize("exponents", ["fixed", "free"])
@@ -419,7 +432,7 @@ def test_the_report_holds_all_stages_and_survives_a_failed_one(tmp_path):
     path = report.write(tmp_path / "sub" / "report.html")
     plt.close("all")
     page = path.read_text(encoding="utf-8")
-    for piece in ("&lt;a&gt;.csv", "Windows left out", "[friction.test]", "data:image/svg+xml;base64"):
+    for piece in ("&lt;a&gt;.csv", "Windows left out", "[friction.test]", "by ruler", "data:image/svg+xml;base64"):
         assert piece in page, piece
     assert "standard deviations off the map" in page and "Not finished: no friction points" in page
     assert "http" not in page.replace("http-equiv", "") and report.failures == ["Dynamic friction"]

@@ -10,13 +10,9 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from hydrocrane import rig
-from hydrocrane.identification import StaticMap, synthetic_points
-
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "reproductions" / "heinze-2007"))
 stiffness = importlib.import_module("table4_bristle_stiffness")
 step = importlib.import_module("fig73_step")
-graphical = importlib.import_module("graphical").graphical
 
 LIMIT, RATE = 340.0, 10.0
 
@@ -57,17 +53,3 @@ def test_without_noise_the_printed_way_finds_the_damping():
     force = mass * acceleration + spring * x + damper * velocity
     found = step.damped_slope(x, force, mass, spring, interval)
     assert found == pytest.approx(damper, rel=0.03)
-
-
-@pytest.mark.parametrize("name", ["rig-rottne", "rig-kalmar"])
-def test_the_reading_by_ruler(name):
-    """What Figure 67 gives from clean levels: forces to a few per cent, Stribeck velocity to the spacing of levels."""
-    exponent = 1.5 if name == "rig-rottne" else 1.0
-    row = {key.split(".")[-1]: pair for key, pair in rig.loaded_friction(name, 0).items()}
-    law = StaticMap.of({**row, "viscous-exponent": exponent})
-    points = synthetic_points(law, speeds=np.geomspace(1e-4, 0.1, 25), force_error=0.5)
-    reading = graphical(points, exponents={"viscous-exponent": exponent})
-    for key, close in (("coulomb", 0.1), ("breakaway", 0.02), ("stribeck-velocity", 0.15), ("viscous", 0.3)):
-        assert reading.law.pairs[key] == pytest.approx(law.pairs[key], rel=close), key
-    assert any("between levels" in text for text in reading.limits)
-    assert np.isnan(graphical(points.select(points.direction == 0)).law.pairs["coulomb"][1])

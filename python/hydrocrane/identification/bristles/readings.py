@@ -170,7 +170,7 @@ def map_prior(rig: Machine, logs: Sequence[Log], static: StaticFit | None) -> Jo
 
     The force at low speed is known far better than Coulomb force, rise and Stribeck velocity alone.
     """
-    if static is None:
+    if static is None or static.spread is None:
         return None
     labels, covariance = list(static.spread.labels), static.covariance.values
     found = {

@@ -236,7 +236,7 @@ def _check(groups: Mapping[str, FrictionPoints], margin: float, significance: fl
 
 
 def _solved(fit: StaticFit) -> Solved:
-    assert fit.solved is not None
+    assert isinstance(fit.solved, Solved) and fit.spread is not None
     return fit.solved
 
 
@@ -331,7 +331,7 @@ def _nested_test(fits: list[StaticFit], apart: list[Problem], one: Problem) -> t
         raise InputError(
             f"{sum(levels)} velocity levels for {sum(unknowns)} parameters: nothing is left to compare with; add levels"
         )
-    expected = [s.sigma / max(fit.spread.scale, 1e-9) for s, fit in zip(solved, fits, strict=True)]
+    expected = [s.sigma / max(fit.spread.scale, 1e-9) for s, fit in zip(solved, fits, strict=True) if fit.spread]
     scatter = 0.0
     for s, sigma in zip(solved, expected, strict=True):
         weight, mean, _ = level_means(s.problem.points, s.problem.residuals(s.x)[0], sigma)

@@ -402,7 +402,6 @@ def _result(
     return StaticFit(
         points=points,
         law=StaticMap(values.ravel(), candidate.form.lorentzian),
-        spread=_spread(problem, theta, slopes / sigma[:, None], candidate.scale, candidate.freedom, share),
         form=candidate.form,
         form_text=candidate.form.text(wish.held),
         unknowns=problem.unknowns,
@@ -410,6 +409,7 @@ def _result(
         offsets=tuple(map(float, x[problem.unknowns :][: len(problem.sensors.offsets)])),
         spans=(of_sensors.get(SPANS[0], 0.0), of_sensors.get(SPANS[1], 0.0)),
         linearity_error=of_sensors.get(LINEARITY, 0.0),
+        spread=_spread(problem, theta, slopes / sigma[:, None], candidate.scale, candidate.freedom, share),
         rejected=tuple(sorted(rejected, key=lambda r: r.index)),
         at_bounds=_at_bounds(problem, x),
         solved=candidate,

@@ -95,6 +95,8 @@ class StaticFit:
         All given points.
     law : StaticMap
         The map; NaN in a direction without points.
+    method : str
+        ``least-squares`` or ``graphical``.
     offsets : tuple of float
         Fitted constant error of the force in both directions, N: one for all logs, or one for each; empty without a
         prior.
@@ -130,10 +132,11 @@ class StaticFit:
 
     points: FrictionPoints
     law: StaticMap
-    spread: Spread
+    method: str = "least-squares"
     offsets: tuple[float, ...] = ()
     spans: tuple[float, float] = (0.0, 0.0)
     linearity_error: float = 0.0
+    spread: Spread | None = None
     rejected: tuple[RejectedPoint, ...] = ()
     at_bounds: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -166,7 +169,7 @@ class StaticFit:
 
         Infinite at velocities where a parameter that is not identifiable has an effect.
         """
-        spread = self.spread
+        spread = self._known_spread()
         at = [i for i, label in enumerate(spread.labels) if not of_sensors(label)]
         gradient = self.law.evaluate(v)[2][:, [LABELS.index(spread.labels[i]) for i in at]]
         covariance = (spread.from_data + spread.from_prior)[np.ix_(at, at)]
@@ -182,7 +185,7 @@ class StaticFit:
         forms = (self, *self.rivals)
         weights = akaike_weights([fit.aicc for fit in forms])
         forces = np.stack([fit.force(v) for fit in forms])
-        far = [reach(level, 1.0, fit.spread.degrees_of_freedom, np.empty(0)) for fit in forms]
+        far = [reach(level, 1.0, fit._known_spread().degrees_of_freedom, np.empty(0)) for fit in forms]
         half = np.stack([k * fit.force_error(v) for k, fit in zip(far, forms, strict=True)])
         found = np.tile([-np.inf, np.inf], (v.size, 1))
         for i in np.flatnonzero(np.isfinite(half[0])):
@@ -246,13 +249,13 @@ class StaticFit:
     @property
     def covariance(self) -> xr.DataArray:
         """Covariance of the free parameters, in products of their SI units."""
-        spread = self.spread
+        spread = self._known_spread()
         return labelled(spread.labels, spread.from_data + spread.from_prior)
 
     @property
     def correlation(self) -> xr.DataArray:
         """Correlation of the free parameters; NaN for one that is not identifiable."""
-        spread = self.spread
+        spread = self._known_spread()
         return labelled(spread.labels, correlation_of(spread.from_data + spread.from_prior))
 
     def intervals(self, level: float = 0.95, *, method: str = "") -> dict[str, tuple[float, float]]:
@@ -270,7 +273,7 @@ class StaticFit:
             free.
         """
         check_level(level)
-        spread = self.spread
+        spread = self._known_spread()
         chosen = method or self.interval_method
         check_known("method of intervals", chosen, ("t", "profile"))
         # Profiles are searched for: the block, the report and the warnings ask for the same ones.
@@ -281,7 +284,7 @@ class StaticFit:
     @property
     def interval_method(self) -> str:
         """Default method of the intervals: ``profile`` if an exponent is free, else ``t``."""
-        return "profile" if any("exponent" in label for label in self.spread.labels) else "t"
+        return "profile" if any("exponent" in label for label in self._known_spread().labels) else "t"
 
     @cached_property
     def _intervals(self) -> dict[tuple[float, str], dict[str, tuple[float, float]]]:
@@ -332,7 +335,7 @@ class StaticFit:
 
     def _deviation(self, label: str) -> float:
         """Standard deviation of a parameter; infinite if it is not identifiable or missing."""
-        spread = self.spread
+        spread = self._known_spread()
         if label not in spread.labels:
             return np.inf
         at = spread.labels.index(label)
@@ -348,7 +351,7 @@ class StaticFit:
 
     def _far(self, label: str, level: float) -> float:
         """Half width of an interval in standard deviations, which are finite."""
-        spread = self.spread
+        spread = self._known_spread()
         at = spread.labels.index(label)
         variance, bounds = spread.from_data[at, at] + spread.from_prior[at, at], spread.bounds[at]
         normal = max(variance - float(bounds @ bounds) / BOUND**2, 0.0)
@@ -407,7 +410,7 @@ class StaticFit:
             )
         added = list(bristles)
         logs = ", ".join(source) or ", ".join(self.points.source) or "points given in Python"
-        origin = f"{logs}; least-squares fit of {int(self.accepted.sum())} points, {signature(date)}"
+        origin = f"{logs}; {self.method} fit of {int(self.accepted.sum())} points, {signature(date)}"
         lines = head(name or cylinder, cylinder, origin, "lugre" if added else "static")
         # Exponents are rounded first, because the unit of the viscous coefficient contains them.
         powers = [float(f"{p:.4g}") for p in self.params["viscous-exponent"]]
@@ -424,6 +427,8 @@ class StaticFit:
             value = powers[side] if key == "viscous-exponent" else self.params[key][side]
             values.append(f"{value:.4g}" if unit == "1" else f'"{value:.5g} {unit}"')
         pair = f"[{', '.join(values)}]"
+        if self.spread is None:
+            return f"{key} = {pair}"
         if not any(label.startswith(f"{key}.") for label in self.spread.labels):
             return f'{key} = {{ value = {pair}, class = "assumed", source = "held in the fit" }}'
         known = self.intervals(0.95)
@@ -433,6 +438,11 @@ class StaticFit:
     def plot(self) -> Figure:
         """Points and map, near zero velocity and over the whole range, with residuals."""
         return cast("Figure", ask("plots", "static-fit", self))
+
+    def _known_spread(self) -> Spread:
+        if self.spread is None:
+            raise InputError(f"a {self.method} reading has no intervals or covariance; use fit_static")
+        return self.spread
 
 
 def _closed(label: str, value: float, ends: tuple[float, float]) -> bool:

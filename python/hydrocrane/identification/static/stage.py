@@ -1,20 +1,121 @@
-"""The static stage: from steady windows to the static map, with its part of the report."""
+"""The static stage: from steady windows to the static map, with its part of the report and the graphical construction
+of Figure 67 as code (121)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, Unpack
 
 import numpy as np
 
+from hydrocrane.arrays import Array
+from hydrocrane.errors import InputError
 from hydrocrane.identification.report import Report, Section, Stage, Table, parameter_row, shown
 from hydrocrane.identification.static.fit import MapOptions, fit_static
 from hydrocrane.identification.static.intervals import akaike_weights
-from hydrocrane.identification.static.maps import EXPONENTS, of_sensors
+from hydrocrane.identification.static.maps import EXPONENTS, FAR, PARAMETERS, StaticMap, of_sensors, stribeck_share
 from hydrocrane.identification.static.points import DIRECTIONS, FrictionPoints, SteadyWindow
 from hydrocrane.identification.static.residuals import ORDERS, chance_text
 from hydrocrane.identification.static.result import ALIKE, StaticFit
+
+
+def graphical(points: FrictionPoints, *, exponents: Mapping[str, float] | None = None) -> StaticFit:
+    """Read the parameters from the averaged curve, without optimisation.
+
+    Per direction: a straight line of force over \\|v\\|^delta_v through the fast levels gives Coulomb force (where it
+    meets zero velocity) and viscous coefficient (its slope); the slowest level, taken for v -> 0, gives the
+    break-away force; the Stribeck velocity is where the force without its viscous part has fallen to
+    alpha_0 + alpha_1/e   (121). The exponents are taken as given.
+
+    Returns
+    -------
+    StaticFit
+        It has no intervals. `warnings` states what limits each number.
+    """
+    taken = {**EXPONENTS, **(exponents or {})}
+    pairs = np.full((len(PARAMETERS), 2), np.nan)
+    pairs[PARAMETERS.index("stribeck-exponent")] = taken["stribeck-exponent"]
+    pairs[PARAMETERS.index("viscous-exponent")] = taken["viscous-exponent"]
+    limits: list[str] = []
+    for side, name in enumerate(DIRECTIONS):
+        here = points.levels.direction == side
+        if not here.any():
+            limits.append(f"{name}: no points")
+            continue
+        speed = np.abs(points.levels.velocity[here])
+        force = np.abs(points.levels.force[here])
+        read, said = _read(speed, force, float(taken["viscous-exponent"]))
+        pairs[[0, 1, 2, 4], side] = read
+        limits += [f"{name}: {text}" for text in said]
+    if np.isnan(pairs[0]).all():
+        raise InputError("no friction points to read")
+    law = StaticMap(pairs.ravel())
+    return StaticFit(points=points, law=law, method="graphical", warnings=tuple(limits))
+
+
+def _read(speed: Array, force: Array, exponent: float) -> tuple[list[float], list[str]]:
+    """Coulomb, break-away, Stribeck velocity, viscous coefficient of one direction, with warnings."""
+    said = []
+    if speed.size < 3:
+        said.append(f"{speed.size} velocity level(s): Coulomb, Stribeck and viscous friction cannot be distinguished")
+    lowest = int(np.argmin(force))
+    coulomb, viscous = _line(speed[lowest:], force[lowest:], exponent)
+    stribeck = _stribeck_velocity(speed, force - viscous * speed**exponent, coulomb)
+    beyond = speed > FAR * stribeck
+    if beyond.sum() >= 2:
+        coulomb, viscous = _line(speed[beyond], force[beyond], exponent)
+        stribeck = _stribeck_velocity(speed, force - viscous * speed**exponent, coulomb)
+    else:
+        said.append(
+            f"fewer than two levels beyond {FAR:g} Stribeck velocities: Coulomb force and viscous coefficient mixed"
+        )
+    slowest = int(np.argmin(speed))
+    breakaway = max(float(force[slowest]), coulomb)
+    if speed[slowest] > 0.0:
+        lost = 1.0 - stribeck_share(speed[slowest] / stribeck, 2.0)
+        said.append(
+            f"break-away force read at the slowest level, {speed[slowest] * 1e3:.3g} mm/s, where about "
+            f"{100 * lost:.1f} % of the Stribeck rise is gone"
+        )
+    gap = _gap(speed, stribeck)
+    said.append(f"Stribeck velocity read between levels {gap[0] * 1e3:.3g} and {gap[1] * 1e3:.3g} mm/s")
+    return [coulomb, breakaway, stribeck, viscous], said
+
+
+def _line(speed: Array, force: Array, exponent: float) -> tuple[float, float]:
+    """Coulomb force and viscous coefficient of a straight line over |v|^exponent; neither below zero."""
+    power = speed**exponent
+    if speed.size < 2:
+        return float(force.min()), 0.0
+    slope, start = np.polyfit(power / power.max(), force, 1)
+    slope /= power.max()
+    if slope < 0.0:
+        return float(force.min()), 0.0
+    return (float(start), float(slope)) if start > 0.0 else (0.0, float(force @ power / (power @ power)))
+
+
+def _stribeck_velocity(speed: Array, dry: Array, coulomb: float) -> float:
+    """Speed at which `dry` friction falls below coulomb + rise/e, interpolated in the logarithm of the speed
+    (121)."""
+    order = np.argsort(speed)
+    speed, dry = speed[order], dry[order]
+    target = coulomb + (dry[0] - coulomb) / np.e
+    below = np.flatnonzero(dry <= target)
+    moving = speed[speed > 0.0]
+    if below.size == 0 or below[0] == 0 or moving.size < 2:
+        return float(np.sqrt(moving[0] * moving[-1])) if moving.size else 1e-3
+    k = int(below[0])
+    if speed[k - 1] == 0.0:
+        return float(speed[k])
+    share = (dry[k - 1] - target) / (dry[k - 1] - dry[k])
+    return float(speed[k - 1] * (speed[k] / speed[k - 1]) ** share)
+
+
+def _gap(speed: Array, velocity: float) -> tuple[float, float]:
+    """The neighbouring levels of a velocity, m/s."""
+    slower, faster = speed[speed <= velocity], speed[speed >= velocity]
+    return float(slower.max(initial=0.0)), float(faster.min(initial=np.inf))
 
 
 class RejectedWindow(Protocol):
@@ -30,17 +131,20 @@ class RejectedWindow(Protocol):
 
 @dataclass(frozen=True)
 class StaticIdentification:
-    """Result of the static stage: points and fit.
+    """Result of the static stage: points, graphical reading, fit.
 
     Attributes
     ----------
     points : FrictionPoints
+    reading : StaticFit
+        Result of the construction of Figure 67, as a check of the fit.
     fit : StaticFit
     rejected_windows : tuple
         Stretches of the logs that were not steady, with the reason.
     """
 
     points: FrictionPoints
+    reading: StaticFit
     fit: StaticFit
     rejected_windows: tuple[RejectedWindow, ...] = ()
 
@@ -92,23 +196,24 @@ class StaticIdentification:
 
     def _map(self) -> Section:
         spread = self.fit.spread
-        text = (
-            f"Scatter about the map {spread.scale:.2f} of what the stated errors and {spread.floor:.2g} N more of "
-            f"each level lead to expect; {spread.degrees_of_freedom:g} degrees of freedom, condition number "
-            f"{spread.condition:.2g}."
-        )
+        text = ""
+        if spread is not None:
+            text = (
+                f"Scatter about the map {spread.scale:.2f} of what the stated errors and {spread.floor:.2g} N more of "
+                "each level lead to expect; "
+                f"{spread.degrees_of_freedom:g} degrees of freedom, condition number {spread.condition:.2g}."
+            )
         return Section("Static friction", text, figure=self.fit.plot(), warnings=self.fit.warnings)
 
     def _parameters(self) -> Section:
         intervals = self.fit.intervals(0.95)
-        fit = self.fit
-        rows = tuple(parameter_row(name, fit.unit(name), fit.value(name), *ends) for name, ends in intervals.items())
+        rows = tuple(self._row(label, ends) for label, ends in intervals.items())
         held = [name for name in EXPONENTS if not any(label.startswith(f"{name}.") for label in intervals)]
         shown = (f"{name} at {', '.join(f'{v:g}' for v in self.fit.params[name])}" for name in held)
         text = f"Held: {'; '.join(shown)}." if held else "No parameter was held."
         text += f"\n\n{self._method()}"
-        heads = ("parameter", "unit", "fitted", "95 % from", "to")
-        return Section("Parameters", text, Table(heads, rows))
+        heads = ("parameter", "unit", "fitted", "95 % from", "to", "by ruler")
+        return Section("Parameters", text, Table(heads, rows), warnings=self.reading.warnings)
 
     def _method(self) -> str:
         """Description of the method of the intervals."""
@@ -121,6 +226,10 @@ class StaticIdentification:
         rivals = len(self.fit.rivals)
         others = f" They are averaged by likelihood with linear intervals of other forms: {rivals}." if rivals else ""
         return found + others
+
+    def _row(self, label: str, ends: tuple[float, float]) -> tuple[str, ...]:
+        ruler = "-" if of_sensors(label) else f"{self.reading.value(label):.4g}"
+        return (*parameter_row(label, self.fit.unit(label), self.fit.value(label), *ends), ruler)
 
     def _predicted(self) -> Section:
         """Friction at measured speeds and beyond; any form determines it better than its own parameters."""
@@ -150,7 +259,7 @@ class StaticIdentification:
         return Section("Forms of the map", text, Table(heads, rows))
 
     def _form(self, fit: StaticFit, weight: float, least: float) -> tuple[str, ...]:
-        floor = fit.spread.floor
+        floor = fit.spread.floor if fit.spread else np.nan
         coulomb = (shown(value, value, floor) if np.isfinite(value) else "-" for value in fit.params["coulomb"])
         return (
             fit.form_text,
@@ -270,5 +379,6 @@ def identify_static(
     """
     points = windows if isinstance(windows, FrictionPoints) else FrictionPoints.from_windows(windows, source=source)
     fit = fit_static(points, **options)
+    taken = {name: value for name in EXPONENTS if np.isfinite(value := float(np.nanmean(fit.params[name])))}
     rejected = tuple(rejected_windows) or tuple(getattr(windows, "rejected", ()))
-    return StaticIdentification(points, fit, rejected)
+    return StaticIdentification(points, graphical(points, exponents=taken), fit, rejected)

@@ -39,7 +39,7 @@ def warnings_of(fit: StaticFit, with_prior: bool) -> tuple[str, ...]:
 def _levels(fit: StaticFit) -> Iterator[str]:
     """Warnings on missing velocities."""
     used = fit.points.select(fit.accepted)
-    known = zip(fit.spread.labels, np.diag(fit.spread.from_data), strict=True)
+    known = () if fit.spread is None else zip(fit.spread.labels, np.diag(fit.spread.from_data), strict=True)
     not_identifiable = [label for label, variance in known if np.isinf(variance)]
     for side, name in enumerate(DIRECTIONS):
         here = used.levels.direction == side
@@ -91,7 +91,7 @@ def _poorly_known(fit: StaticFit) -> Iterator[str]:
         elif max(high - value, value - low) > POOR * abs(value):
             yield f"{label} is poorly known: {value:.4g}, 95 % interval {low:.4g} to {high:.4g}"
     spread = fit.spread
-    if spread.condition > ILL_CONDITIONED:
+    if spread is not None and spread.condition > ILL_CONDITIONED:
         yield f"parameters have the same effect: condition number {spread.condition:.2g}; see the correlation"
 
 
@@ -120,7 +120,7 @@ def _of_sensors(fit: StaticFit, with_prior: bool) -> Iterator[str]:
     """Warning on constant errors of the force and on spans: both shift the Coulomb friction of one direction against
     the other."""
     spread = fit.spread
-    if not with_prior:
+    if not with_prior or spread is None:
         return
     for label in ("coulomb.extending", "coulomb.retracting"):
         if label in spread.labels:
