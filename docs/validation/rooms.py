@@ -41,7 +41,7 @@ machines, fits of any values (now in `identification`), `linear`, `export`, FMUs
 readers of foreign logs, and chains in space (some 1,900 lines: the laws with their tests, keys and checks of files, the
 second right-hand side). Of late: readers that keep every signal on its own clock and ask what a file leaves open (500),
 values of a machine file judged beside each other (250), units of the trade (100), tip control of cranes that slew
-(550), scenario logs read by the rules of `hc.Log` (60). Small files that joined others took 600 lines away, nearly all
+(380), scenario logs read by the rules of `hc.Log` (60). Small files that joined others took 600 lines away, nearly all
 of them heads; one room for friction and for any values, with one search and one kind of series, another 330.
 """
 
