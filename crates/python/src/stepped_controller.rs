@@ -51,7 +51,11 @@ impl SteppedController {
             ("tip", axes) if axes.len() == 2 || axes.len() == self.axes.len() => Stick::Tip(axes),
             ("lever", axes) => Stick::Lever(axes),
             ("height", axes) => Stick::Height(axes),
-            _ => return Err(PyValueError::new_err(format!("no stick of mode `{mode}` has {} axes", axes.len()))),
+            _ => {
+                let (given, takes) = (axes.len(), self.axes.len());
+                let text = format!("a stick of mode `{mode}` has {given} axes; this crane takes {takes} of mode `tip`");
+                return Err(PyValueError::new_err(text));
+            }
         };
         let mut command = vec![0.0; self.cylinders];
         let mut inner = self.inner();
