@@ -106,13 +106,15 @@ impl<T: Real, const N: usize> Plant<T, N> {
             *out = SharedDerivatives { on_axes: out.on_axes, ..SharedDerivatives::new(out.at) };
             return;
         };
-        let by_tank_line = match self.tank_line(layout) {
-            Some(_) => Some(T::outlined(
-                #[inline(always)]
-                || self.by_tank_line(supply, &pressures, &e, demand),
-            )),
-            None => None,
-        };
+        let by_tank_line = self.tank_line(layout).map(
+            #[inline(always)]
+            |_| {
+                T::outlined(
+                    #[inline(always)]
+                    || self.by_tank_line(supply, &pressures, &e, demand),
+                )
+            },
+        );
         for k in 1..layout.swivels().len() {
             T::outlined(
                 #[inline(always)]

@@ -79,11 +79,13 @@ fn refused((_, what, cure): Problem) -> PyErr {
     PyValueError::new_err(format!("{what}; {cure}"))
 }
 
-/// Index of the column with the times: of each its name, the unit beside it, and dates as their first moment and seconds from it; then
-/// those that are clocks of others.
+/// A column by its name, the unit beside it, and dates as their first moment and seconds from it.
+type Head<'py> = (String, String, Option<(f64, Row<'py>)>);
+
+/// Index of the column with the times, of these and those that are clocks of others.
 #[pyfunction]
-pub fn time_column(columns: Vec<(String, String, Option<(f64, Row)>)>, clocks: Vec<usize>) -> PyResult<Option<usize>> {
-    let column = |(name, unit, moments): (String, String, Option<(f64, Row)>)| -> PyResult<Column> {
+pub fn time_column(columns: Vec<Head<'_>>, clocks: Vec<usize>) -> PyResult<Option<usize>> {
+    let column = |(name, unit, moments): Head<'_>| -> PyResult<Column> {
         let (start, values) = match &moments {
             Some((start, seconds)) => (Some(*start), seconds.as_slice()?.to_vec()),
             None => (None, Vec::new()),
