@@ -195,7 +195,7 @@ impl<T: Real> SpoolValve<T> {
         PortFlows {
             fed: self.checked::<P>(0, extend * per_opening + leakage * fed),
             drained: share * per_opening + leakage * drained,
-            leaking: self.leaking(0, &self.edge_a, extend, p, leak, behind),
+            leaking: self.leaking(0, extend, p, leak, behind),
         }
     }
 
@@ -219,7 +219,7 @@ impl<T: Real> SpoolValve<T> {
         PortFlows {
             fed: self.checked::<P>(1, to_supply * per_opening + leakage * fed),
             drained: share * per_opening + leakage * drained,
-            leaking: self.leaking(1, &self.edge_b, to_supply, p, leak, behind),
+            leaking: self.leaking(1, to_supply, p, leak, behind),
         }
     }
 
@@ -239,13 +239,12 @@ impl<T: Real> SpoolValve<T> {
     fn leaking(
         &self,
         port: usize,
-        edge: &Orifice<T>,
         opening: T,
         p: &PortPressures<T>,
         leak: Option<&HoseLeak<T>>,
         behind: Option<Behind<T>>,
     ) -> Option<Leaking<T>> {
-        let hole = leak?.resistance();
+        let (hole, edge) = (leak?.resistance(), self.edge(port));
         let all = match self.line(port) {
             Some(line) => {
                 Resistance { laminar: line.laminar + hole.laminar, turbulent: line.turbulent + hole.turbulent }
@@ -288,6 +287,16 @@ impl<T: Real> SpoolValve<T> {
         }
     }
 
+    /// The law of the edges of a `port`.
+    #[inline(always)]
+    fn edge(&self, port: usize) -> &Orifice<T> {
+        if port == 0 {
+            &self.edge_a
+        } else {
+            &self.edge_b
+        }
+    }
+
     /// The line of a `port`, if it has a resistance.
     #[inline(always)]
     pub fn line(&self, port: usize) -> Option<&Resistance<T>> {
@@ -306,7 +315,7 @@ impl<T: Real> SpoolValve<T> {
         leak: Option<&HoseLeak<T>>,
     ) -> (T, T, Option<Behind<T>>) {
         let Some(valve) = P::part(self.holding(port)) else { return (opening, self.leakage, None) };
-        let (chamber, edge) = if port == 0 { (p.a, &self.edge_a) } else { (p.b, &self.edge_b) };
+        let (chamber, edge) = (if port == 0 { p.a } else { p.b }, self.edge(port));
         // The other port opens the valve while it is fed.
         let fed = self.connection.signal(spool, [p.a, p.b], p.tank);
         let extends = T::c(0.0).le(spool);
