@@ -305,7 +305,7 @@ fn logged(
     for axis in axes {
         let of_a_stick = format!("stick.{axis}");
         let names = [of_a_stick.as_str(), axis];
-        let values = log.column(&names, None, None, &NUMBER.quantity()).map_err(wrong)?;
+        let values = log.column(&names, None, &NUMBER.quantity()).map_err(wrong)?;
         found |= values.is_some();
         let values = values.unwrap_or_else(|| vec![0.0; log.time.len()]);
         check_range(field, &values)?;
@@ -316,7 +316,7 @@ fn logged(
         return Err(wrong(log.without_columns(axes.iter().copied(), what)));
     }
     let names = ["stick.precision", PRECISION];
-    let precision = log.column(&names, None, None, &NUMBER.quantity()).map_err(wrong)?.unwrap_or_default();
+    let precision = log.column(&names, None, &NUMBER.quantity()).map_err(wrong)?.unwrap_or_default();
     check_shares(field, &precision)?;
     log.tell(field);
     Ok(Deflections { time: log.time, axes: deflections, precision, log: None, interpolation })

@@ -107,9 +107,13 @@ fn logged<'a>(open: &Reader<'a>, field: Field<'a>, machine: &Machine, files: &Fi
             let usual = usual_names(cylinder);
             let names = column.as_ref().map_or(&usual[..], std::slice::from_ref);
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let what = (!every).then(|| format!("the command of `{cylinder}`"));
-            if let Some(spool) = log.column(&names, what.as_deref(), unit.as_deref(), &LENGTH.quantity())? {
-                commands.push(SpoolCommand { cylinder: cylinder.into(), time: log.time.clone(), spool, interpolation });
+            match log.column(&names, unit.as_deref(), &LENGTH.quantity())? {
+                Some(spool) => {
+                    let (cylinder, time) = (cylinder.into(), log.time.clone());
+                    commands.push(SpoolCommand { cylinder, time, spool, interpolation });
+                }
+                None if every => {}
+                None => return Err(log.without(names[0], &format!("the command of `{cylinder}`"))),
             }
         }
         log.tell(&field);

@@ -162,23 +162,15 @@ impl Log {
         self.columns.iter().map(|column| split_name(&column.name).0).filter(|name| !name.is_empty()).collect()
     }
 
-    /// The column of one of these names, in SI. Its unit is the given `unit`, else that of the log, else SI. `what` states the purpose of
-    /// one that must be.
-    pub fn column(
-        &self,
-        names: &[&str],
-        what: Option<&str>,
-        unit: Option<&str>,
-        quantity: &Quantity,
-    ) -> Result<Option<Vec<f64>>, Problem> {
-        match (self.find(names)?, what) {
-            (Some(index), _) => self.values(index, unit, quantity).map(Some),
-            (None, None) => Ok(None),
-            (None, Some(what)) => {
-                let message = format!("the log has no column `{}` for {what}", names[0]);
-                Err((ErrorKind::UnknownReference, message, suggestion(names[0], self.names())))
-            }
-        }
+    /// The column of one of these names, in SI, if there is one. Its unit is the given `unit`, else that of the log, else SI.
+    pub fn column(&self, names: &[&str], unit: Option<&str>, quantity: &Quantity) -> Result<Option<Vec<f64>>, Problem> {
+        self.find(names)?.map(|index| self.values(index, unit, quantity)).transpose()
+    }
+
+    /// The error of a log without a column of this `name`, whose purpose `what` states.
+    pub fn without(&self, name: &str, what: &str) -> Problem {
+        let message = format!("the log has no column `{name}` for {what}");
+        (ErrorKind::UnknownReference, message, suggestion(name, self.names()))
     }
 
     fn values(&self, index: usize, unit: Option<&str>, quantity: &Quantity) -> Result<Vec<f64>, Problem> {

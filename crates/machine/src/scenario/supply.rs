@@ -104,9 +104,10 @@ fn logged<'a>(
     let read = || {
         let log = Log::open(name, time.as_deref(), numbers, files)?;
         let names = column.as_deref().map_or_else(|| USUAL_NAMES.to_vec(), |column| vec![column]);
-        let pressure = log.column(&names, Some("the supply pressure"), unit.as_deref(), &PRESSURE.quantity())?;
+        let pressure = log.column(&names, unit.as_deref(), &PRESSURE.quantity())?;
+        let pressure = pressure.ok_or_else(|| log.without(names[0], "the supply pressure"))?;
         log.tell(&field);
-        Ok(SupplyPressure { time: log.time, pressure: pressure.unwrap_or_default(), interpolation })
+        Ok(SupplyPressure { time: log.time, pressure, interpolation })
     };
     let read = read().map_err(|(kind, message, cure): Problem| field.error(kind, message).help(cure))?;
     Ok((read, field))
