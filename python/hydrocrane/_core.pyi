@@ -71,6 +71,7 @@ __all__ = [
     "command_table",
     "csv_rows",
     "scenario_text",
+    "TIP_AXES",
     "TIME_NAMES",
     "ATMOSPHERE",
     "read_text",
@@ -393,6 +394,7 @@ def start_state(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, list
 def command_table(machine: Machine, scenario: ScenarioEntry) -> tuple[_Array, _Array, bool]: ...
 def scenario_text(machine: Machine, scenario: ScenarioEntry, head: tuple[str, str, str, str]) -> str: ...
 
+TIP_AXES: list[str]
 TIME_NAMES: list[str]
 ATMOSPHERE: float
 

@@ -75,6 +75,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(logs::counted_in, m)?)?;
     m.add_function(wrap_pyfunction!(logs::log_unit, m)?)?;
     m.add_function(wrap_pyfunction!(logs::in_si, m)?)?;
+    m.add("TIP_AXES", hydrocrane_machine::TIP_AXES)?;
     m.add("TIME_NAMES", log_columns::TIME_NAMES)?;
     m.add("ATMOSPHERE", log_units::ATMOSPHERE)?;
     m.add_function(wrap_pyfunction!(sensors::measure, m)?)?;

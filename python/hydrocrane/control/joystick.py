@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MODES = tuple(_core.scenario_choices("joystick.mode"))
 # The stick modes of each controller by name.
 MODES_OF = {"tip": ("tip", "height"), "heinze-pid": ("tip",), "lever": ("lever",)}
-TIP_AXES = ("x", "z", "slew")
+TIP_AXES = tuple(_core.TIP_AXES)
 INTERPOLATIONS = tuple(_core.scenario_choices("joystick.interpolation"))
 # Rounding error by which a deflection may exceed its end; it counts as the end.
 ROUNDING = 1e-9
