@@ -24,8 +24,8 @@ sys.path.insert(0, str(ROOT / "tests/python"))
 
 from browser import chromium, hosted, served  # noqa: E402
 
-from hydrocrane.app.live_server import PAGE as BUILT  # noqa: E402
-from hydrocrane.app.live_server import page_files  # noqa: E402
+from hydrocrane.app.serving.live_server import PAGE as BUILT  # noqa: E402
+from hydrocrane.app.serving.live_server import page_files  # noqa: E402
 
 PAGE = Path(__file__).with_name("cockpit.md")
 # Milliseconds from a key to the first drawn picture that differs, with the crane at rest before.

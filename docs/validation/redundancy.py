@@ -48,7 +48,7 @@ the term that centres the telescope are the same for all.
 * *Null space*: weighted pseudo-inverse with centring in the null space; each rate clipped at its limit, or all
   scaled by the same factor.
 * *Saturation*: bounded weighted least squares for the largest share of the commanded speed, as in
-  `crates/control/src/redundancy.rs`.
+  `crates/control/src/reference/redundancy.rs`.
 * *Quadratic programme*: the same problem by SciPy's SLSQP.
 
 *Speed kept* is the way made along the commanded direction over the way asked for. Times are medians of one run,

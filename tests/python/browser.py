@@ -12,7 +12,7 @@ from socketserver import BaseServer
 from typing import Any, TypeVar
 
 from hydrocrane.app.live import cockpit_server, viewer_server
-from hydrocrane.app.live_server import Files, Server
+from hydrocrane.app.serving.live_server import Files, Server
 from hydrocrane.results.run import Run
 
 AnyServer = TypeVar("AnyServer", bound=BaseServer)

@@ -2,8 +2,8 @@
 //!
 //! What an operator without crane-tip control has. Nothing is measured, nothing is corrected.
 
-use crate::controller::{copied_by_clone, Controller, Fault, Measurement, Stick};
-use crate::slow_down::checked_levers;
+use crate::interface::controller::{copied_by_clone, Controller, Fault, Measurement, Stick};
+use crate::reference::slow_down::checked_levers;
 
 /// Spool command = deflection times the full spool stroke.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,10 +4,10 @@
 //! The layout is a hash of the names and kinds of all parameters: a block of another version is refused, whatever its length.
 //! The checksum is CRC-32 (ISO-HDLC) of everything before it.
 
-use crate::controller_model::ControllerModel;
-use crate::heinze_pid;
 use crate::lever::Lever;
-use crate::plausibility;
+use crate::model::controller_model::ControllerModel;
+use crate::monitor::plausibility;
+use crate::thesis::heinze_pid;
 use crate::tip;
 use crc::{Crc, CRC_32_ISO_HDLC};
 use hydrocrane_num::{Archive, Stored};
@@ -95,7 +95,7 @@ pub fn read<const N: usize, R>(block: &[u8], then: impl FnOnce(&Parameters<N>) -
 /// The block of these parameters; the error says what there is too much of for a controller without a heap.
 #[cfg(feature = "std")]
 pub fn written<const N: usize>(parameters: &Parameters<N>) -> Result<Vec<u8>, String> {
-    use crate::keep_out::{MOST_CORNERS, MOST_REGIONS};
+    use crate::reference::keep_out::{MOST_CORNERS, MOST_REGIONS};
     let mut archive = Archive::writing();
     Parameters::exchange(&mut archive, Some(parameters));
     if !archive.is_sound() {

@@ -3,30 +3,30 @@
 //! Per sample: pressures and positions -> [`Drive`] (observer, speeds the valves can give now) -> [`Reference`]
 //! (set-point, redundancy, scaling that keeps the direction) -> modelled load forces -> spool commands.
 
-use crate::chamber_estimate::Pressures;
-use crate::controller::{copied_by_clone, Controller, Fault, Goal, Measurement, Stick};
-use crate::controller_model::{ControllerModel, Posture};
-use crate::damping::Damping;
-use crate::drive::{Demand, Drive};
-use crate::feed_forward::Moment;
-use crate::holding::Hold;
-use crate::model_error::Straying;
-use crate::notice::{Aim, Cause, Indices, News, Notice};
-use crate::observer;
-use crate::oil_modes::OilModes;
-use crate::point_to_point::{Stretch, Travel};
-use crate::readings::Readings;
-use crate::set_point::{Means, Reference, STANDING};
-use crate::signal::Signal;
-use crate::slewing::SLEW;
-use crate::slow_down::checked;
-use crate::standstill::Standstill;
-pub use crate::tip_settings::Settings;
-use crate::wanted::Wanted;
-use crate::weighing::Weighing;
-use crate::wish::Wish;
+use crate::estimate::{
+    chamber_estimate::Pressures, model_error::Straying, observer, readings::Readings, standstill::Standstill,
+};
+use crate::interface::controller::{copied_by_clone, Controller, Fault, Goal, Measurement, Stick};
+use crate::interface::notice::{Aim, Cause, Indices, News, Notice};
+use crate::interface::point_to_point::{Stretch, Travel};
+use crate::interface::signal::Signal;
+use crate::model::controller_model::{ControllerModel, Posture};
+use crate::model::{feed_forward::Moment, oil_modes::OilModes, slewing::SLEW};
+use crate::reference::holding::Hold;
+use crate::reference::set_point::{Means, Reference, STANDING};
+use crate::reference::slow_down::checked;
+use crate::reference::wanted::Wanted;
+use crate::reference::wish::Wish;
+use crate::regulate::damping::Damping;
+use crate::regulate::drive::{Demand, Drive};
+pub use crate::regulate::tip_settings::Settings;
+use crate::regulate::weighing::Weighing;
 #[cfg(feature = "std")]
-use crate::{controller::Told, notice::Names, reach, valve_learning::LearntValve};
+use crate::{
+    estimate::valve_learning::LearntValve,
+    interface::{controller::Told, notice::Names},
+    reference::reach,
+};
 use hydrocrane_num::{Real, Vec2, Vec3};
 
 #[derive(Clone)]

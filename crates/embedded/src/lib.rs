@@ -9,7 +9,7 @@ mod running;
 mod status;
 
 use core::ffi::c_char;
-use hydrocrane_control::controller::{Measurement, Stick};
+use hydrocrane_control::interface::controller::{Measurement, Stick};
 use hydrocrane_control::parameter_block;
 use running::{Head, Running};
 use status::Status;

@@ -1,7 +1,7 @@
 //! What a function answers.
 
 use core::ffi::CStr;
-use hydrocrane_control::controller::Fault;
+use hydrocrane_control::interface::controller::Fault;
 use hydrocrane_control::parameter_block::Refusal;
 
 macro_rules! statuses {

@@ -1,7 +1,7 @@
 //! What is driven: a bundled machine in one of the cockpit's modes with a payload.
 
 use hydrocrane_machine::{bundled_machines, Machine};
-use hydrocrane_sim::controllers::{CONTROLLERS, LEVER};
+use hydrocrane_sim::model::controllers::{CONTROLLERS, LEVER};
 use hydrocrane_sim::{build, Model};
 use hydrocrane_web::Request;
 use serde_json::{json, Value};

@@ -10,7 +10,7 @@ use crate::resources::{Resources, MACHINE};
 use crate::variable::{Kind, Use, Variable};
 use hydrocrane_machine::{Machine, Template};
 use hydrocrane_sim::controller::{Measurement, Stick};
-use hydrocrane_sim::controllers::{tip_gains, LEVER};
+use hydrocrane_sim::model::controllers::{tip_gains, LEVER};
 use hydrocrane_sim::{build, EquilibriumMode, Model, Sensors};
 use std::sync::Arc;
 

@@ -1,15 +1,15 @@
 //! One step of a whole crane with its error estimate, over any number type: f64, or the lanes of a batch.
 
 use hydrocrane_num::Real;
-use hydrocrane_ode::grk4t::{end, error, GAMMA, STAGES, TABLEAU};
-use hydrocrane_ode::rosenbrock::{stages, Linearised};
-use hydrocrane_ode::rows::{all, Cell};
+use hydrocrane_ode::linear::rows::{all, Cell};
+use hydrocrane_ode::methods::grk4t::{end, error, GAMMA, STAGES, TABLEAU};
+use hydrocrane_ode::methods::rosenbrock::{stages, Linearised};
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_ode::SchurFactors;
 use hydrocrane_ode::FLUSH;
+use hydrocrane_plant::equations::rhs::Evaluator;
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::precision::Precision;
-use hydrocrane_plant::rhs::Evaluator;
 
 /// The laws of a crane and its inputs during a step.
 pub struct Scene<'a, T, const N: usize> {

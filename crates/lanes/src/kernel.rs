@@ -5,13 +5,13 @@
 
 use crate::crane_step::{CraneStep, Scene};
 use crate::own_numbers::{Bank, Group, Needed, Places, WIDTH};
-use hydrocrane_num::register::Register;
+use hydrocrane_num::lanes::register::Register;
 #[cfg(target_arch = "x86_64")]
-use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
+use hydrocrane_num::lanes::register_x86::{Avx2, Avx512, Sse2};
 use hydrocrane_num::{Field, Lanes, Real};
+use hydrocrane_plant::equations::plant::Plant;
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::layout::MAX_JOINTS;
-use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
 
 /// Bounds of the change of step size from one step to the next.

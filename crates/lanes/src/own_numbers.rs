@@ -1,11 +1,11 @@
 //! Numbers that differ from crane to crane, exchanged in the laws of a register when its lanes get other cranes.
 
-use hydrocrane_num::register::Register;
+use hydrocrane_num::lanes::register::Register;
 use hydrocrane_num::{Field, Lanes};
+use hydrocrane_plant::equations::plant::Plant;
+use hydrocrane_plant::equations::rhs::Evaluator;
 use hydrocrane_plant::layout::Layout;
-use hydrocrane_plant::plant::Plant;
 use hydrocrane_plant::precision::Precision;
-use hydrocrane_plant::rhs::Evaluator;
 use std::ptr::from_ref;
 
 /// Number of cranes of a group, that of the lanes of the widest register; of a group of lanes a narrower register has the first.

@@ -2,9 +2,9 @@
 
 use crate::errors::{ErrorKind, MachineError};
 use crate::load::Template;
-use crate::merge::OverrideValue;
 use crate::model::{Form, Machine, Provenance, Recorded};
 use crate::number::{Number, Variable};
+use crate::text::merge::OverrideValue;
 use std::ops::Range;
 
 type Result<T> = std::result::Result<T, KeyError>;

@@ -3,45 +3,26 @@
 //! [`load`] turns a bundled name or a path into a [`model::Machine`]; every problem is one [`MachineError`] that names
 //! place, key and cure. Nothing here knows physics.
 
-mod at_cylinder;
-mod bundled;
 pub mod by_keys;
-mod chain;
-mod circuit;
-mod disk;
-mod document;
 mod errors;
-mod field;
 mod keys;
 mod load;
-mod log;
-pub mod log_columns;
-pub mod log_units;
-mod merge;
-mod misread;
 pub mod model;
 mod names;
 mod nearest;
 mod number;
-mod plausible;
-mod pressure_source;
-mod quantities;
-mod reader;
+mod reading;
 pub mod scenario;
 #[cfg(feature = "schema")]
 mod schema;
 mod sections;
-mod toml_text;
-mod units;
+mod text;
+pub mod units;
 mod whole;
 
-pub use bundled::{bundled_machines, bundled_scenarios};
-pub use disk::{path_fault, read as read_file};
 pub use errors::{shortened, ErrorKind, FilePosition, Location, MachineError, Problem, ERROR_SLUGS};
 pub use keys::{Key, CONTROLLERS, PLAUSIBILITY, TIP_AXES};
 pub use load::{is_path, load, parse, tables_of, whole_text, whole_text_of, Template};
-pub use merge::OverrideValue;
-pub use misread::quantity;
 pub use model::Machine;
 pub use names::{name_fault, text_fault};
 pub use nearest::suggestion;
@@ -49,4 +30,8 @@ pub use number::{Number, Variable};
 pub use scenario::{load_scenario, parse_scenario, parse_scenario_with, Scenario, MOST_SEED};
 #[cfg(feature = "schema")]
 pub use schema::FileKind;
+pub use text::bundled::{bundled_machines, bundled_scenarios};
+pub use text::disk::{path_fault, read as read_file};
+pub use text::merge::OverrideValue;
+pub use units::misread::quantity;
 pub use units::unit_exponents;

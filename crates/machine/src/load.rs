@@ -4,15 +4,15 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, OnceLock};
 
-use crate::bundled::{bundled_machines, bundled_scenarios};
-use crate::disk;
-use crate::document::{self, Budget, Node, NodeKind, Place, Scalar, SourceFile};
 use crate::errors::{ErrorKind, Location, MachineError};
-use crate::merge::{apply_override, merge, take_out, Override, OverrideValue};
 use crate::model::Machine;
 use crate::nearest::suggestion;
 use crate::number::{Number, Variable};
 use crate::sections;
+use crate::text::bundled::{bundled_machines, bundled_scenarios};
+use crate::text::disk;
+use crate::text::document::{self, Budget, Node, NodeKind, Place, Scalar, SourceFile};
+use crate::text::merge::{apply_override, merge, take_out, Override, OverrideValue};
 use crate::whole;
 
 type Result<T> = std::result::Result<T, MachineError>;

@@ -27,15 +27,15 @@ pub use supply::SupplyPressure;
 pub use value::{check_quantity, choices};
 pub use written::Unwritable;
 
-use crate::bundled::{bundled_machines, bundled_scenarios};
-use crate::document::{self, Node, NodeKind};
 use crate::errors::{ErrorKind, MachineError};
 use crate::keys;
 use crate::load::{self, is_path, Source};
-use crate::merge::{apply_override, override_value, Override, OverrideValue};
 use crate::model::{Machine, Unusual};
 use crate::nearest::suggestion;
-use crate::reader::{Field, Log, Reader};
+use crate::reading::reader::{Field, Log, Reader};
+use crate::text::bundled::{bundled_machines, bundled_scenarios};
+use crate::text::document::{self, Node, NodeKind};
+use crate::text::merge::{apply_override, override_value, Override, OverrideValue};
 
 use hydrocrane_logs::Format;
 use log::Files;

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
-use crate::merge::override_value;
 use crate::model::Provenance;
-use crate::toml_text::{key, quoted, written};
+use crate::text::document::{join, Entry, Node, NodeKind, Origin, Place, Scalar};
+use crate::text::merge::override_value;
+use crate::text::toml_text::{key, quoted, written};
 
 /// Keys that name other files.
 const OTHER_FILES: [&str; 3] = ["extends", "include", "without"];

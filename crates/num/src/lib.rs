@@ -4,43 +4,24 @@
 
 mod archive;
 pub mod array;
-mod bisect;
-mod complex;
-pub mod curve;
-#[cfg(feature = "std")]
-pub mod dense;
 mod dual;
-pub mod elementary;
-mod lanes;
-pub mod native;
-mod pack;
+pub mod functions;
+pub mod lanes;
+pub mod linear;
 pub mod portable;
 mod random;
 mod real;
-pub mod register;
-#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-pub mod register_wasm;
-#[cfg(all(feature = "std", target_arch = "x86_64"))]
-pub mod register_x86;
-mod root;
-pub mod small;
-pub mod smooth;
 pub mod stored;
-pub mod symmetric;
-#[cfg(feature = "std")]
-pub mod table;
-mod vec2;
-mod vec3;
 
 pub use archive::Archive;
-pub use bisect::bisect;
-pub use complex::Complex;
 pub use dual::Dual;
+pub use functions::bisect::bisect;
+pub use functions::root::root;
+pub use lanes::pack::Pack;
 pub use lanes::Lanes;
-pub use pack::Pack;
+pub use linear::complex::Complex;
+pub use linear::vec2::Vec2;
+pub use linear::vec3::Vec3;
 pub use random::RandomStream;
 pub use real::{Field, Mask, Real};
-pub use root::root;
 pub use stored::Stored;
-pub use vec2::Vec2;
-pub use vec3::Vec3;

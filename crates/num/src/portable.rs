@@ -2,7 +2,7 @@
 //!
 //! The methods of `f64` call the platform's own library, whose last bit differs from one platform to the next. A controller
 //! that saturates amplifies such a bit, so that the same drive would end elsewhere in a browser. What the laws evaluate in lanes
-//! stands in [`elementary`](crate::elementary); the rest is taken from `libm`, a Rust port of musl's library.
+//! stands in [`elementary`](crate::lanes::elementary); the rest is taken from `libm`, a Rust port of musl's library.
 
 pub use libm::{acos, atan2, cos, erf, exp, hypot, log10, log2, pow, sin};
 pub use libm::{log as ln, sincos as sin_cos};

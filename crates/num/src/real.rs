@@ -1,7 +1,8 @@
 //! The number type of the laws.
 
-use crate::register::Register;
-use crate::{elementary, portable};
+use crate::lanes::elementary;
+use crate::lanes::register::Register;
+use crate::portable;
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 

@@ -3,35 +3,19 @@
 //! A [`System`] gives its right-hand side and its Jacobian, either dense or as a [`BlockArrow`]. A [`Method`] tries one
 //! step. The [`Stepper`] chooses the step sizes. This crate does not depend on cranes.
 
-mod axis;
-mod block_arrow;
-pub mod exponential4;
-pub mod grk4t;
-mod linear;
-mod method;
-mod methods;
-mod opening;
-mod poles;
+pub mod linear;
+pub mod methods;
 mod quadratures;
-pub mod rodas5p;
-pub mod rosenbrock;
-pub mod rosenbrock3;
-pub mod rows;
-mod schur;
-mod shared;
 pub mod step_size;
 mod stepper;
-mod system;
-pub mod tableau;
-pub mod tsit5;
 
-pub use axis::{AxisDerivatives, AxisStates, Row, ScalarOver, MAX_ACTING, MAX_BORDER, MAX_SHARED};
-pub use block_arrow::{BlockArrow, ForceAlong, StateBlocks};
+pub use linear::axis::{AxisDerivatives, AxisStates, Row, ScalarOver, MAX_ACTING, MAX_BORDER, MAX_SHARED};
+pub use linear::block_arrow::{BlockArrow, ForceAlong, StateBlocks};
+pub use linear::opening::AxisOpening;
+pub use linear::schur::SchurFactors;
+pub use linear::shared::{SharedDerivatives, SharedStates};
+pub use linear::system::System;
 pub use linear::{Factored, Linearisation};
-pub use method::{Effort, Method, Restart, Target, FLUSH};
+pub use methods::method::{Effort, Method, Restart, Target, FLUSH};
 pub use methods::{method, METHODS};
-pub use opening::AxisOpening;
-pub use schur::SchurFactors;
-pub use shared::{SharedDerivatives, SharedStates};
 pub use stepper::{least_step, StepControl, StepFailure, Stepper, Tolerances, CRAWL_ATTEMPTS};
-pub use system::System;

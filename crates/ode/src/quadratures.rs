@@ -3,8 +3,8 @@
 //! Inside a step x comes from the interpolant of the method, so methods need not treat quadratures. Between the nodes g is the
 //! cubic through its four values.
 
-use crate::method::Method;
-use crate::system::System;
+use crate::linear::system::System;
+use crate::methods::method::Method;
 
 /// sqrt 5
 const ROOT: f64 = 2.236_067_977_499_79;

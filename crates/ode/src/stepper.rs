@@ -1,9 +1,9 @@
 //! Step size control around a [`Method`].
 
-use crate::method::{flush, Effort, Method, Restart, Target};
+use crate::linear::system::System;
+use crate::methods::method::{flush, Effort, Method, Restart, Target};
 use crate::quadratures::Quadratures;
 use crate::step_size::{equal_part, longest_part, EVEN};
-use crate::system::System;
 use hydrocrane_num::{portable, Archive};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -504,7 +504,7 @@ mod tests {
 
     fn gross(jumps: bool, h: f64) -> f64 {
         let tolerances = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 1e-3 };
-        let method = Box::new(crate::rosenbrock3::Rosenbrock3::new(1));
+        let method = Box::new(crate::methods::rosenbrock3::Rosenbrock3::new(1));
         Stepper::new(method, tolerances, 0.0, &[1.0], 0).with_jumps(jumps).gross(h)
     }
 
@@ -546,7 +546,7 @@ mod tests {
     #[test]
     fn parts_of_a_step_that_is_cut_are_judged_as_the_step_is() {
         let tolerances = Tolerances { relative: 1e-4, absolute: 1e-4, max_step: 1e-3 };
-        let method = Box::new(crate::rosenbrock3::Rosenbrock3::new(1));
+        let method = Box::new(crate::methods::rosenbrock3::Rosenbrock3::new(1));
         let mut stepper = Stepper::new(method, tolerances, 0.0, &[0.0], 0).with_control(StepControl::Even);
         let mut parts = 0;
         while stepper.t < 1e-3 {

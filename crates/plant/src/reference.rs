@@ -517,7 +517,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         .collect();
     let system: Vec<f64> = (0..n * n).map(|i| columns[i % n][i / n]).collect();
     let mut qdd: Vec<f64> = (0..n).map(|j| torque[j] - bias[j]).collect();
-    let mut inverse = hydrocrane_num::dense::Inverse::default();
+    let mut inverse = hydrocrane_num::linear::dense::Inverse::default();
     inverse.of(n, &system);
     inverse.solve(&mut qdd);
 

@@ -4,7 +4,7 @@
 //! `cargo bench -p hydrocrane-sim --bench closed_loop`. The tip error is the largest distance at any sample from the same
 //! loop with `rodas5p` at 1e-11. The shortest of many rounds counts: the load of the computer only ever adds.
 
-use hydrocrane_control::controller::{Controller, Measurement, Stick};
+use hydrocrane_control::interface::controller::{Controller, Measurement, Stick};
 use hydrocrane_machine::load;
 use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{build, simulate_sampled, EquilibriumMode, Model};

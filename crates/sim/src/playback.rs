@@ -5,12 +5,12 @@
 //! to levers.
 
 use crate::assembly::{levers, AssembledStage, Assembly, OwnedDriver};
-use crate::controllers::LEVER;
-use crate::live::{Live, ROUNDING};
+use crate::inputs::sensing::SensorFault;
+use crate::inputs::stick::Sticks;
+use crate::model::controllers::LEVER;
 use crate::model::Model;
 use crate::outcome::{Outcome, OutcomeKind};
-use crate::sensing::SensorFault;
-use crate::stick::Sticks;
+use crate::runs::live::{Live, ROUNDING};
 use crate::warning::Warning;
 use hydrocrane_machine::scenario::{ControllerChoice, Stage};
 use std::collections::VecDeque;

@@ -1,6 +1,6 @@
 //! Redundancy of the tip over slices, without the number of joints in the type.
 
-use hydrocrane_control::redundancy::{resolve, Preference, Task};
+use hydrocrane_control::reference::redundancy::{resolve, Preference, Task};
 
 /// Arguments of [`resolve_rates`]; slices have one entry per joint, `bounds` one pair.
 pub struct RateWish<'a> {

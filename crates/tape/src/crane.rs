@@ -6,8 +6,8 @@ use crate::program::{program, Program};
 use crate::traced::Traced;
 use hydrocrane_machine::by_keys::Parameter;
 use hydrocrane_machine::{suggestion, Template};
-use hydrocrane_plant::ledger::{terms, Term};
-use hydrocrane_plant::outputs::{OutputInfo, OIL_ENERGY};
+use hydrocrane_plant::cylinders::ledger::{terms, Term};
+use hydrocrane_plant::equations::outputs::{OutputInfo, OIL_ENERGY};
 use hydrocrane_plant::Layout;
 
 type Result<T> = std::result::Result<T, TapeError>;

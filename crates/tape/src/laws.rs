@@ -6,12 +6,12 @@ use crate::recorder::{record, Tape};
 use crate::traced::{command, parameter, state, Traced};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::Field;
+use hydrocrane_plant::cylinders::hydraulic_axis::FrictionLaw;
+use hydrocrane_plant::cylinders::ledger::NoElasticEnergy;
+use hydrocrane_plant::equations::from_machine::plant;
+use hydrocrane_plant::equations::outputs;
+use hydrocrane_plant::equations::rhs::Evaluator;
 use hydrocrane_plant::errors::BuildError;
-use hydrocrane_plant::from_machine::plant;
-use hydrocrane_plant::hydraulic_axis::FrictionLaw;
-use hydrocrane_plant::ledger::NoElasticEnergy;
-use hydrocrane_plant::outputs;
-use hydrocrane_plant::rhs::Evaluator;
 use hydrocrane_plant::{Layout, Plant};
 
 type Result<T> = std::result::Result<T, TapeError>;

@@ -7,8 +7,8 @@ use crate::error::TapeError;
 use crate::laws::{by_joints, recorded, Recorded};
 use hydrocrane_machine::by_keys::{name_of, numbers_at, Keys, Parameter};
 use hydrocrane_machine::{Machine, Number, Template};
+use hydrocrane_plant::equations::from_machine::plant;
 use hydrocrane_plant::errors::BuildError;
-use hydrocrane_plant::from_machine::plant;
 use hydrocrane_plant::Layout;
 use std::collections::BTreeMap;
 

@@ -2,11 +2,11 @@
 
 use crate::drive::{Drive, TICK};
 use crate::frame::{corners, signals};
-use crate::ground;
+use crate::knobs::ground;
 use crate::offered;
 use hydrocrane_machine::bundled_machines;
 use hydrocrane_machine::scenario::StickMode;
-use hydrocrane_sim::controllers::{tip_gains, CONTROLLERS};
+use hydrocrane_sim::model::controllers::{tip_gains, CONTROLLERS};
 use hydrocrane_sim::total_terms;
 use serde_json::{json, Value};
 

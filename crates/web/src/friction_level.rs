@@ -1,6 +1,6 @@
 //! The knob of friction after a replay: the level that a saved drive's forces amount to.
 
-use crate::friction::{changes, is_force};
+use crate::knobs::friction::{changes, is_force};
 use crate::request::Request;
 use hydrocrane_machine::OverrideValue;
 

@@ -7,16 +7,14 @@ mod description;
 mod drive;
 pub mod face;
 mod frame;
-mod friction;
 mod friction_level;
-mod ground;
+mod knobs;
 mod offered;
 mod problem;
 mod replay;
 mod request;
 mod saved;
 mod scenario;
-mod values;
 
 pub use cockpit::Cockpit;
 pub use drive::TICK;

@@ -4,7 +4,7 @@ use crate::problem::Problem;
 use crate::request::{Request, HEIGHT};
 use hydrocrane_machine::model::JointKind;
 use hydrocrane_machine::Machine;
-use hydrocrane_sim::controllers::{CONTROLLERS, LEVER};
+use hydrocrane_sim::model::controllers::{CONTROLLERS, LEVER};
 use serde_json::Value;
 
 /// Default speed of the tip at full stick, m/s. From its start, the laboratory crane follows it within 3 % in every

@@ -7,7 +7,7 @@ use crate::scenario::{solver, SETTINGS};
 use hydrocrane_machine::scenario::{without_hoses, Burst, Scenario, SensorQuality, Stage, StickMode, LOGS};
 use hydrocrane_machine::{bundled_machines, parse_scenario_with, whole_text_of, OverrideValue};
 use hydrocrane_sim::assembly::{assemble, Assembly, Machines};
-use hydrocrane_sim::controllers::LEVER;
+use hydrocrane_sim::model::controllers::LEVER;
 use hydrocrane_sim::CHAINS;
 use serde_json::{json, Value};
 use std::collections::VecDeque;

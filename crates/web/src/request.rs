@@ -1,16 +1,16 @@
 //! The request of a page: machine, start, controller, sensors, as JSON.
 
-use crate::friction;
-use crate::ground;
+use crate::knobs::friction;
+use crate::knobs::ground;
+use crate::knobs::values::stated;
 use crate::problem::{problem, Problem};
-use crate::values::stated;
 use hydrocrane_machine::scenario::{Burst, BurstEntry, StickMode};
 use hydrocrane_machine::{
     bundled_scenarios, is_path, load, parse, parse_scenario, scenario, whole_text_of, Machine, OverrideValue,
     CONTROLLERS, MOST_SEED,
 };
 use hydrocrane_sim::assembly::AssemblyError;
-use hydrocrane_sim::controllers::LEVER;
+use hydrocrane_sim::model::controllers::LEVER;
 use hydrocrane_sim::{BuildError, CHAINS};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};

@@ -61,7 +61,7 @@ def run_experiment(
     """Run an experiment and write what the sensors read; one file per load or pressure where these are varied."""
     from hydrocrane import rig as rigs
     from hydrocrane.app.options import overrides
-    from hydrocrane.logs.writers import checked_suffix
+    from hydrocrane.logs.formats.writers import checked_suffix
     from hydrocrane.rig.experiments import experiment as known
 
     # Neither a wrong name nor a wrong suffix shall cost the run.

@@ -15,7 +15,7 @@ from hydrocrane.app.console import say
 from hydrocrane.errors import InputError, translated
 
 if TYPE_CHECKING:
-    from hydrocrane.app.live_server import Server
+    from hydrocrane.app.serving.live_server import Server
     from hydrocrane.arrays import Array
     from hydrocrane.machine.machine import Machine
     from hydrocrane.machine.overrides import Override
@@ -60,7 +60,7 @@ def machine_request(machine: Machine) -> Request:
 
 def cockpit_server(target: str | None = None, settings: Mapping[str, Override] | None = None, port: int = 0) -> Server:
     """A server for the page, opened on a machine or scenario where one is given; port 0 takes any free one."""
-    from hydrocrane.app.live_server import CHOSEN, Server, own_page
+    from hydrocrane.app.serving.live_server import CHOSEN, Server, own_page
 
     files = own_page()
     if target is not None:
@@ -94,7 +94,7 @@ def live(
     from hydrocrane.app.options import overrides
 
     if bridge is not None:
-        from hydrocrane.app.bridge import part_of, serve_bridge
+        from hydrocrane.app.serving.bridge import part_of, serve_bridge
 
         changed = overrides(settings)
         part = part_of(target, changed, controller=controller, period=period, sensors=sensors, at=at)
@@ -163,7 +163,7 @@ def _shown(name: str) -> str:
 
 def viewer_server(run: Run, port: int = 0) -> Server:
     """A server for the page and the run."""
-    from hydrocrane.app.live_server import CHOSEN, RECORDED, Server, own_page
+    from hydrocrane.app.serving.live_server import CHOSEN, RECORDED, Server, own_page
 
     files = own_page()
     request, table = recording(run)

@@ -201,7 +201,7 @@ class Log:
         >>> print(path.name, list(hc.Log.of(path).data))
         drive.csv ['x', 'p1']
         """
-        from hydrocrane.logs.writers import write_log
+        from hydrocrane.logs.formats.writers import write_log
 
         return write_log(self.data, Path(path))
 

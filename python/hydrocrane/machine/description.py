@@ -78,7 +78,7 @@ def pairs(values: Part) -> list[tuple[float, float]]:
 
 
 def described(core: _core.Machine) -> DescriptionRecord:
-    """The whole machine; `crates/machine/src/model.rs` describes its fields."""
+    """The whole machine; `crates/machine/src/model/mod.rs` describes its fields."""
     tokens = _TOKEN.findall(core.resolved)
     found, end = _part(tokens, 0)
     assert isinstance(found, DescriptionRecord) and end == len(tokens)

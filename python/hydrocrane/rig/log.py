@@ -107,7 +107,7 @@ class RigLog:
 
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the readings; the suffix decides: ``.csv``, ``.mat``, ``.nc``, ``.h5`` or ``.mf4``."""
-        from hydrocrane.logs.writers import write_log
+        from hydrocrane.logs.formats.writers import write_log
 
         return write_log(self.data, Path(path))
 

@@ -10,8 +10,8 @@ from contextlib import ExitStack, contextmanager
 
 from websockets.sync.client import connect
 
-from hydrocrane.app.bridge import Bridge, part_of, transport_of
-from hydrocrane.app.bridge_transport import HEADER, Kind, Packet, PacketFlag, address_of
+from hydrocrane.app.serving.bridge import Bridge, part_of, transport_of
+from hydrocrane.app.serving.bridge_transport import HEADER, Kind, Packet, PacketFlag, address_of
 
 HERE = "127.0.0.1"
 

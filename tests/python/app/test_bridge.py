@@ -18,9 +18,9 @@ from bridge_program import HERE, Program, plant, served
 from command_line import run
 
 import hydrocrane as hc
-from hydrocrane.app import bridge as bridge_module
-from hydrocrane.app.bridge import Bridge, part_of, transport_of
-from hydrocrane.app.bridge_transport import Address, Kind, Packet, PacketFlag, address_of, is_local
+from hydrocrane.app.serving import bridge as bridge_module
+from hydrocrane.app.serving.bridge import Bridge, part_of, transport_of
+from hydrocrane.app.serving.bridge_transport import Address, Kind, Packet, PacketFlag, address_of, is_local
 
 CLIENT = Path(__file__).parents[3] / "docs/howto/bridge_client.c"
 

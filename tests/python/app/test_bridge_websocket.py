@@ -17,9 +17,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import hydrocrane as hc
-from hydrocrane.app import bridge_transport
-from hydrocrane.app.bridge import part_of, transport_of
-from hydrocrane.app.bridge_transport import Kind, Packet
+from hydrocrane.app.serving import bridge_transport
+from hydrocrane.app.serving.bridge import part_of, transport_of
+from hydrocrane.app.serving.bridge_transport import Kind, Packet
 
 # Of the page: whether the tip has risen so far.
 RISES = """(height) => {

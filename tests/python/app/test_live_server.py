@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from hydrocrane.app.live_server import Handler
+from hydrocrane.app.serving.live_server import Handler
 
 
 def takes_gzip(wish):

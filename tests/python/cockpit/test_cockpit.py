@@ -18,7 +18,7 @@ from browser import hosted
 
 import hydrocrane as hc
 from hydrocrane.app.live import cockpit_server, drive_request
-from hydrocrane.app.live_server import CONNECTIONS, KEEPER, PAGE, Handler, Server, host_names, own_page, page_files
+from hydrocrane.app.serving.live_server import CONNECTIONS, KEEPER, PAGE, Handler, Server, host_names, own_page, page_files
 from hydrocrane.errors import InputError, MachineFileError
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -381,7 +381,7 @@ def test_webassembly_tells_the_errors_of_the_command_line(drive, tmp_path):
 
 
 def test_the_command_serves_what_it_is_asked_to(page, monkeypatch):
-    monkeypatch.setattr("hydrocrane.app.live_server.PAGE", page)
+    monkeypatch.setattr("hydrocrane.app.serving.live_server.PAGE", page)
     with cockpit_server("single-cylinder") as server:
         assert server.address.endswith("/?chosen")
         assert json.loads(server.files["/chosen.json"][1])["machine"] == "single-cylinder"

@@ -13,7 +13,7 @@ from browser import answering
 from cockpit_tab import PICTURES, STARTS, Page, hold
 
 import hydrocrane as hc
-from hydrocrane.app.live_server import PAGE
+from hydrocrane.app.serving.live_server import PAGE
 
 SCREENS = {"wide": (1440, 900), "narrow": (1024, 768), "upright": (390, 844), "lying": (844, 390)}
 # Pixels of a colour on a canvas, within what smooth edges change.

@@ -10,7 +10,7 @@ from browser import hosted, served
 from cockpit_tab import PICTURES, STARTS, Page, hold, table
 
 import hydrocrane as hc
-from hydrocrane.app.live_server import PAGE, own_page, page_files
+from hydrocrane.app.serving.live_server import PAGE, own_page, page_files
 
 # A chain of four joints.
 LONG = Path(__file__).resolve().parents[2] / "data/two-telescopes.toml"

@@ -1,7 +1,7 @@
 """The largest gain of the damping, docs/theory/control/regulate.md: one mode, its observer and a late command, sampled.
 
 The period is the unit of time; the mode turns by ``angle`` in it. The laws are those of
-``crates/control/src/damping.rs``, written a second time.
+``crates/control/src/regulate/damping.rs``, written a second time.
 """
 
 from __future__ import annotations

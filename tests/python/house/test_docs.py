@@ -128,7 +128,7 @@ def test_the_reference_names_every_key_of_the_files():
 
 def test_the_reference_names_every_error():
     slugs = set(re.findall(r'^ {4}\w+ = "([\w-]+)",', text_of("crates/machine/src/errors.rs"), re.MULTILINE))
-    slugs |= set(re.findall(r"\[(cannot-[\w-]+)\]", text_of("crates/python/src/errors.rs")))
+    slugs |= set(re.findall(r"\[(cannot-[\w-]+)\]", text_of("crates/python/src/handed/errors.rs")))
     rows = re.findall(r"^\| `([a-z-]+)` \|", text_of("docs/reference/errors.md"), re.MULTILINE)
     assert len(slugs) > 20 and slugs == set(rows)
 

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,9 @@ ROOT = Path(__file__).resolve().parents[3]
 PHYSICS = ROOT / "crates/physics/src"
 PACKAGE = ROOT / "python/hydrocrane"
 LONGEST = 600
+# Most files of a folder of the product. In these folders a file is one law, or one table of a machine file.
+FULLEST = 14
+ONE_BY_ONE = {"crates/physics/src/hydraulics", "crates/machine/src/sections"}
 
 # Each crate and what it may use of the others.
 MAY_USE = {
@@ -417,6 +421,13 @@ def own_files() -> list[Path]:
 @pytest.mark.parametrize("path", own_files(), ids=name_of)
 def test_no_file_is_long(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def test_no_folder_is_crowded():
+    files = [*ROOT.glob("crates/*/src/**/*.rs"), *PACKAGE.rglob("*.py")]
+    folders = Counter(name_of(path.parent) for path in files)
+    assert not {folder: count for folder, count in folders.items() if count > FULLEST and folder not in ONE_BY_ONE}
+    assert all(folders[folder] > FULLEST for folder in ONE_BY_ONE)
 
 
 @pytest.mark.parametrize("path", own_files(), ids=name_of)

@@ -263,7 +263,7 @@ def test_numbers_and_fields_are_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr("hydrocrane.files.received.MOST_VALUES", 100)
     with pytest.raises(hc.ResultFileError, match="numbers, more than 100"):
         hc.read_log(bag(tmp_path / "long", ("/load",)))
-    monkeypatch.setattr("hydrocrane.logs.bags.LARGEST_CHUNK", 100)
+    monkeypatch.setattr("hydrocrane.logs.formats.bags.LARGEST_CHUNK", 100)
     with pytest.raises(hc.ResultFileError, match="a chunk of more than"):
         hc.read_log(path)
 

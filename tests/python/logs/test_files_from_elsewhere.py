@@ -20,7 +20,7 @@ import hydrocrane as hc
 from hydrocrane.files import hdf5
 from hydrocrane.files import received as received_files
 from hydrocrane.files.received import received
-from hydrocrane.logs import matlab, readers
+from hydrocrane.logs.formats import matlab, readers
 
 SECRET = np.frombuffer(b"root:x:0:0:root:" * 30, dtype=np.float64)
 T = np.arange(60) / 100

@@ -20,7 +20,7 @@ import hydrocrane as hc
 from hydrocrane.app.console import complain, say
 from hydrocrane.files.datasets import save
 from hydrocrane.identification.values.result import block
-from hydrocrane.logs.writers import write_log
+from hydrocrane.logs.formats.writers import write_log
 from hydrocrane.plots.style import one_chart, styled, title, write
 
 WRONG = (

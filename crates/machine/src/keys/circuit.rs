@@ -3,7 +3,7 @@
 
 use super::Key;
 use super::Sign::{NonNegative, Positive};
-use crate::quantities::{AREA, COMPLIANCE, FLOW, LENGTH, NUMBER, PRESSURE, VOLUME};
+use crate::units::quantities::{AREA, COMPLIANCE, FLOW, LENGTH, NUMBER, PRESSURE, VOLUME};
 
 /// Where a part stands: at which cylinder, and on which side.
 pub const fn cylinder(means: &'static str) -> Key {

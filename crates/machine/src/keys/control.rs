@@ -2,7 +2,7 @@
 
 use super::Sign::{NonNegative, Positive};
 use super::{Key, Kind, Usual};
-use crate::quantities::{ANGULAR_FREQUENCY, LENGTH, NUMBER, TIME, VELOCITY};
+use crate::units::quantities::{ANGULAR_FREQUENCY, LENGTH, NUMBER, TIME, VELOCITY};
 
 /// The controllers that a scenario can name and a machine file can give gains to, with the keys of their tables.
 pub const CONTROLLERS: [(&str, &[Key]); 2] = [("tip", TIP), ("heinze-pid", HEINZE_PID)];

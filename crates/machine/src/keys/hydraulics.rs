@@ -2,7 +2,7 @@
 
 use super::Sign::{Any, NonNegative, Positive};
 use super::{Key, Value};
-use crate::quantities::{
+use crate::units::quantities::{
     ACCELERATION, ANGULAR_FREQUENCY, ANGULAR_VELOCITY, COMPLIANCE, CONDUCTANCE, DAMPING, DENSITY, FLOW, FORCE,
     GRADIENT, KINEMATIC, LENGTH, NUMBER, PER_TURN, PRESSURE, STIFFNESS, TIME, TORQUE, VELOCITY, VISCOSITY, VOLUME,
 };

@@ -1,7 +1,7 @@
 //! Every key of machine and scenario files, declared once.
 //!
-//! The reader asks by these declarations ([`crate::reader`]), values are judged by their usual ranges
-//! ([`crate::plausible`]), and the schema for editors and the tables of the reference page are made from them
+//! The reader asks by these declarations ([`crate::reading::reader`]), values are judged by their usual ranges
+//! ([`crate::reading::plausible`]), and the schema for editors and the tables of the reference page are made from them
 //! (`crate::schema`, with the feature `schema`).
 
 mod circuit;
@@ -14,7 +14,7 @@ mod structure;
 pub use control::{CONTROLLERS, PLAUSIBILITY};
 pub use scenario::{LEVER, METHODS, SCENARIO, TIP_AXES};
 
-use crate::quantities::{Kind, ACCELERATION, ANGLE};
+use crate::units::quantities::{Kind, ACCELERATION, ANGLE};
 use crate::units::{self, Dimension, Quantity};
 
 /// Everything that may stand at the top of a machine file.

@@ -4,7 +4,7 @@ use super::circuit;
 use super::control::CONTROLLERS;
 use super::Sign::{Any, NonNegative, Positive};
 use super::{Key, Kind, Value};
-use crate::quantities::{ANGLE, ANGULAR_VELOCITY, FORCE, LENGTH, MASS, NUMBER, PRESSURE, TIME, VELOCITY};
+use crate::units::quantities::{ANGLE, ANGULAR_VELOCITY, FORCE, LENGTH, MASS, NUMBER, PRESSURE, TIME, VELOCITY};
 
 /// The axes of a stick that moves the tip; other axes are cylinders.
 pub const TIP_AXES: [&str; 3] = ["x", "z", "slew"];

@@ -2,7 +2,7 @@
 
 use super::Sign::{Any, Positive};
 use super::{Key, Kind, Usual};
-use crate::quantities::{ANGLE, FORCE, LENGTH, NUMBER, PRESSURE, TIME, VOLTAGE};
+use crate::units::quantities::{ANGLE, FORCE, LENGTH, NUMBER, PRESSURE, TIME, VOLTAGE};
 
 /// What analogue sensors measure.
 const MEASURED: &[Kind] = &[PRESSURE, FORCE, LENGTH];

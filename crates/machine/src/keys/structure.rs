@@ -2,7 +2,7 @@
 
 use super::Sign::{Any, NonNegative, Positive};
 use super::{Key, Kind, Value};
-use crate::quantities::{ANGLE, INERTIA, LENGTH, MASS, NUMBER, STIFFNESS};
+use crate::units::quantities::{ANGLE, INERTIA, LENGTH, MASS, NUMBER, STIFFNESS};
 
 const STATUS: &[&str] = &["active", "inactive"];
 const WITH_MASS: &str = "with `mass`";

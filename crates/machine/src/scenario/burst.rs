@@ -5,11 +5,11 @@
 
 use super::{check_quantity, Result, Scenario, Stage};
 use crate::errors::ErrorKind;
-use crate::merge::OverrideValue;
 use crate::model::Machine;
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::on_a_side;
+use crate::text::merge::OverrideValue;
 
 /// A hose that bursts.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,10 +4,10 @@ use super::log::{is_text, Files, Log, Problem};
 use super::{check_series, overrides_in, plain, Interpolation, MachineSource, Result, INTERPOLATIONS, NUMBER_FORMATS};
 use crate::errors::ErrorKind;
 use crate::keys::{CONTROLLERS, LEVER, TIP_AXES};
-use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
-use crate::quantities::NUMBER;
-use crate::reader::{Field, Reader};
+use crate::reading::reader::{Field, Reader};
+use crate::text::merge::{Override, OverrideValue};
+use crate::units::quantities::NUMBER;
 use hydrocrane_logs::Format;
 
 /// A sampled controller with its sensors, delay and model.

@@ -4,8 +4,8 @@ use super::log::{Files, Log, Problem};
 use super::{check_series, known_cylinder, Interpolation, Result, INTERPOLATIONS, NUMBER_FORMATS};
 use crate::errors::ErrorKind;
 use crate::model::Machine;
-use crate::quantities::LENGTH;
-use crate::reader::{Field, Reader};
+use crate::reading::reader::{Field, Reader};
+use crate::units::quantities::LENGTH;
 
 /// Spool position commanded to the valve of a cylinder against time.
 #[derive(Debug, Clone, PartialEq)]

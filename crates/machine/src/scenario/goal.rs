@@ -2,7 +2,7 @@
 
 use super::{check_series, Result};
 use crate::errors::ErrorKind;
-use crate::reader::{Field, Reader};
+use crate::reading::reader::{Field, Reader};
 
 /// From `time` on the tip moves to `place` on a straight line, until another goal is given or a stick is moved.
 #[derive(Debug, Clone, Copy, PartialEq)]

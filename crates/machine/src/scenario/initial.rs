@@ -3,7 +3,7 @@
 use super::{known_cylinder, known_name, Result};
 use crate::errors::ErrorKind;
 use crate::model::Machine;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::coordinate;
 
 /// The state at the start; joints that are not named are at zero.

@@ -1,14 +1,14 @@
 //! Logs that a scenario names: text files with columns, beside the scenario or passed with it.
 
-use crate::disk;
 use crate::errors::ErrorKind;
 pub use crate::errors::Problem;
-use crate::field::{Field, MOST_ROWS};
 use crate::load::given;
-use crate::log_columns::{counted_in, first_of, split_name, time_column, unit_of, TIME_NAMES};
-use crate::log_units::{in_si, unit_of_signal, ATMOSPHERE};
 use crate::nearest::suggestion;
-use crate::quantities::{PRESSURE, TIME};
+use crate::reading::field::{Field, MOST_ROWS};
+use crate::text::disk;
+use crate::units::log_columns::{counted_in, first_of, split_name, time_column, unit_of, TIME_NAMES};
+use crate::units::log_units::{in_si, unit_of_signal, ATMOSPHERE};
+use crate::units::quantities::{PRESSURE, TIME};
 use crate::units::Quantity;
 use hydrocrane_logs::{Column, Content, Form, Format, Loss, Table};
 use std::cell::RefCell;

@@ -5,9 +5,9 @@ use super::log::Files;
 use super::stage::Stage;
 use super::{agree, overrides_in, plain, MachineSource, Result};
 use crate::errors::ErrorKind;
-use crate::merge::{Override, OverrideValue};
 use crate::model::Machine;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
+use crate::text::merge::{Override, OverrideValue};
 
 /// Overrides, controller and sticks from `time` on.
 #[derive(Debug, Clone, PartialEq)]

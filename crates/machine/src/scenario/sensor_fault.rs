@@ -4,9 +4,9 @@ use super::{ControllerChoice, Result, SensorQuality};
 use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::nearest::suggestion;
-use crate::quantities::{ANGLE, ANGULAR_VELOCITY, FORCE, LENGTH, PRESSURE, VELOCITY};
-use crate::reader::{Field, Reader};
+use crate::reading::reader::{Field, Reader};
 use crate::sections::coordinate;
+use crate::units::quantities::{ANGLE, ANGULAR_VELOCITY, FORCE, LENGTH, PRESSURE, VELOCITY};
 use crate::units::Quantity;
 
 /// A sensor that fails from one time to another.

@@ -5,7 +5,7 @@ use super::stated::{full_speed_key, stated};
 use super::supply::MEASURED;
 use super::{Phase, Scenario};
 use crate::keys::LEVER;
-use crate::merge::OverrideValue;
+use crate::text::merge::OverrideValue;
 
 /// Settings from a time on.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,8 +1,8 @@
 //! Fields of a scenario that replace values of its machine: precedence and agreement, checked in one place.
 
 use crate::keys::LEVER;
-use crate::merge::OverrideValue;
-use crate::misread::quantity;
+use crate::text::merge::OverrideValue;
+use crate::units::misread::quantity;
 
 /// A field of a scenario that replaces a key of the machine.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,10 +3,10 @@
 use super::log::{Files, Log, Problem};
 use super::{check_series, Interpolation, Result, INTERPOLATIONS, NUMBER_FORMATS};
 use crate::errors::ErrorKind;
-use crate::log_units::ATMOSPHERE;
 use crate::model::Machine;
-use crate::quantities::PRESSURE;
-use crate::reader::{Field, Reader};
+use crate::reading::reader::{Field, Reader};
+use crate::units::log_units::ATMOSPHERE;
+use crate::units::quantities::PRESSURE;
 
 /// The key that a machine with a measured pressure must have.
 pub const MEASURED: (&str, &str) = ("supply.measured", "yes");

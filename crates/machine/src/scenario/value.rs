@@ -1,10 +1,10 @@
 //! Check of a single value of a scenario, with the rules of the file reader.
 
 use super::Result;
-use crate::document::{Node, NodeKind, Place};
 use crate::keys;
-use crate::merge::{apply_override, Override, OverrideValue};
-use crate::reader::{Log, Reader};
+use crate::reading::reader::{Log, Reader};
+use crate::text::document::{Node, NodeKind, Place};
+use crate::text::merge::{apply_override, Override, OverrideValue};
 use std::sync::Arc;
 
 /// Refuses a quantity (SI) that a scenario file may not have at `key`, such as `controller.period` or

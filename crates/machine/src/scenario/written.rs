@@ -4,10 +4,10 @@ use super::closed_loop::{ControllerChoice, Joystick, SensorQuality, StickMode};
 use super::sensor_fault::{measured, FaultKind};
 use super::{Burst, Goal, Interpolation, Pressures, Scenario, SupplyPressure};
 use crate::keys::TIP_AXES;
-use crate::merge::OverrideValue;
 use crate::model::Machine;
 use crate::sections::coordinate;
-use crate::toml_text::{key, list, quantity, quoted, written};
+use crate::text::merge::OverrideValue;
+use crate::text::toml_text::{key, list, quantity, quoted, written};
 use std::fmt::Write;
 
 /// A scenario that a file cannot state.

@@ -7,8 +7,8 @@ use serde_json::{json, Map, Value as Json};
 
 use super::FileKind;
 use crate::keys::{Key, Sign, Value};
-use crate::log::CLASSES;
-use crate::quantities::{Kind, LENGTH, NUMBER};
+use crate::reading::log::CLASSES;
+use crate::units::quantities::{Kind, LENGTH, NUMBER};
 use crate::units::symbols_of;
 
 const UNSIGNED: &str = r"([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?";

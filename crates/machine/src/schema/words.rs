@@ -1,8 +1,8 @@
 //! The declaration of a key in words.
 
 use crate::keys::{Key, Sign, Value};
-use crate::quantities::Kind;
 use crate::units::parse_scalar;
+use crate::units::quantities::Kind;
 
 /// Text of a key for editors: a paragraph on its meaning, one on its value.
 pub fn description(key: &Key) -> String {

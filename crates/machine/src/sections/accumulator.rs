@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Accumulator, Mains, Supply};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 /// The accumulator on the mains, if there is one.

@@ -1,7 +1,7 @@
 //! The order of links and joints: one serial chain from the base outwards.
 
 use crate::errors::ErrorKind;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::reference;
 use crate::sections::Result;
 

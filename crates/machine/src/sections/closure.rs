@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, FourBar, Joint, JointKind, Link, Point, RodPin};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::link::point_path;
 use crate::sections::Result;
 

@@ -2,7 +2,7 @@
 
 use crate::keys::{Key, Value, CONTROLLERS, PLAUSIBILITY};
 use crate::model::{Control, Joint, ThesisSteps};
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{reference, Result};
 
 /// The tables of `[control.heinze-pid]` with a weight per joint.

@@ -7,7 +7,7 @@ use crate::model::{
     Cylinder, EndStop, Fluid, FourBar, Friction, Joint, JointKind, Leakage, Link, Point, PortValves, RodPin, Valve,
 };
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::{
     closure, friction, hose_leak, line, load_holding, port_valves, reference, supply, valve, Result,

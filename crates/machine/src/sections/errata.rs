@@ -2,7 +2,7 @@
 
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, Errata, Leakage, Machine};
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 pub fn read<T>(root: &Reader, cylinders: &[Cylinder<T>]) -> Result<Errata> {

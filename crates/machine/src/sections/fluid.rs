@@ -3,9 +3,9 @@
 use crate::errors::ErrorKind;
 use crate::model::{Cavitation, Fluid};
 use crate::number::Number;
-use crate::quantities::{Kind, KINEMATIC, VISCOSITY};
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{required_table, Result};
+use crate::units::quantities::{Kind, KINEMATIC, VISCOSITY};
 
 /// Least distance of vacuum below zero, Pa; with less, gas would fill a chamber instantaneously.
 const LEAST_VACUUM: f64 = 1e4;

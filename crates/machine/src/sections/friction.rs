@@ -3,9 +3,9 @@
 use crate::errors::ErrorKind;
 use crate::model::{Friction, FrictionModel};
 use crate::number::Number;
-use crate::quantities::viscous_friction;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
+use crate::units::quantities::viscous_friction;
 
 /// Largest exponent of the velocity.
 const LARGEST_EXPONENT: f64 = 10.0;

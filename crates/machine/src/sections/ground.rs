@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Ground, Payload, Support};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 /// Most supports of the law of the ground.

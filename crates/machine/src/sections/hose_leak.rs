@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, HoseLeak};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{on_a_side, Result};
 
 /// Assigns each leak to its cylinder.

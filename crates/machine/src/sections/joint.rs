@@ -3,10 +3,10 @@
 use crate::errors::ErrorKind;
 use crate::model::{AngleConvention, Joint, JointKind, Link};
 use crate::number::Number;
-use crate::quantities::{ANGLE, LENGTH};
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::{reference, Result};
+use crate::units::quantities::{ANGLE, LENGTH};
 use crate::units::Quantity;
 
 pub fn read<T: Number>(chain: &Chain, links: &[Link<T>]) -> Result<Vec<Joint<T>>> {

@@ -1,7 +1,7 @@
 //! `[keep-out.<name>]`: regions that controllers keep the tip out of.
 
 use crate::errors::ErrorKind;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 /// Most regions, because each is checked in every sample.

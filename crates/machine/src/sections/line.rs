@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_4;
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, Fluid, Line};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::resistance::{self, Bore};
 use crate::sections::{on_a_side, Result};
 

@@ -1,12 +1,12 @@
 //! `[link.<name>]`: points, mass properties, further bodies fixed on the link.
 
-use crate::document::{check_name, join, Node};
 use crate::errors::ErrorKind;
 use crate::model::{InertiaAbout, Link, Point, Solid};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::chain::Chain;
 use crate::sections::Result;
+use crate::text::document::{check_name, join, Node};
 
 /// Mass properties with the moment of inertia about the centre of gravity.
 #[derive(Clone, Copy)]
@@ -180,7 +180,7 @@ fn possible<T: Number>(table: &Reader, yy: T, of: &Solid<T>) -> Result<()> {
     let [xx, yy, zz, xy, xz, yz] = [of.xx, yy, of.zz, of.xy, of.xz, of.yz].map(T::plain);
     let half = 0.5 * (xx + yy + zz);
     let (moments, _) =
-        hydrocrane_num::symmetric::eigen([[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]]);
+        hydrocrane_num::linear::symmetric::eigen([[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]]);
     if moments.iter().all(|moment| *moment >= -ROUNDING * half) {
         return Ok(());
     }

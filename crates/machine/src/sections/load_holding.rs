@@ -4,7 +4,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Counterbalance, Cylinder, HoldingKind, HoseBurst, LoadHolding, PilotCheck, ValveKind};
 use crate::number::Number;
-use crate::reader::{Field, Reader};
+use crate::reading::reader::{Field, Reader};
 use crate::sections::{on_a_side, Result};
 
 /// Assigns each valve to its cylinder.

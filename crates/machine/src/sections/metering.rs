@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{EdgeCurve, MeterOut, ValveKind};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 const EDGES: [&str; 4] = ["supply-to-a", "a-to-tank", "supply-to-b", "b-to-tank"];

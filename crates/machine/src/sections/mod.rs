@@ -32,12 +32,12 @@ mod valve;
 
 pub use joint::coordinate;
 
-use crate::document::Node;
 use crate::errors::{ErrorKind, MachineError};
 use crate::keys;
 use crate::model::{Equilibrium, Machine};
 use crate::number::{Number, Variable};
-use crate::reader::{Log, Reader};
+use crate::reading::reader::{Log, Reader};
+use crate::text::document::Node;
 use std::sync::Arc;
 
 type Result<T> = std::result::Result<T, MachineError>;

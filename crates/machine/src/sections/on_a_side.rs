@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::Cylinder;
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{reference, Result};
 
 /// Index of the cylinder, and its side: 0 of the piston, 1 of the rod.

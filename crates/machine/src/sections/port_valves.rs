@@ -4,7 +4,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{AntiCavitation, Cylinder, PortRelief};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{on_a_side, Result};
 
 /// Assigns each valve to its cylinder.

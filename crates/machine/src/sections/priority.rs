@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Compensator, Cylinder, Machine, Mains, Priority, Supply};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{reference, supply, Result};
 
 /// Share of the range beyond which the others are free: the end is rounded.

@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{Link, Point};
 use crate::nearest::suggestion;
-use crate::reader::{Field, Reader};
+use crate::reading::reader::{Field, Reader};
 use crate::sections::Result;
 
 /// The point that a value such as `"boom.tip"` names.

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use crate::errors::ErrorKind;
 use crate::model::{Fluid, Resistance};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 /// Reynolds number up to which the flow in a pipe is laminar.

@@ -2,7 +2,7 @@
 
 use crate::model::{Cylinder, Machine, TankLine};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{supply, Result};
 
 /// Housings of return filters on a tank are rated for 10 bar upwards, Pa.

@@ -1,12 +1,12 @@
 //! `[sensor.<name>]`: measured signals and errors of their sensors.
 
-use crate::document::join;
 use crate::errors::ErrorKind;
 use crate::model::{Cylinder, Joint, JointKind, Sensor, RANGES};
 use crate::nearest::suggestion;
-use crate::quantities::{ANGLE, FORCE, LENGTH, PRESSURE, TIME, VOLTAGE};
-use crate::reader::{Field, Reader};
+use crate::reading::reader::{Field, Reader};
 use crate::sections::Result;
+use crate::text::document::join;
+use crate::units::quantities::{ANGLE, FORCE, LENGTH, PRESSURE, TIME, VOLTAGE};
 use crate::units::{with_article, Quantity};
 use std::f64::consts::TAU;
 

@@ -2,7 +2,7 @@
 
 use crate::errors::ErrorKind;
 use crate::model::SignalChain;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 /// The chain of the valve in `valve`, whose spool moves by `stroke` in both directions.

@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::Machine;
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {

@@ -5,9 +5,9 @@ use crate::model::{
     Compensator, Engine, LoadSensing, Machine, Mains, PressureControl, Pump, Supply, Valve, MOST_PUMPS,
 };
 use crate::number::Number;
-use crate::quantities::{Kind, PER_TURN, VOLUME};
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{accumulator, required_table, Result};
+use crate::units::quantities::{Kind, PER_TURN, VOLUME};
 use std::f64::consts::TAU;
 
 /// Default ratio of relief pressure to supply pressure.

@@ -3,7 +3,7 @@
 use crate::errors::ErrorKind;
 use crate::model::{FilterBypass, Fluid, ReturnFilter, Supply, TankLine};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{resistance, Result};
 
 /// Adds the tank line to the mains, if there is one.

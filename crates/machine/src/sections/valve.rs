@@ -4,7 +4,7 @@ use crate::errors::ErrorKind;
 use crate::model::{Compensator, PrintedBlend, Valve, ValveKind};
 use crate::nearest::suggestion;
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::{metering, signal_chain, Result};
 
 pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {

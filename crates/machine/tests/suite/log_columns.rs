@@ -1,8 +1,8 @@
 //! Units, names and clocks of logs.
 
 use hydrocrane_logs::{Column, Content};
-use hydrocrane_machine::log_columns::{counted_in, first_of, split_name, time_column, unit_of, Found};
-use hydrocrane_machine::log_units::{bare_unit, in_si, log_unit, unit_of_signal};
+use hydrocrane_machine::units::log_columns::{counted_in, first_of, split_name, time_column, unit_of, Found};
+use hydrocrane_machine::units::log_units::{bare_unit, in_si, log_unit, unit_of_signal};
 
 #[test]
 fn units_stand_behind_names() {

@@ -1,6 +1,7 @@
 //! The elementary functions against those of the standard library, and at their edges.
 
-use hydrocrane_num::{elementary, RandomStream};
+use hydrocrane_num::lanes::elementary;
+use hydrocrane_num::RandomStream;
 
 /// Distance in units of the last place of the reference.
 fn ulps(value: f64, reference: f64) -> f64 {

@@ -1,6 +1,6 @@
 //! A lane gives the bits of `f64` in every instruction set, whatever its neighbours hold, and duals go over lanes.
 
-use hydrocrane_num::register::Register;
+use hydrocrane_num::lanes::register::Register;
 use hydrocrane_num::{Dual, Field, Lanes, RandomStream, Real};
 
 const W: usize = 8;
@@ -11,7 +11,7 @@ macro_rules! in_every_register {
         $test::<f64>();
         #[cfg(target_arch = "x86_64")]
         {
-            use hydrocrane_num::register_x86::{Avx2, Avx512, Sse2};
+            use hydrocrane_num::lanes::register_x86::{Avx2, Avx512, Sse2};
             Sse2::run(|| $test::<Sse2>());
             if Avx2::is_available() {
                 Avx2::run(|| $test::<Avx2>());

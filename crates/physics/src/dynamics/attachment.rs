@@ -8,7 +8,7 @@
 
 use super::equations_of_motion::RigidChain;
 use super::space::Space;
-use hydrocrane_num::{small, Real};
+use hydrocrane_num::{linear::small, Real};
 
 /// What follows from an attachment.
 #[derive(Debug, Clone, Copy)]

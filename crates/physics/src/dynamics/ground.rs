@@ -19,7 +19,7 @@ use super::derivatives::ForceDerivatives;
 use super::equations_of_motion::RigidChain;
 use super::Mechanics;
 use crate::geometry::chain::ChainPose;
-use hydrocrane_num::{smooth, Dual, Real, Vec2};
+use hydrocrane_num::{functions::smooth, Dual, Real, Vec2};
 
 /// Supports that stand on the ground at most.
 pub const MOST_SUPPORTS: usize = 4;

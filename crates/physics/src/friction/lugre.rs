@@ -17,7 +17,7 @@
 //! have no bristles: F = F_v and z fades. A g below 1 mN counts as 1 mN.
 
 use super::StaticParameters;
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 /// Least g, N: it bounds the rate at which the bristles relax, sigma_0 |v|/g.
 const LEAST_FORCE: f64 = 1e-3;

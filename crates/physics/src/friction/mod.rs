@@ -3,7 +3,7 @@
 pub mod lugre;
 pub mod static_map;
 
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     /// Static friction parameters; a pair holds (extending, retracting).

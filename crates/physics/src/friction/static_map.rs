@@ -7,7 +7,7 @@
 //! full on top of F_C, with exponent 1 and linear viscosity, and jumps at v = 0.
 
 use super::StaticParameters;
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 /// Friction force, N; `width`: velocity over which the sign changes, m/s.
 #[inline(always)]

@@ -9,7 +9,7 @@
 //!     lambda = (p - t_3).t_3' / (p - t_3).perp(p - t_1).
 
 use super::MovingPoint;
-use hydrocrane_num::{smooth, Real, Vec2};
+use hydrocrane_num::{functions::smooth, Real, Vec2};
 
 /// Rocker on the parent link, coupler to the child link.
 #[derive(Debug, Clone, Copy)]

@@ -12,7 +12,7 @@
 //! at once and by one exponent, so that no heat is lost between charge and discharge; no resistance of its port.
 
 use super::mains::Mains;
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     pub struct Accumulator {

@@ -22,7 +22,7 @@
 //! Limits of validity: its own edge is large enough when open, and the flow forces on it are none; with a time constant also that
 //! the spool opens slowly against it, for o does not follow a at once.
 
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 /// Where the compensator of a section stands.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,7 +13,7 @@
 //! of the stroke, so that no pressure reaches it. Past s = 0.98, where only trial states of a solver come, the
 //! spring goes on straight. Spring energy: k l^2 (-s - ln(1 - s)).
 
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     pub struct EndStop {

@@ -13,9 +13,9 @@
 //! E falls to the absolute pressure and p nears p_v without reaching it; closing it, the same oil is found again.
 //! Not modelled: vapour heat, air going into and out of solution.
 
+use hydrocrane_num::{functions::smooth, Real};
 #[cfg(feature = "std")]
-use hydrocrane_num::{portable, table::QuinticTable, Dual};
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::table::QuinticTable, portable, Dual};
 
 parameters! {
     pub struct Fluid {

@@ -15,7 +15,7 @@
 //! latch: it opens as soon as no more than q_s would flow, where a real one waits until the pressures on both sides are equal.
 
 use super::orifice::{in_series, LEAST};
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     pub struct HoseBurst {

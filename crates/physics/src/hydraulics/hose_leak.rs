@@ -19,7 +19,7 @@
 //! sets the pressure of the hose.
 
 use super::line::Resistance;
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     pub struct HoseLeak {

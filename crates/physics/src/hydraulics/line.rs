@@ -93,7 +93,7 @@ impl<T: Real> Resistance<T> {
 mod tests {
     use super::super::orifice::OrificeLaw;
     use super::*;
-    use hydrocrane_num::{smooth, Dual, Field};
+    use hydrocrane_num::{functions::smooth, Dual, Field};
 
     const P_TR: f64 = 3e5;
 

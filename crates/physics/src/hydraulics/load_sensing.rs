@@ -14,7 +14,7 @@
 //! Source: Krus (1988). Limits of validity: the line takes no oil from the ports, its resistance and volume make one time
 //! constant, and the shuttle valves switch at once.
 
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     pub struct LoadSensing {

@@ -13,7 +13,7 @@
 //! rounded within a tenth of p_o. Limits of validity: the regulator of the spool for the return follows at once.
 
 use super::load_sensing::Connection;
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     pub struct MeterOut {

@@ -9,11 +9,11 @@
 //! | f_e    | curve of the edge over the share of the stroke, from 0, rising           | - |
 //! | a_N    | area that f_e = 1 stands for, as a share of that of the nominal flow     | - |
 //!
-//! Source of the curve: Fritsch and Butland (1984), in [`hydrocrane_num::curve`]. Limits of validity: every edge is closed in the middle of the spool and opens in
+//! Source of the curve: Fritsch and Butland (1984), in [`hydrocrane_num::functions::curve`]. Limits of validity: every edge is closed in the middle of the spool and opens in
 //! one sense alone, so that no port is joined to supply and tank at once.
 
-use hydrocrane_num::curve::MonotoneCurve;
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::functions::curve::MonotoneCurve;
+use hydrocrane_num::{functions::smooth, Real};
 
 /// A metering edge, by what it joins. That of port B which opens as the piston extends joins B to the supply in a regenerative valve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

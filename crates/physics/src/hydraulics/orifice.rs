@@ -13,7 +13,7 @@
 //! Departs from the source: the thesis's laminar law is quadratic and its program lost the "3 -" (E3), which also leaves
 //! a jump by two at p_tr on five of the six ports (E4). [`printed_root`] is that law, for reproduction.
 
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 /// Share of the opening within which its ends are rounded.
 pub const ROUNDING: f64 = 0.1;

@@ -13,7 +13,7 @@
 //! validity: both follow at once, no hysteresis, the tank always has oil.
 
 use super::relief_valve::ReliefValve;
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     /// A check valve from the tank to a port.

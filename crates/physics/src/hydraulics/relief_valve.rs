@@ -10,7 +10,7 @@
 //! Static: the poppet follows at once. Limits of validity: a straight line up to the valve's rated flow, no hysteresis, and
 //! the flow does not depend on the pressure of the tank.
 
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 parameters! {
     pub struct ReliefValve {

@@ -36,7 +36,7 @@ use super::meter_out::MeterOut;
 use super::metering::{Edge, Metering};
 use super::orifice::Orifice;
 use super::parts::{AnyParts, NoParts, Parts};
-use hydrocrane_num::{smooth, Real};
+use hydrocrane_num::{functions::smooth, Real};
 
 /// Valve with its edges at port A and at port B (they differ only in the printed law).
 #[derive(Debug, Clone, Copy)]
@@ -410,7 +410,7 @@ mod tests {
     use super::super::counterbalance::Counterbalance;
     use super::super::orifice::OrificeLaw;
     use super::*;
-    use hydrocrane_num::curve::MonotoneCurve;
+    use hydrocrane_num::functions::curve::MonotoneCurve;
 
     fn valve(regenerative: bool, overlap: f64) -> SpoolValve<f64> {
         let edge = Orifice {

@@ -1,8 +1,8 @@
 //! Spool commands of all cylinders on common times.
 
 use super::start::known;
+use crate::inputs::options::Commands;
 use crate::model::Model;
-use crate::options::Commands;
 use crate::warning::short;
 use hydrocrane_machine::scenario::{Interpolation, SpoolCommand};
 

@@ -1,14 +1,14 @@
 //! What moves the spools in a stage: spool commands, or a controller with its model, sensors and sticks.
 
 use super::{commands, AssembledStage, AssemblyError, OwnedDriver, Surroundings};
-use crate::controllers::LEVER;
+use crate::event_loop::warnings::without_sensors;
+use crate::inputs::sensing::{SensorFault, SensorMode, Sensors};
+use crate::inputs::stick::{StickKind, Sticks};
+use crate::model::controllers::LEVER;
 use crate::model::Model;
-use crate::sampled::SampledPlan;
-use crate::sensing::{SensorFault, SensorMode, Sensors};
-use crate::stick::{StickKind, Sticks};
+use crate::runs::sampled::SampledPlan;
 use crate::warning::Warning;
-use crate::warnings::without_sensors;
-use hydrocrane_control::controller::{self, Controller};
+use hydrocrane_control::interface::controller::{self, Controller};
 use hydrocrane_machine::scenario::{burst_times, ControllerChoice, Goal, Interpolation, Scenario, Stage};
 use hydrocrane_machine::{Machine, OverrideValue};
 use std::sync::Arc;

@@ -1,9 +1,9 @@
 //! Machines of a scenario from bundled names, paths, or one text in memory, each made once.
 
 use super::{AssemblyError, Surroundings};
-use crate::build::build;
+use crate::model::build::build;
 use crate::model::Model;
-use hydrocrane_control::controller::Controller;
+use hydrocrane_control::interface::controller::Controller;
 use hydrocrane_machine::scenario::Stage;
 use hydrocrane_machine::{load, parse, OverrideValue};
 use std::sync::Arc;

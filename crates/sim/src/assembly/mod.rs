@@ -16,18 +16,18 @@ use machines::Once;
 
 pub(crate) use drivers::levers;
 
-use crate::live::Live;
-use crate::method_choice::{method_for, step_control, Task};
+use crate::inputs::options::{Commands, RunOptions};
+use crate::inputs::sensing::SensorFault;
+use crate::model::method_choice::{method_for, step_control, Task};
+use crate::model::model_change::{ModelChange, OwnedChanges};
+use crate::model::payload::PayloadChange;
 use crate::model::Model;
-use crate::model_change::{ModelChange, OwnedChanges};
-use crate::options::{Commands, RunOptions};
-use crate::payload::PayloadChange;
-use crate::phases::{simulate_phases, Driver, Phase, PhasedRun};
-use crate::sampled::SampledPlan;
-use crate::sensing::SensorFault;
+use crate::runs::live::Live;
+use crate::runs::phases::{simulate_phases, Driver, Phase, PhasedRun};
+use crate::runs::sampled::SampledPlan;
 use crate::warning::Warning;
 use crate::CHAINS;
-use hydrocrane_control::controller::Controller;
+use hydrocrane_control::interface::controller::Controller;
 use hydrocrane_machine::scenario::{burst_fault, Scenario, Solver, Stage};
 use hydrocrane_machine::{Machine, MachineError, OverrideValue};
 use hydrocrane_ode::Tolerances;

@@ -1,10 +1,10 @@
 //! Start of a scenario: a pose with the holding pressures or with stated ones.
 
 use super::AssemblyError;
+use crate::event_loop::warnings::doubts_at_rest;
+use crate::inputs::supply::{overridden, place, unusual};
 use crate::model::Model;
-use crate::supply::{overridden, place, unusual};
 use crate::warning::{short, Warning};
-use crate::warnings::doubts_at_rest;
 use hydrocrane_machine::scenario::{Initial, Pressures, Scenario};
 use hydrocrane_machine::suggestion;
 use hydrocrane_plant::{EquilibriumMode, PoseError};

@@ -1,6 +1,6 @@
 //! The command path of a batch: signal chain, limits and delays from commands to spools.
 
-use crate::command_path::{at_spool, delay, follow, longest_delay};
+use crate::inputs::command_path::{at_spool, delay, follow, longest_delay};
 use hydrocrane_lanes::{Group, WIDTH};
 use hydrocrane_machine::model::SignalChain;
 use hydrocrane_machine::Machine;

@@ -10,10 +10,10 @@ mod lane_scheduler;
 mod own_numbers;
 mod pool;
 
-use crate::method_choice::jumps;
+use crate::model::method_choice::jumps;
+use crate::model::payload::picks_up;
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
-use crate::payload::picks_up;
 use command_path::BatchCommandPath;
 use hydrocrane_lanes::{Group, Needed, WIDTH};
 use hydrocrane_plant::precision::Precision;
@@ -117,7 +117,7 @@ impl Batch {
         if !self.takes(model) {
             return Err("this machine differs from those of the batch in more than numbers".to_string());
         }
-        if let Some(fault) = crate::faults::state_fault(model, state) {
+        if let Some(fault) = crate::inputs::faults::state_fault(model, state) {
             return Err(fault);
         }
         if self.own.set(crane, &numbers(model, self.tolerance)) {

@@ -4,8 +4,8 @@ use super::SensitivityError;
 use hydrocrane_machine::by_keys::Keys;
 use hydrocrane_machine::{Machine, Number};
 use hydrocrane_num::Dual;
-use hydrocrane_plant::from_machine::plant;
-use hydrocrane_plant::plant::Plant;
+use hydrocrane_plant::equations::from_machine::plant;
+use hydrocrane_plant::equations::plant::Plant;
 
 type Result<T> = std::result::Result<T, SensitivityError>;
 

@@ -1,16 +1,16 @@
 //! The driven crane with the derivatives of its states by parameters: s' = J s + df/dp, by dual numbers.
 
 use super::inputs::{Differentiated, Inputs, WIDTH};
-use crate::driven::Driven;
+use crate::event_loop::driven::Driven;
 use crate::event_loop::Stepped;
-use crate::payload::{picks_up, PayloadEvent};
+use crate::model::payload::{picks_up, PayloadEvent};
 use hydrocrane_num::Field;
 use hydrocrane_ode::BlockArrow;
 use hydrocrane_ode::System;
 use hydrocrane_ode::{Linearisation, Stepper};
+use hydrocrane_plant::equations::rhs::Evaluator;
 use hydrocrane_plant::layout::Layout;
 use hydrocrane_plant::layout::MAX_JOINTS;
-use hydrocrane_plant::rhs::Evaluator;
 use std::cell::RefCell;
 
 /// Up to [`WIDTH`] parameters of one pass with dual numbers.

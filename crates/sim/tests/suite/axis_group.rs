@@ -1,11 +1,11 @@
 //! Cylinders side by side: the laws by lanes against the laws alone.
 
 use hydrocrane_machine::{load, parse, OverrideValue};
-use hydrocrane_num::{register_x86::Sse2, Field, Lanes, Pack};
+use hydrocrane_num::{lanes::register_x86::Sse2, Field, Lanes, Pack};
 use hydrocrane_physics::hydraulics::parts::{AnyParts, NoParts};
-use hydrocrane_plant::axis_derivatives::Piston;
-use hydrocrane_plant::axis_group::{AxisGroup, Member};
-use hydrocrane_plant::local::LocalState;
+use hydrocrane_plant::cylinders::axis_derivatives::Piston;
+use hydrocrane_plant::cylinders::axis_group::{AxisGroup, Member};
+use hydrocrane_plant::cylinders::local::LocalState;
 use hydrocrane_plant::{Crane, Plant, StateSpace};
 
 type Side = Lanes<Sse2>;

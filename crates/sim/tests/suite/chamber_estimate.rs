@@ -1,9 +1,9 @@
 //! Chamber pressures that nothing measures, on a cylinder of the laboratory crane.
 
-use hydrocrane_control::chamber_estimate::{ChamberEstimate, Sent, Surroundings};
-use hydrocrane_control::controller_model::{ControllerModel, CylinderModel};
-use hydrocrane_control::feed_forward::steady_speed;
-use hydrocrane_control::observer::Gains;
+use hydrocrane_control::estimate::chamber_estimate::{ChamberEstimate, Sent, Surroundings};
+use hydrocrane_control::estimate::observer::Gains;
+use hydrocrane_control::model::controller_model::{ControllerModel, CylinderModel};
+use hydrocrane_control::model::feed_forward::steady_speed;
 use hydrocrane_machine::load;
 use hydrocrane_sim::{controller_model, Crane};
 

@@ -1,7 +1,7 @@
 //! The signal chain from a command to a spool.
 
 use hydrocrane_machine::model::SignalChain;
-use hydrocrane_sim::command_path::apply_signal_chain;
+use hydrocrane_sim::inputs::command_path::apply_signal_chain;
 
 const IDENTITY: SignalChain =
     SignalChain { offset: 0.0, gain: 1.0, dead_band: 0.0, low: -0.05, high: 0.05, play: 0.0, delay: 0.0 };

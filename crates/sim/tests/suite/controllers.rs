@@ -1,7 +1,7 @@
 //! Controllers by name and the gains of the machine file.
 
 use hydrocrane_machine::{load, OverrideValue, CONTROLLERS as IN_FILES};
-use hydrocrane_sim::controllers::{heinze_settings, tip_gain_units, tip_settings, CONTROLLERS, LEVER};
+use hydrocrane_sim::model::controllers::{heinze_settings, tip_gain_units, tip_settings, CONTROLLERS, LEVER};
 use hydrocrane_sim::{controller_model, Crane, Model, StateSpace};
 
 fn crane(changes: &[(String, OverrideValue)]) -> Crane<3> {

@@ -3,10 +3,10 @@
 use hydrocrane_lanes::{CraneStep, Scene};
 use hydrocrane_machine::{load, model::Machine, OverrideValue};
 use hydrocrane_num::{Lanes, Real};
-use hydrocrane_ode::rows::Cell;
+use hydrocrane_ode::linear::rows::Cell;
 use hydrocrane_ode::{StepControl, Tolerances};
+use hydrocrane_plant::equations::rhs::Evaluator;
 use hydrocrane_plant::precision::Precision;
-use hydrocrane_plant::rhs::Evaluator;
 use hydrocrane_plant::Crane;
 use hydrocrane_sim::{build, EquilibriumMode, Layout, RunOptions, Simulator, StateSpace};
 

@@ -1,8 +1,8 @@
 //! Tip control and the thesis's controller before regions and borders, with the true crane in the loop.
 
-use hydrocrane_control::controller::{Controller, Measurement, Stick};
-use hydrocrane_control::controller_model::ControllerModel;
-use hydrocrane_control::keep_out::{KeepOut, Region};
+use hydrocrane_control::interface::controller::{Controller, Measurement, Stick};
+use hydrocrane_control::model::controller_model::ControllerModel;
+use hydrocrane_control::reference::keep_out::{KeepOut, Region};
 use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_num::RandomStream;
 use hydrocrane_ode::{StepControl, Tolerances};

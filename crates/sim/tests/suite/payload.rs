@@ -1,7 +1,7 @@
 //! Loads that come and go in a run: what jumps, what stays, and that every way of running agrees.
 
 use crate::ledger;
-use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
+use hydrocrane_control::interface::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_machine::load;
 use hydrocrane_ode::{StepControl, Tolerances};
 use hydrocrane_sim::{

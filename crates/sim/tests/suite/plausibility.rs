@@ -95,7 +95,7 @@ impl Case {
         done.events.extend(stops.map(|w| Event {
             time: w.time,
             text: w.text.clone(),
-            alarm: Some(hydrocrane_control::controller::Alarm::SensorStop),
+            alarm: Some(hydrocrane_control::interface::controller::Alarm::SensorStop),
         }));
         done.events.sort_by(|a, b| a.time.total_cmp(&b.time));
         done

@@ -1,6 +1,6 @@
 //! The sampled loop: period, hold, delay, sensors, and what happens when a controller or a sensor fails.
 
-use hydrocrane_control::controller::{Controller, Fault, Measurement, Stick};
+use hydrocrane_control::interface::controller::{Controller, Fault, Measurement, Stick};
 use hydrocrane_machine::{load, OverrideValue};
 use hydrocrane_num::RandomStream;
 use hydrocrane_ode::{StepControl, Tolerances};

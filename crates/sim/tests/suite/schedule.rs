@@ -1,8 +1,8 @@
 //! Spool commands against time, on the command path.
 
 use hydrocrane_machine::model::{SignalChain, Valve};
-use hydrocrane_sim::command_path::{at_spool, follow};
-use hydrocrane_sim::schedule::Column;
+use hydrocrane_sim::inputs::command_path::{at_spool, follow};
+use hydrocrane_sim::runs::schedule::Column;
 
 fn valve(chain: SignalChain) -> Valve {
     let machine = hydrocrane_machine::load("rottne-f9-lab", &[]).expect("a bundled machine");

@@ -3,7 +3,7 @@
 use hydrocrane_machine::by_keys::Keys;
 use hydrocrane_machine::model::Form;
 use hydrocrane_machine::{OverrideValue, Template};
-use hydrocrane_plant::hydraulic_axis::FrictionLaw;
+use hydrocrane_plant::cylinders::hydraulic_axis::FrictionLaw;
 use hydrocrane_sim::sensitivity::inputs::{check_effect, machines_by, Differentiated, Inputs, WIDTH};
 use std::f64::consts::PI;
 

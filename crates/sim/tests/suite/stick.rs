@@ -1,7 +1,7 @@
 //! The operator's sticks against time.
 
-use hydrocrane_control::controller::{Goal, Stick};
-use hydrocrane_sim::stick::{Hand, ROUNDING};
+use hydrocrane_control::interface::controller::{Goal, Stick};
+use hydrocrane_sim::inputs::stick::{Hand, ROUNDING};
 use hydrocrane_sim::{StickKind, Sticks};
 
 fn sticks(linear: bool, dead_zone: f64, ramp: f64) -> Sticks {

@@ -1,15 +1,15 @@
 //! Crane-tip control on the laboratory crane, with ideal measurements.
 
-use hydrocrane_control::controller::{Controller, Fault, Measurement, Reading, Stick};
-use hydrocrane_control::controller_model::ControllerModel;
-use hydrocrane_control::feed_forward::steady_speed;
-use hydrocrane_control::heinze_pid::{self, HeinzePid};
-use hydrocrane_control::redundancy::{resolve, Preference, Task};
+use hydrocrane_control::interface::controller::{Controller, Fault, Measurement, Reading, Stick};
+use hydrocrane_control::model::controller_model::ControllerModel;
+use hydrocrane_control::model::feed_forward::steady_speed;
+use hydrocrane_control::reference::redundancy::{resolve, Preference, Task};
+use hydrocrane_control::thesis::heinze_pid::{self, HeinzePid};
 use hydrocrane_control::tip::Tip;
 use hydrocrane_machine::{load, Machine, OverrideValue};
 use hydrocrane_num::RandomStream;
 use hydrocrane_ode::{StepControl, Tolerances};
-use hydrocrane_sim::controllers::{heinze_settings, tip_settings};
+use hydrocrane_sim::model::controllers::{heinze_settings, tip_settings};
 use hydrocrane_sim::{build, Crane, EquilibriumMode, Model, OutcomeKind, RunOptions, Simulator};
 use std::sync::Arc;
 use std::time::Instant;

@@ -1,6 +1,6 @@
 //! Redundancy of the tip over slices.
 
-use hydrocrane_control::redundancy::{resolve, Preference, Task};
+use hydrocrane_control::reference::redundancy::{resolve, Preference, Task};
 use hydrocrane_sim::{resolve_rates, RateWish};
 
 #[test]

@@ -3,9 +3,9 @@
 use hydrocrane_machine::by_keys::Keys;
 use hydrocrane_machine::{bundled_machines, OverrideValue, Template};
 use hydrocrane_num::RandomStream;
-use hydrocrane_plant::from_machine::plant;
-use hydrocrane_plant::ledger::terms;
-use hydrocrane_plant::rhs::Evaluator;
+use hydrocrane_plant::cylinders::ledger::terms;
+use hydrocrane_plant::equations::from_machine::plant;
+use hydrocrane_plant::equations::rhs::Evaluator;
 use hydrocrane_sim::{build, Model};
 use hydrocrane_tape::{export, Program, Request, Step};
 use std::collections::HashMap;

@@ -3,7 +3,7 @@
 use super::{digits, Axis};
 use crate::model::Machine;
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 use std::cmp::Ordering;
 

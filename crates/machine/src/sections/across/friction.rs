@@ -3,7 +3,7 @@
 use super::{digits, Sizes};
 use crate::model::{Cylinder, FrictionModel};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 use std::f64::consts::PI;
 

@@ -4,7 +4,7 @@ use super::{digits, slides};
 use crate::errors::ErrorKind;
 use crate::model::{InertiaAbout, Link, Machine};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 use std::f64::consts::TAU;
 

@@ -9,7 +9,7 @@ mod valve;
 
 use crate::model::{Cylinder, JointKind, Machine};
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 use std::f64::consts::PI;
 

@@ -4,7 +4,7 @@ use super::cylinder::LEAKS;
 use super::{digits, Sizes};
 use crate::model::Cylinder;
 use crate::number::Number;
-use crate::reader::Reader;
+use crate::reading::reader::Reader;
 use crate::sections::Result;
 
 /// Speed of a piston beyond which no seal of hydraulic cylinders is made, m/s; usual ones bear 0.5 to 1.

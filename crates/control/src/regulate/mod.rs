@@ -1,0 +1,6 @@
+//! From the set-point to the commands of all cylinders: feed-forward, feedback, damping.
+
+pub mod damping;
+pub mod drive;
+pub(crate) mod tip_settings;
+pub(crate) mod weighing;

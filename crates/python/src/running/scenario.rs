@@ -1,0 +1,290 @@
+//! A scenario as Python hands it over.
+
+use crate::handed::arrays::Row;
+use crate::handed::overrides::{overrides, value};
+use crate::machines::sensors::{sensor_faults, sensor_mode, FaultEntry};
+use hydrocrane_machine::scenario::{
+    stated, Burst, BurstEntry, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario,
+    Solver, SpoolCommand, StickMode, SupplyPressure,
+};
+use hydrocrane_machine::{suggestion, TIP_AXES};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+/// Key of the machine, field, value and unit of what the fields of a scenario state in the machine's place; `controller` is a name.
+#[pyfunction]
+pub fn stated_fields(
+    controller: Option<&str>,
+    payload: Option<f64>,
+    period: Option<f64>,
+    full_speed: Option<f64>,
+) -> Vec<(String, String, f64, &'static str)> {
+    let in_python = |table: &str, field: &str| match table {
+        "joystick" => format!("joystick.{}", field.replace('-', "_")),
+        _ => field.to_string(),
+    };
+    let found = stated(payload, controller, period, full_speed);
+    found.into_iter().map(|s| (s.key, in_python(s.table, s.field), s.value, s.unit)).collect()
+}
+
+/// Why a value (numbers in `unit`) and the override `other` of `key`, which stand for the same, contradict each other.
+#[pyfunction]
+pub fn contradiction(
+    one: &Bound<'_, PyAny>,
+    unit: &str,
+    key: &str,
+    other: &Bound<'_, PyAny>,
+) -> PyResult<Option<String>> {
+    Ok(hydrocrane_machine::scenario::contradiction(&value(one)?, unit, key, &value(other)?))
+}
+
+/// Why no scenario may have this quantity (SI) at `key`, and the cure; `None` where it may.
+#[pyfunction]
+pub fn refused_quantity(key: &str, value: f64) -> Option<String> {
+    let error = hydrocrane_machine::scenario::check_quantity(key, value).err()?;
+    Some([Some(error.message()), error.cure()].into_iter().flatten().collect::<Vec<_>>().join("; "))
+}
+
+/// The choices that are declared at a key of scenario files.
+#[pyfunction]
+pub fn scenario_choices(key: &str) -> &'static [&'static str] {
+    hydrocrane_machine::scenario::choices(key)
+}
+
+/// How a run is integrated.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct SolverEntry {
+    method: String,
+    rtol: f64,
+    atol: Option<f64>,
+    max_step: f64,
+    /// Of a method with even steps.
+    step: Option<f64>,
+}
+
+/// A controller by name, or by the number of one of somebody's own.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct ControllerEntry<'py> {
+    name: String,
+    own: Option<usize>,
+    period: Option<f64>,
+    delay: f64,
+    sensors: String,
+    controller_model: Bound<'py, PyList>,
+    /// Source and overrides of another machine.
+    other_model: Option<(String, Bound<'py, PyList>)>,
+    monitor: Option<bool>,
+}
+
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct JoystickEntry<'py> {
+    mode: String,
+    time: Row<'py>,
+    /// Deflections by axis; those left out stay centred.
+    axes: Vec<(String, Row<'py>)>,
+    linear: bool,
+    dead_zone: f64,
+    full_speed: Option<f64>,
+    ramp: f64,
+    /// Share of the full speed at each time; empty: all of it.
+    precision: Row<'py>,
+}
+
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct PhaseEntry<'py> {
+    time: f64,
+    overrides: Bound<'py, PyList>,
+    controller: Option<ControllerEntry<'py>>,
+    joystick: Option<JoystickEntry<'py>>,
+}
+
+/// Time, place, and speed and end where they are stated.
+pub type GoalEntry = (f64, [f64; 2], Option<f64>, Option<f64>);
+
+/// Everything of a scenario but its names and its machine.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct ScenarioEntry<'py> {
+    overrides: Bound<'py, PyList>,
+    payload: Option<f64>,
+    payload_changes: Vec<(f64, f64)>,
+    duration: f64,
+    record_interval: f64,
+    joints: Vec<(String, f64)>,
+    /// Of the joints in a file, in their order.
+    places: Vec<String>,
+    /// `None`: those that hold the crane at rest.
+    pressures: Option<Vec<(String, [f64; 2])>>,
+    /// Cylinder, times, spool positions, and whether to join them.
+    commands: Vec<(String, Row<'py>, Row<'py>, bool)>,
+    /// Times, pressures, and whether to join them.
+    supply: Option<(Row<'py>, Row<'py>, bool)>,
+    controller: Option<ControllerEntry<'py>>,
+    joystick: Option<JoystickEntry<'py>>,
+    goals: Vec<GoalEntry>,
+    phases: Vec<PhaseEntry<'py>>,
+    sensor_faults: Vec<FaultEntry>,
+    bursts: Vec<BurstEntry>,
+    solver: SolverEntry,
+    seed: u64,
+}
+
+impl ScenarioEntry<'_> {
+    /// The scenario for a machine with these cylinders.
+    pub fn scenario(&self, cylinders: &[&str]) -> PyResult<Scenario> {
+        let pressures = self.pressures.clone().map_or(Pressures::Equilibrium, Pressures::Explicit);
+        Ok(Scenario {
+            name: String::new(),
+            title: String::new(),
+            machine: String::new(),
+            overrides: overrides(&self.overrides)?,
+            payload: self.payload,
+            payload_changes: self.payload_changes.clone(),
+            duration: self.duration,
+            record_interval: self.record_interval,
+            initial: Initial { joints: self.joints.clone(), places: self.places.clone(), pressures },
+            commands: self.commands()?,
+            supply: self.supply()?,
+            cylinders: cylinders.iter().map(|name| name.to_string()).collect(),
+            controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
+            joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
+            goals: self.goals.iter().map(|&(time, place, speed, until)| Goal { time, place, speed, until }).collect(),
+            phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
+            sensor_faults: sensor_faults(&self.sensor_faults)?,
+            bursts: bursts(&self.bursts)?,
+            solver: self.solver.solver(),
+            seed: self.seed,
+            recorded_by: None,
+            recorded_on: None,
+            warnings: Vec::new(),
+        })
+    }
+
+    /// The measured pressure of the supply.
+    pub fn supply(&self) -> PyResult<Option<SupplyPressure>> {
+        supply_pressure(self.supply.as_ref())
+    }
+
+    /// Every lever that one of the joysticks has: names of cylinders, where no machine tells them.
+    pub fn levers(&self) -> Vec<&str> {
+        let sticks = self.joystick.iter().chain(self.phases.iter().filter_map(|phase| phase.joystick.as_ref()));
+        sticks
+            .filter(|stick| stick.mode != "tip")
+            .flat_map(|stick| stick.axes.iter().map(|(axis, _)| axis.as_str()))
+            .collect()
+    }
+
+    /// The spool commands.
+    pub fn commands(&self) -> PyResult<Vec<SpoolCommand>> {
+        let command = |(cylinder, time, spool, linear): &(String, Row, Row, bool)| {
+            Ok(SpoolCommand {
+                cylinder: cylinder.clone(),
+                time: time.as_slice()?.to_vec(),
+                spool: spool.as_slice()?.to_vec(),
+                interpolation: interpolation(*linear),
+            })
+        };
+        self.commands.iter().map(command).collect()
+    }
+}
+
+impl SolverEntry {
+    pub fn solver(&self) -> Solver {
+        Solver {
+            method: self.method.clone(),
+            rtol: self.rtol,
+            atol: self.atol,
+            max_step: self.max_step,
+            step: self.step,
+        }
+    }
+}
+
+impl ControllerEntry<'_> {
+    fn choice(&self) -> PyResult<ControllerChoice> {
+        let other = |(source, pairs): &(String, Bound<PyList>)| Ok::<_, PyErr>((source.clone(), overrides(pairs)?));
+        Ok(ControllerChoice {
+            name: self.name.clone(),
+            period: self.period,
+            delay: self.delay,
+            sensors: sensor_mode(&self.sensors)?,
+            model: overrides(&self.controller_model)?,
+            other_model: self.other_model.as_ref().map(other).transpose()?,
+            monitor: self.monitor,
+            own: self.own,
+        })
+    }
+}
+
+impl JoystickEntry<'_> {
+    fn joystick(&self, cylinders: &[&str]) -> PyResult<Joystick> {
+        let (mode, names) = match self.mode.as_str() {
+            "tip" if self.axes.iter().any(|(axis, _)| axis == TIP_AXES[2]) => (StickMode::Tip, &TIP_AXES[..]),
+            "tip" => (StickMode::Tip, &TIP_AXES[..2]),
+            "height" => (StickMode::Height, cylinders),
+            _ => (StickMode::Lever, cylinders),
+        };
+        if let Some((axis, _)) = self.axes.iter().find(|(axis, _)| !names.contains(&axis.as_str())) {
+            let near = suggestion(axis, names.iter().copied());
+            return Err(PyValueError::new_err(format!("unknown stick axis `{axis}`; {near}")));
+        }
+        let time = self.time.as_slice()?.to_vec();
+        let column = |name: &&str| match self.axes.iter().find(|(axis, _)| axis == name) {
+            Some((_, values)) => Ok::<_, PyErr>(values.as_slice()?.to_vec()),
+            None => Ok(vec![0.0; time.len()]),
+        };
+        Ok(Joystick {
+            mode,
+            axes: names.iter().map(column).collect::<PyResult<_>>()?,
+            time,
+            log: None,
+            interpolation: interpolation(self.linear),
+            dead_zone: self.dead_zone,
+            full_speed: self.full_speed,
+            ramp: self.ramp,
+            precision: self.precision.as_slice()?.to_vec(),
+        })
+    }
+}
+
+impl PhaseEntry<'_> {
+    fn phase(&self, cylinders: &[&str]) -> PyResult<Phase> {
+        Ok(Phase {
+            name: String::new(),
+            time: self.time,
+            overrides: overrides(&self.overrides)?,
+            controller: self.controller.as_ref().map(ControllerEntry::choice).transpose()?,
+            joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
+        })
+    }
+}
+
+/// The hoses that burst.
+pub fn bursts(entries: &[BurstEntry]) -> PyResult<Vec<Burst>> {
+    entries.iter().map(|entry| Burst::of(entry).map_err(PyValueError::new_err)).collect()
+}
+
+/// A pressure of the supply from times, pressures, and whether to join them.
+pub fn supply_pressure(given: Option<&(Row, Row, bool)>) -> PyResult<Option<SupplyPressure>> {
+    let read = |(time, pressure, linear): &(Row, Row, bool)| {
+        Ok(SupplyPressure {
+            time: time.as_slice()?.to_vec(),
+            pressure: pressure.as_slice()?.to_vec(),
+            interpolation: interpolation(*linear),
+        })
+    };
+    given.map(read).transpose()
+}
+
+fn interpolation(linear: bool) -> Interpolation {
+    if linear {
+        Interpolation::Linear
+    } else {
+        Interpolation::Hold
+    }
+}

@@ -1,0 +1,1 @@
+"""Servers: the page of the cockpit and the bridge to other programs."""

@@ -1,0 +1,1 @@
+"""Files of loggers, one file per family of formats."""
