@@ -230,7 +230,7 @@ def test_a_mapping_file(tmp_path):
     [
         ({"signal": {"x": {"column": "Lenght_3"}}}, ["Lenght_3", "did you mean `Length_3`"]),
         ({"signal": {"x": {"column": 9}}}, ["count from 1 to 3"]),
-        ({"signal": {"x": {"column": "U", "unit": "bars"}}}, ["[signal.x] unit", "did you mean `bar`"]),
+        ({"signal": {"x": {"column": "U", "unit": "barr"}}}, ["[signal.x] unit", "did you mean `bar`"]),
         ({"signal": {"x": {"column": "U", "unit": "bar"}}}, ["`bar` is not a unit of `x`", "m"]),
         ({"signal": {"x": {"column": "U", "offset": "3 bar"}}}, ["[signal.x] offset", "not a unit of `x`"]),
         ({"signal": {"x": {"column": "U", "sign": 2}}}, ["sign must be 1 or -1"]),

@@ -39,12 +39,16 @@ const LEAST_ELAPSED: f64 = 2e-5;
 /// Index of a column, or which ones may be meant: what the log has.
 pub type Found = Result<Option<usize>, Problem>;
 
-/// `x [mm]`, `p1 (bar(g))` or `x in mm` as name and unit, without the brackets; the unit is empty if there is none. A number in square
-/// brackets counts the columns of a matrix.
+/// `x [mm]`, `p1 (bar(g))`, `x in mm` or `x/mm` as name and unit, without the brackets; the unit is empty if there is none. A number in
+/// square brackets counts the columns of a matrix.
 pub fn split_name(text: &str) -> (&str, &str) {
     let text = text.trim();
     let is_unit = |unit: &str| !unit.starts_with(|c: char| c.is_ascii_digit()) && log_unit(unit).is_ok();
     if let Some((name, unit)) = text.rsplit_once(" in ").filter(|(_, unit)| is_unit(unit.trim())) {
+        return (name.trim(), bare_unit(unit));
+    }
+    if let Some((name, unit)) = text.split_once('/').filter(|(name, unit)| is_label(name, unit, text) && is_unit(unit))
+    {
         return (name.trim(), bare_unit(unit));
     }
     let Some(at) = bracket(text) else { return (text, "") };
@@ -54,6 +58,15 @@ pub fn split_name(text: &str) -> (&str, &str) {
         true => (text, ""),
         false => (name, bare_unit(unit)),
     }
+}
+
+/// Whether a heading is a quantity over its unit, as in `p/bar` or `t/s`, if `unit` is one: not itself a unit, but for a time, nor the
+/// path of a signal, which may end in a letter that is a unit too, as in `boom/A`.
+fn is_label(name: &str, unit: &str, whole: &str) -> bool {
+    let name = name.trim().to_lowercase();
+    let symbol = unit.trim().len() > 1 || name.chars().count() <= 3;
+    let other = TIME_NAMES.contains(&&*name) || log_unit(whole).is_err();
+    !name.is_empty() && !name.contains(['[', '(', '<']) && symbol && other
 }
 
 /// The unit of a column by what its source states beside it, or behind its name; empty if there is none.

@@ -49,6 +49,8 @@ pub fn bracket(text: &str) -> Option<usize> {
     match text.as_bytes().last() {
         Some(b']') => text.rfind('['),
         Some(b')') => opening(text),
+        // Angles also stand around other things.
+        Some(b'>') => text.rfind('<').filter(|at| log_unit(&text[at + 1..text.len() - 1]).is_ok()),
         _ => None,
     }
 }
@@ -77,7 +79,8 @@ pub fn log_unit(text: &str) -> Result<LogUnit, Problem> {
     let text = bare_unit(text);
     let starts = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
     let (number, rest) = text.split_at(if starts { number_length(text) } else { 0 });
-    let rest = rest.trim();
+    // `in.` and `sec.` are abbreviations.
+    let rest = rest.trim().trim_end_matches('.');
     let wrong = |error| {
         let (what, cure) = said(error, &format!("1 {rest}"), None);
         let cure = if cure.is_empty() { "write it as in mm, l/min or N s/m".into() } else { cure };
@@ -86,8 +89,8 @@ pub fn log_unit(text: &str) -> Result<LogUnit, Problem> {
     let letters: String = rest.chars().filter(|c| !" _()[]".contains(*c)).collect();
     let kelvin = |factor| Unit { factor, ..own_unit("K") };
     let (unit, zero, absolute) = match (rest, split_zero(&letters, symbol)) {
-        ("degC" | "°C" | "ºC" | "deg C", _) => (kelvin(1.0), 273.15, false),
-        ("degF" | "°F" | "ºF" | "deg F", _) => (kelvin(5.0 / 9.0), 273.15 - 32.0 * 5.0 / 9.0, false),
+        ("degC" | "°C" | "ºC" | "deg C" | "C", _) => (kelvin(1.0), 273.15, false),
+        ("degF" | "°F" | "ºF" | "deg F" | "F", _) => (kelvin(5.0 / 9.0), 273.15 - 32.0 * 5.0 / 9.0, false),
         (_, Some((_, pressure, above_vacuum))) => (pressure, 0.0, above_vacuum),
         _ => {
             let one = if rest.starts_with('/') { "1" } else { "" };
@@ -103,27 +106,75 @@ pub fn log_unit(text: &str) -> Result<LogUnit, Problem> {
 
 /// A symbol of a log; a pound is a force, and `lbm` a mass.
 fn symbol(name: &str) -> Option<Unit> {
-    let (number, unit) = own_scalar(match name {
-        "seconds" => "1 s",
-        "minutes" => "1 min",
-        "hours" => "1 h",
-        "d" | "day" | "days" => "86400 s",
-        "milliseconds" => "1 ms",
-        "microseconds" => "1 us",
-        "ns" | "nanoseconds" => "1e-9 s",
-        "degrees" | "º" => "1 deg",
-        "Bar" | "BAR" => "1 bar",
-        "PSI" => "1 psi",
-        "inches" | "\"" => "1 in",
-        "ips" => "1 in/s",
-        "lb" | "lbs" => "1 lbf",
-        "lbm" => "1 lb",
-        "mA" => "1e-3 A",
-        "uA" => "1e-6 A",
-        "counts" => "1",
-        _ => return lookup(name),
-    });
+    match name {
+        "d" => one("86400 s"),
+        "ns" => one("1e-9 s"),
+        "msec" => one("1 ms"),
+        "usec" => one("1 us"),
+        "º" => one("1 deg"),
+        "inches" | "\"" => one("1 in"),
+        "feet" => one("1 ft"),
+        "ips" => one("1 in/s"),
+        "lb" | "lbs" => one("1 lbf"),
+        "lbm" => one("1 lb"),
+        "mA" => one("1e-3 A"),
+        "uA" => one("1e-6 A"),
+        "counts" => one("1"),
+        _ => lookup(name).or_else(|| spelled(name)),
+    }
+}
+
+/// A unit of this program.
+fn one(text: &'static str) -> Option<Unit> {
+    let (number, unit) = own_scalar(text);
     Some(Unit { factor: unit.to_si(number), ..unit })
+}
+
+/// A unit written out in any case, `Millimetres` or `BAR`: a prefix, a name and the plural.
+fn spelled(name: &str) -> Option<Unit> {
+    const PREFIXES: [(&str, f64); 8] = [
+        ("nano", 1e-9),
+        ("micro", 1e-6),
+        ("milli", 1e-3),
+        ("centi", 1e-2),
+        ("kilo", 1e3),
+        ("mega", 1e6),
+        ("giga", 1e9),
+        ("", 1.0),
+    ];
+    const NAMES: [(&str, &str); 25] = [
+        ("metre", "1 m"),
+        ("meter", "1 m"),
+        ("inch", "1 in"),
+        ("sec", "1 s"),
+        ("second", "1 s"),
+        ("minute", "1 min"),
+        ("hour", "1 h"),
+        ("day", "86400 s"),
+        ("gram", "1 g"),
+        ("litre", "1 l"),
+        ("liter", "1 l"),
+        ("newton", "1 N"),
+        ("pascal", "1 Pa"),
+        ("bar", "1 bar"),
+        ("psi", "1 psi"),
+        ("volt", "1 V"),
+        ("amp", "1 A"),
+        ("ampere", "1 A"),
+        ("kelvin", "1 K"),
+        ("watt", "1 W"),
+        ("hertz", "1 Hz"),
+        ("rpm", "1 rpm"),
+        ("radian", "1 rad"),
+        ("degree", "1 deg"),
+        ("percent", "1 %"),
+    ];
+    let low = name.to_lowercase();
+    let (prefix, factor) = PREFIXES.iter().find(|(prefix, _)| low.starts_with(prefix))?;
+    let name = &low[prefix.len()..];
+    let (_, text) = NAMES.iter().find(|(known, _)| *known == name || name.strip_suffix('s') == Some(known))?;
+    let unit = one(text)?;
+    Some(Unit { factor: unit.factor * factor, ..unit })
 }
 
 /// The unit of the numbers of the signal `name`, which has one of the `expected` SI units, or any if there are none.

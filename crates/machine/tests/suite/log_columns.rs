@@ -24,6 +24,16 @@ fn units_stand_behind_names() {
         ("valve in use", ("valve in use", "")),
         ("valve in use [mm]", ("valve in use", "mm")),
         ("time [seconds since 2024-05-01]", ("time", "seconds")),
+        ("p1 <bar>", ("p1", "bar")),
+        ("p1 <raw>", ("p1 <raw>", "")),
+        ("t/s", ("t", "s")),
+        ("p1/bar", ("p1", "bar")),
+        ("v/(m/s)", ("v", "m/s")),
+        ("Kraft / kN", ("Kraft", "kN")),
+        ("m/s", ("m/s", "")),
+        ("boom/A", ("boom/A", "")),
+        ("/crane/lift/p1", ("/crane/lift/p1", "")),
+        ("q/l [mm]", ("q/l", "mm")),
     ] {
         assert_eq!(split_name(text), wanted);
     }
@@ -49,6 +59,13 @@ fn a_unit_of_a_log_may_be_spelled_in_many_ways() {
         ("lb", 0.453_592_37 * 9.806_65, 0.0, false),
         ("lbm", 0.453_592_37, 0.0, false),
         ("°C", 1.0, 273.15, false),
+        ("in.", 0.0254, 0.0, false),
+        ("0.02 sec", 0.02, 0.0, false),
+        ("Millimeters", 1e-3, 0.0, false),
+        ("KILOPASCALS", 1e3, 0.0, false),
+        ("Newton", 1.0, 0.0, false),
+        ("litres/minute", 1e-3 / 60.0, 0.0, false),
+        ("C", 1.0, 273.15, false),
         ("counts", 1.0, 0.0, false),
         ("", 1.0, 0.0, false),
     ] {
