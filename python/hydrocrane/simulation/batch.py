@@ -175,13 +175,17 @@ class BatchSimulator:
 
     @property
     def warnings(self) -> tuple[ResultWarning, ...]:
-        """What makes cranes doubtful: ``step-too-long`` where some are :attr:`inexact`, and their starts at rest."""
+        """What makes cranes doubtful: ``step-too-long`` where some are :attr:`inexact`, ``command-beyond-stroke`` where
+        a command is likely in mm, and their starts at rest."""
         found = []
         count = int(self.inexact.sum())
         if count:
             text = f"the error of the shortest steps exceeds the tolerance in {count} of {self.n} cranes: see `inexact`"
             cure = "shorten `step`, or check single cranes with hc.Simulator"
             found.append(ResultWarning("step-too-long", text, cure))
+        if self._core.astray is not None:
+            crane, kind, text, cure = self._core.astray
+            found.append(ResultWarning(kind, f"crane {crane}: {text}", cure))
         for kind in dict.fromkeys(doubt.kind for doubts in self._doubts for doubt in doubts):
             own = {i: doubt for i, doubts in enumerate(self._doubts) for doubt in doubts if doubt.kind == kind}
             first, doubt = next(iter(own.items()))

@@ -206,6 +206,12 @@ def test_a_command_in_mm_is_told_once_and_one_beyond_the_stroke_is_not() -> None
     assert "goes to its end" in warning.text and "in m" in warning.cure
     sim.reset(q=crane.home)
     assert sim.warnings == ()
+    many = hc.BatchSimulator(crane, 3)
+    many.reset(q=crane.home)
+    many.step([[0.0], [3.0 * stroke], [200.0 * stroke]])
+    assert [(w.kind, w.text.partition(":")[0]) for w in many.warnings] == [("command-beyond-stroke", "crane 2")]
+    many.reset(q=crane.home, cranes=[2])
+    assert many.warnings == ()
     run = hc.simulate(
         hc.Scenario(machine=crane, joints={"slide": crane.home[0]}, controller=InMillimetres(), duration=0.1)
     )

@@ -139,6 +139,12 @@ impl BatchSimulator {
         PyArray1::from_iter(py, (0..self.inner.cranes()).map(|crane| self.inner.status(crane).inexact))
     }
 
+    /// The first crane that got a command far beyond the stroke of a spool since its reset; kind, text and cure of the warning.
+    #[getter]
+    fn astray(&self) -> Option<(usize, &'static str, &str, &str)> {
+        self.inner.astray().map(|(crane, warning)| (*crane, warning.kind, &*warning.text, &*warning.cure))
+    }
+
     #[getter]
     fn threads(&self) -> usize {
         self.inner.threads()

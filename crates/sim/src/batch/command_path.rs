@@ -1,6 +1,7 @@
 //! The command path of a batch: signal chain, limits and delays from commands to spools.
 
-use crate::inputs::command_path::{at_spool, delay, follow, longest_delay};
+use crate::inputs::command_path::{astray, at_spool, delay, follow, longest_delay};
+use crate::warning::Warning;
 use hydrocrane_lanes::{Group, WIDTH};
 use hydrocrane_machine::model::SignalChain;
 use hydrocrane_machine::Machine;
@@ -21,6 +22,10 @@ pub struct BatchCommandPath {
     /// Newest first: one entry per sample with the commands of all groups, cylinder by cylinder.
     sent: VecDeque<Vec<Group>>,
     sample_time: f64,
+    /// Of the cylinders.
+    names: Vec<String>,
+    /// The first crane, since its reset, that got a command far beyond the stroke of a spool.
+    astray: Option<(usize, Warning)>,
 }
 
 /// A part of a sample in which no command arrives.
@@ -38,7 +43,9 @@ impl BatchCommandPath {
         let valves = machine.cylinders.iter().map(|c| vec![(c.valve.command, c.valve.stroke)]).collect();
         let plans = vec![plan(machine, sample_time).into(); cranes];
         let groups = cranes.div_ceil(WIDTH);
-        let mut path = BatchCommandPath { valves, plans, groups, sent: VecDeque::new(), sample_time };
+        let names = machine.cylinders.iter().map(|c| c.name.clone()).collect();
+        let mut path =
+            BatchCommandPath { valves, plans, groups, sent: VecDeque::new(), sample_time, names, astray: None };
         path.remember(machine);
         path
     }
@@ -66,6 +73,7 @@ impl BatchCommandPath {
             let beside = &self.plans[crane.saturating_sub(1)];
             self.plans[crane] = if **beside == plan { beside.clone() } else { plan.into() };
         }
+        self.astray.take_if(|(astray, _)| *astray == crane);
         let (first, lane) = (crane / WIDTH * self.cylinders(), crane % WIDTH);
         for sent in &mut self.sent {
             sent[first..][..self.valves.len()].iter_mut().for_each(|lanes| lanes[lane] = 0.0);
@@ -81,12 +89,20 @@ impl BatchCommandPath {
         for (crane, row) in commands.chunks_exact(cylinders).enumerate() {
             for (c, (valves, u)) in self.valves.iter().zip(row).enumerate() {
                 let (chain, stroke) = &valves[own_or_common(valves, crane)];
+                if self.astray.is_none() {
+                    self.astray = astray(0.0, &self.names[c], *stroke, *u).map(|warning| (crane, warning));
+                }
                 let (place, lane) = (crane / WIDTH * cylinders + c, crane % WIDTH);
                 let before = newest.map_or(sent[place][lane], |newest| newest[place][lane]);
                 sent[place][lane] = follow(chain, before, at_spool(chain, *stroke, *u));
             }
         }
         self.sent.push_front(sent);
+    }
+
+    /// The first crane that got a command far beyond the stroke of a spool since its reset, and its warning.
+    pub fn astray(&self) -> Option<&(usize, Warning)> {
+        self.astray.as_ref()
     }
 
     /// The parts of a sample of a crane.

@@ -14,6 +14,7 @@ use crate::model::method_choice::jumps;
 use crate::model::payload::picks_up;
 use crate::model::Model;
 use crate::outcome::OutcomeKind;
+use crate::warning::Warning;
 use command_path::BatchCommandPath;
 use hydrocrane_lanes::{Group, Needed, WIDTH};
 use hydrocrane_plant::precision::Precision;
@@ -157,6 +158,11 @@ impl Batch {
             x[n..2 * n].copy_from_slice(&rates);
             self.write_state(crane, &x);
         }
+    }
+
+    /// The first crane that got a command far beyond the stroke of a spool since its reset, and its warning.
+    pub fn astray(&self) -> Option<&(usize, Warning)> {
+        self.path.astray()
     }
 
     /// Holds the spool commands (m, one row per crane) for one sample time. Lost cranes keep their last state.

@@ -1,7 +1,7 @@
 //! The command path: from a controller's command to the spools by signal chain, limits and delays.
 
 use crate::warning::{short, Warning};
-use hydrocrane_machine::model::{Cylinder, SignalChain, Valve};
+use hydrocrane_machine::model::{SignalChain, Valve};
 use hydrocrane_machine::Machine;
 use hydrocrane_num::{Archive, Dual, Real};
 use hydrocrane_physics::hydraulics::hysteresis;
@@ -66,8 +66,7 @@ impl CommandPaths {
         if self.told || self.astray.is_some() {
             return;
         }
-        let far = machine.cylinders.iter().zip(u).find(|(c, u)| u.abs() > FAR * c.valve.stroke);
-        self.astray = far.map(|(cylinder, u)| astray(now, cylinder, *u));
+        self.astray = machine.cylinders.iter().zip(u).find_map(|(c, u)| astray(now, &c.name, c.valve.stroke, *u));
     }
 
     /// The warning of a command far beyond its spool's stroke, once.
@@ -118,15 +117,18 @@ impl CommandPaths {
     }
 }
 
-/// The warning of a command `u` (m) to the spool of this cylinder, from the time `now` (s) on.
-fn astray(now: f64, of: &Cylinder, u: f64) -> Warning {
-    let (name, u, stroke) = (&of.name, short(u), short(1e3 * of.valve.stroke));
-    Warning {
+/// The warning of a command `u` (m) at the time `now` (s) to the cylinder of this name and spool stroke (m), where it is far beyond it.
+pub(crate) fn astray(now: f64, name: &str, stroke: f64, u: f64) -> Option<Warning> {
+    (u.abs() > FAR * stroke).then(|| Warning {
         time: now,
         kind: "command-beyond-stroke",
-        text: format!("a command puts the spool of `{name}` at {u} m, of a stroke of {stroke} mm; it goes to its end"),
+        text: format!(
+            "a command puts the spool of `{name}` at {} m, of a stroke of {} mm; it goes to its end",
+            short(u),
+            short(1e3 * stroke)
+        ),
         cure: "spool commands are in m, positive extends the piston".to_string(),
-    }
+    })
 }
 
 /// Command that a spool follows, m, after the one `before`, where `value` arrives at its pilot stage, which may have hysteresis.
