@@ -17,8 +17,8 @@ from hydrocrane.arrays import Array
 from hydrocrane.errors import InputError, nearest
 from hydrocrane.files.columns import is_dataset
 from hydrocrane.logs.assembly import clock_seconds, no_column, signals_of
-from hydrocrane.logs.mapping import LogMapping, Source
 from hydrocrane.logs.formats.readers import read_table, table_of_columns, table_of_dataset, table_of_frame
+from hydrocrane.logs.mapping import LogMapping, Source
 from hydrocrane.logs.table import AS_FOUND, MOST_NAMED, Clocked, LogColumn, LogForm, LogTable, said_of
 from hydrocrane.result_warning import DoubtfulResult
 

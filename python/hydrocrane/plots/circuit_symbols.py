@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
+from hydrocrane.arrays import Array
 from hydrocrane.plots.style import ACCENT, COLOURS, INK, MUTED
 
 Point = tuple[float, float]
@@ -20,6 +21,8 @@ Side = Literal["left", "center", "right"]
 POINTS_PER_MM = 72 / 25.4
 FONT = "DejaVu Sans"
 SIZE, LEADING = 3.1, 4.2
+# Widest head of a text, mm: a symbol with what belongs to it.
+WIDEST = 36.0
 
 # Style of each kind of line: lines with flow, pilot lines, outlines of parts.
 LINES: dict[str, dict[str, Any]] = {
@@ -116,10 +119,13 @@ class Sheet:
         self.circle(x, y, 0.8, kind="thin", fill=INK)
 
     def text(self, x: float, y: float, lines: Sequence[str], side: Side = "left", head: bool = False) -> None:
-        """Lines of text from `y` downwards; with `head` the first one is bold."""
+        """Lines of text from `y` downwards; with `head` the first one is bold, and in two lines where it is wide."""
         shown = [line for line in lines if line]
+        bold = int(head)
+        if head and text_width(shown[0], SIZE, True) > WIDEST:
+            shown[:1], bold = shown[0].rsplit(" ", 1), 2
         for i, line in enumerate(shown):
-            self.labels.append(Label(x, y - i * LEADING, line, side, bold=head and i == 0))
+            self.labels.append(Label(x, y - i * LEADING, line, side, bold=i < bold))
 
     def add(self, other: Sheet, dx: float = 0.0, dy: float = 0.0) -> None:
         """Add another sheet to this one, without its ports."""
@@ -128,23 +134,29 @@ class Sheet:
         self.labels += [replace(label, x=label.x + dx, y=label.y + dy) for label in other.labels]
 
     @property
+    def boxes(self) -> Array:
+        """(k, 4) left, bottom, right and top of each stroke and label."""
+        strokes = [np.array(stroke.points) for stroke in self.strokes]
+        around = [[*points.min(axis=0), *points.max(axis=0)] for points in strokes]
+        return np.array([*around, *(label.box for label in self.labels)])
+
+    @property
     def extent(self) -> tuple[float, float, float, float]:
         """Left, bottom, right and top of everything on it."""
-        points = [point for stroke in self.strokes for point in stroke.points]
-        boxes = [label.box for label in self.labels]
-        xs = [x for x, _ in points] + [x for box in boxes for x in (box[0], box[2])]
-        ys = [y for _, y in points] + [y for box in boxes for y in (box[1], box[3])]
-        return min(xs), min(ys), max(xs), max(ys)
+        low, high = self.boxes[:, :2].min(axis=0), self.boxes[:, 2:].max(axis=0)
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
 def side_by_side(sheets: Iterable[Sheet], gap: float, start: float = 0.0) -> list[tuple[Sheet, float]]:
-    """Each sheet with its shift to the right, for which it lies `gap` beside the previous one."""
-    placed, right = [], start - gap
+    """Each sheet with its shift to the right, for which whatever is on it lies `gap` beside what is left of it."""
+    placed: list[tuple[Sheet, float]] = []
+    there = np.array([[start - gap, -np.inf, start - gap, np.inf]])
     for sheet in sheets:
-        left, _, end, _ = sheet.extent
-        shift = right + gap - left
+        left, bottom, _, top = sheet.boxes.T
+        beside = (there[:, 1, None] < top + 0.5 * gap) & (there[:, 3, None] > bottom - 0.5 * gap)
+        shift = float(np.max(np.where(beside, there[:, 2, None] + gap - left, -np.inf)))
         placed.append((sheet, shift))
-        right = end + shift
+        there = np.concatenate([there, sheet.boxes + [shift, 0.0, shift, 0.0]])
     return placed
 
 

@@ -1,7 +1,6 @@
 """The circuit diagram shows what the machine file says, and can be read: no text lies over another one or a line."""
 
 from importlib import import_module
-from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -16,7 +15,7 @@ from hydrocrane.machine import circuit as circuits
 from hydrocrane.plots.circuit_parts import ON_LINE
 
 mpl.use("Agg")
-EXCAVATOR = Path(__file__).parents[2] / "data" / "sany-sy19e.toml"
+EXCAVATOR = "sany-sy19e"
 diagram = import_module("hydrocrane.plots.circuit").diagram
 
 HELD = {

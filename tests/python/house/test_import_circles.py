@@ -13,7 +13,7 @@ CRATES = sorted(path.parent.name for path in (ROOT / "crates").glob("*/Cargo.tom
 
 
 def modules(crate: str) -> dict[str, Path]:
-    """Path of a module inside its crate -> its file; the root of a crate only lists modules, binaries and tests stand apart."""
+    """Path of a module inside its crate -> its file; the root only lists modules, binaries and tests stand apart."""
     source = ROOT / "crates" / crate / "src"
     files = {}
     for path in source.rglob("*.rs"):
@@ -92,7 +92,13 @@ def test_a_circle_is_found():
 
 
 @pytest.mark.parametrize(
-    "grouped", ["use super::{b, Kind};", "use crate::room::{b::B, Kind};", "use crate::{room::b, other};", "use crate::{other, room::{b::B, c}};"]
+    "grouped",
+    [
+        "use super::{b, Kind};",
+        "use crate::room::{b::B, Kind};",
+        "use crate::{room::b, other};",
+        "use crate::{other, room::{b::B, c}};",
+    ],
 )
 def test_grouped_imports_are_seen(tmp_path, grouped):
     (tmp_path / "a.rs").write_text(f"{grouped}\n")

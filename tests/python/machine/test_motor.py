@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import hydrocrane as hc
 from hydrocrane.results.energy import energy_balance
 
-EXCAVATOR = Path(__file__).parents[2] / "data" / "sany-sy19e.toml"
+EXCAVATOR = "sany-sy19e"
 POSE = np.deg2rad([0.0, 30.0, 30.0, 10.0])
 # m^3 per radian of the joint.
 PER_RADIAN = 23.6e-6 * 134.0 / (2.0 * np.pi)

@@ -8,7 +8,7 @@ macro_rules! bundle {
 
 /// Name and text of every bundled machine.
 pub fn bundled_machines() -> &'static [(&'static str, &'static str)] {
-    bundle!("machines": "rottne-f9-lab", "rottne-f9-pump", "rottne-f9-mobile", "rottne-f9-ls", "rottne-f9-forwarder", "heinze-2007", "hiab-xs031", "single-cylinder", "rig-rottne", "rig-kalmar")
+    bundle!("machines": "rottne-f9-lab", "rottne-f9-pump", "rottne-f9-mobile", "rottne-f9-ls", "rottne-f9-forwarder", "heinze-2007", "hiab-xs031", "sany-sy19e", "single-cylinder", "rig-rottne", "rig-kalmar")
 }
 
 /// Name and text of every bundled scenario.
@@ -22,6 +22,7 @@ pub fn bundled_scenarios() -> &'static [(&'static str, &'static str)] {
         "hiab-lift",
         "forwarder-swing",
         "forwarder-tip",
+        "excavator-swing",
         "single-cylinder-step",
         "rig-small-sine",
         "rig-constant-velocity",

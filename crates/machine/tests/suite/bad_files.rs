@@ -73,7 +73,7 @@ fn a_wrong_bundled_name_lists_the_names() {
     let shown = error.to_string();
     assert!(
         shown.contains(
-            "rottne-f9-lab, rottne-f9-pump, rottne-f9-mobile, rottne-f9-ls, rottne-f9-forwarder, heinze-2007, hiab-xs031, single-cylinder and 2 more"
+            "rottne-f9-lab, rottne-f9-pump, rottne-f9-mobile, rottne-f9-ls, rottne-f9-forwarder, heinze-2007, hiab-xs031, sany-sy19e and 3 more"
         ),
         "{shown}"
     );

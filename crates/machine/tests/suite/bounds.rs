@@ -8,9 +8,8 @@ fn with(key: &str, value: &str) -> Result<Machine, hydrocrane_machine::MachineEr
 
 #[test]
 fn no_machine_of_ours_is_unusual() {
-    let more = ["two-telescopes", "sany-sy19e"]
-        .map(|name| format!("{}/../../tests/data/{name}.toml", env!("CARGO_MANIFEST_DIR")));
-    for name in bundled_machines().iter().map(|(name, _)| *name).chain(more.iter().map(String::as_str)) {
+    let more = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/two-telescopes.toml");
+    for name in bundled_machines().iter().map(|(name, _)| *name).chain([more]) {
         assert_eq!(load(name, &[]).unwrap().warnings, [], "{name}");
     }
 }

@@ -205,7 +205,7 @@ fn a_slope_needs_its_unit() {
 
 #[test]
 fn motors_are_read_with_their_gears() {
-    const FILE: &str = include_str!("../../../../tests/data/sany-sy19e.toml");
+    const FILE: &str = include_str!("../../../../machines/sany-sy19e.toml");
     const MOTOR: &str = "motor = { displacement = \"23.6 cm3/rev\", gear-ratio = 134 }";
     let rack = FILE.lines().find(|line| line.starts_with("rack-radius")).expect("the ring");
     for (from, to, key, said) in [

@@ -1,7 +1,6 @@
 //! A motor that slews an excavator: oil, pressures and torque by hand, energy accounted for.
 
 use crate::ledger;
-use crate::parity::EXCAVATOR;
 use crate::supply::{options, output};
 use hydrocrane_machine::load;
 use hydrocrane_sim::{build, simulate, Commands, EquilibriumMode, Model, OutcomeKind};
@@ -14,7 +13,7 @@ const PER_RADIAN: f64 = 23.6e-6 * 134.0 / TAU;
 const SIDE: f64 = 1.005e-3;
 
 fn excavator() -> Arc<dyn Model> {
-    build(&load(EXCAVATOR, &[]).unwrap_or_else(|error| panic!("{error}"))).expect("it can be built")
+    build(&load("sany-sy19e", &[]).unwrap_or_else(|error| panic!("{error}"))).expect("it can be built")
 }
 
 fn start(m: &dyn Model, slew: f64) -> Vec<f64> {

@@ -6,9 +6,6 @@ use hydrocrane_ode::BlockArrow;
 use hydrocrane_sim::{build, Model};
 use std::sync::Arc;
 
-/// An excavator in space that a motor slews.
-pub const EXCAVATOR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/sany-sy19e.toml");
-
 const MACHINES: [&str; 10] = [
     "rottne-f9-lab",
     "rottne-f9-pump",
@@ -19,7 +16,7 @@ const MACHINES: [&str; 10] = [
     "single-cylinder",
     "rig-rottne",
     "rig-kalmar",
-    EXCAVATOR,
+    "sany-sy19e",
 ];
 
 fn model(name: &str) -> Arc<dyn Model> {

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 import hydrocrane as hc
+from hydrocrane.app.console import say, warn
+from hydrocrane.app.options import is_scenario, pose
 from hydrocrane.app.serving.bridge_transport import (
     MOST_VALUES,
     Kind,
@@ -29,8 +31,6 @@ from hydrocrane.app.serving.bridge_transport import (
     is_local,
     read,
 )
-from hydrocrane.app.console import say, warn
-from hydrocrane.app.options import is_scenario, pose
 from hydrocrane.arrays import Array
 from hydrocrane.control.controllers import tip_read
 from hydrocrane.errors import HydrocraneError, InputError
