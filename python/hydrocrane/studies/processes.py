@@ -16,6 +16,7 @@ from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.scenario.scenario import own_controllers
 from hydrocrane.studies.board import TRIES, Board, board_of, killed
 from hydrocrane.studies.case import Abandoned, BlockResult, BlockTask, Job, run_block, too_long
+from hydrocrane.studies.identity import own_parts, received
 
 # A case that does not stop by itself is ended with its process this much later than its limit, s: its own functions
 # may hang, or a single step of the integrator may take long.
@@ -33,7 +34,7 @@ class NoProcesses(NotComputed):
 
 
 def pickled(job: Job) -> bytes:
-    """A job as a process receives it.
+    """A job as a process receives it, with the fingerprints of what is your own in it.
 
     Raises
     ------
@@ -41,7 +42,9 @@ def pickled(job: Job) -> bytes:
         If something of it cannot be sent to another process.
     """
     try:
-        return bytes(cloudpickle.dumps(job))
+        sent = cloudpickle.dumps(job)
+        # Of what is made of it, as there.
+        return pickle.dumps((sent, own_parts(pickle.loads(sent))))
     except Exception as error:
         raise InputError(f'the study cannot be sent to other processes: {error}; choose scheduler="threads"') from None
 
@@ -175,12 +178,12 @@ def apart(sent: bytes, task: BlockTask) -> BlockResult:
     if kept is None or kept[0].sent != sent:
         _end(thread)
         stack = ExitStack()
-        kept = Apart(pickle.loads(sent), sent, stack.enter_context(board_of(None, 1)), 0), stack
+        kept = Apart(received(sent), sent, stack.enter_context(board_of(None, 1)), 0), stack
         _OF_THREADS[thread] = kept
     try:
         return kept[0].run(task)
     except NoProcesses:
-        return run_block(pickle.loads(sent), task)
+        return run_block(received(sent), task)
 
 
 def end_processes() -> None:
