@@ -289,7 +289,11 @@ SCRIPT = """
         def step(self, obs, command): return [self.gain]
     plan = hc.Scenario(machine="single-cylinder", joints={"slide": 0.0}, controller=Own(0.0), duration=0.05)
     def gain(run): return inner.GAIN
-    def swept(): print(hc.sweep(plan, {"payload.mass": [50.0]}, measures=[gain], workers=1, scheduler="processes")["gain"].item())
+    def swept():
+        data = hc.sweep(
+            plan, {"payload.mass": [50.0]}, measures=[gain], workers=1, scheduler="processes", progress=False
+        )
+        print(data["gain"].item())
     swept()
     inner.GAIN = 5.0
     swept()
