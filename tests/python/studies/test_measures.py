@@ -62,7 +62,7 @@ def test_nothing_is_kept_of_a_study_whose_measure_gives_no_figure(tmp_path):
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "zarr.json", "a\0b"])
 def test_names_that_no_store_takes_are_refused_at_once(name):
-    with pytest.raises(hc.InputError, match="empty or that no folder"):
+    with pytest.raises(hc.InputError, match="empty, or that no folder"):
         hc.sweep("single-cylinder-step", CASES, measures={name: lambda run: 1.0}, progress=False)
 
 
