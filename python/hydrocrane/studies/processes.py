@@ -171,8 +171,11 @@ def _ended(process: subprocess.Popen[bytes]) -> int:
 _OF_THREADS: dict[int, tuple[Apart, ExitStack]] = {}
 
 
-def apart(sent: bytes, task: BlockTask) -> BlockResult:
-    """Compute a block on a worker of a cluster, in a process beside it: a case that crashes costs no worker."""
+def apart(sent: bytes, task: BlockTask) -> BlockResult | BaseException:
+    """Compute a block on a worker of a cluster, in a process beside it: a case that crashes costs no worker.
+
+    What would end the worker, as `sys.exit` in a function of the user's own, is returned.
+    """
     thread = threading.get_ident()
     kept = _OF_THREADS.get(thread)
     if kept is None or kept[0].sent != sent:
@@ -184,6 +187,8 @@ def apart(sent: bytes, task: BlockTask) -> BlockResult:
         return kept[0].run(task)
     except NoProcesses:
         return run_block(received(sent), task)
+    except (KeyboardInterrupt, SystemExit) as error:
+        return error
 
 
 def end_processes() -> None:
