@@ -106,7 +106,9 @@ class RandomMachines(VectorWrapper):
         super().__init__(env)
         cranes = env.unwrapped
         if not isinstance(cranes, CraneTipVectorEnv):
-            raise InputError(
-                f"machines are drawn for a CraneTipVectorEnv, itself or in other wrappers; got a {type(cranes).__name__}"
-            )
+            raise _other_environment("CraneTipVectorEnv", cranes)
         cranes.draw = DrawnParameters.of(cranes.task.machine, ranges)
+
+
+def _other_environment(wanted: str, given: object) -> InputError:
+    return InputError(f"machines are drawn for a {wanted}, itself or in other wrappers; got a {type(given).__name__}")
