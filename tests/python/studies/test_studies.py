@@ -439,3 +439,17 @@ def test_a_record_beyond_the_limit_is_refused_before_the_first_case():
     with pytest.warns(DoubtfulResult, match="1 of 2 cases"):
         data = hc.sweep("single-cylinder-step", {"duration": [0.1, -1.0]}, progress=False)
     assert data.outcome.values.tolist() == ["completed", "invalid-input"]
+
+
+def test_a_machine_whose_file_was_changed_is_no_other_machine(tmp_path):
+    """The cases read the file; `simulate` takes the machine as it was loaded."""
+    file = tmp_path / "mine.toml"
+    text = hc.load_machine("single-cylinder").to_toml()
+    file.write_text(text)
+    rig = hc.load_machine(file, {"supply.pressure": "130 bar"})
+    options = {"machine": rig, "duration": 0.1, "overrides": {"supply.tank-pressure": "2 bar"}, "progress": False}
+    assert (hc.sweep(RIG, {"payload.mass": [50.0]}, **options).outcome == "completed").all()
+    assert 'bore = "50 mm"' in text
+    file.write_text(text.replace('bore = "50 mm"', 'bore = "60 mm"'))
+    with pytest.raises(InputError, match="mine.toml was changed after this machine was loaded"):
+        hc.sweep(RIG, {"payload.mass": [50.0]}, **options)
