@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+import importlib
 import json
 import os
 import signal
@@ -17,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -353,11 +355,16 @@ OFFSET = 1.0
 class Holding:
     """A controller of one's own with a gain."""
 
-    def __init__(self, gain: float) -> None:
+    share = 1.0
+
+    def __init__(self, gain: float | np.ndarray) -> None:
         self.gain = gain
 
     def step(self, obs: Any, command: Any) -> list[float]:
-        return [self.gain * (0.1 - obs.q[0])]
+        return [self.share * float(np.sum(self.gain)) * (0.1 - obs.q[0])]
+
+    def gained(self, run: hc.Run) -> float:
+        return float(np.sum(self.gain)) * run.outcome.time
 
 
 def scaled(run: hc.Run, factor: float = 1.0) -> float:
@@ -381,9 +388,40 @@ def _default(value: float) -> dict[str, Any]:
     return {"measures": {"own": own}}
 
 
-def _controller(value: float) -> dict[str, Any]:
-    plan = hc.Scenario(machine="single-cylinder", joints={"slide": 0.0}, controller=Holding(value), duration=0.05)
+def _controller(own: Any) -> dict[str, Any]:
+    plan = hc.Scenario(machine="single-cylinder", joints={"slide": 0.0}, controller=own, duration=0.05)
     return {"scenario": plan}
+
+
+@dataclass
+class Held:
+    """A controller of one's own as a data class, whose method is changed."""
+
+    gain: float = 1.0
+
+    def step(self, obs: Any, command: Any) -> list[float]:
+        return [0.0]
+
+
+def _attribute(value: float) -> dict[str, Any]:
+    Holding.share = value
+    return _controller(Holding(1.0))
+
+
+def _method(value: float) -> dict[str, Any]:
+    Held.step = lambda self, obs, command: [value * (0.1 - obs.q[0])]  # type: ignore[method-assign]
+    return _controller(Held())
+
+
+def _helper(value: float) -> dict[str, Any]:
+    @functools.cache
+    def helper() -> float:
+        return value
+
+    def nested(run: hc.Run) -> float:
+        return (lambda: helper() * run.outcome.time)()
+
+    return {"measures": {"own": nested}}
 
 
 def changes(folder: Path) -> dict[str, Callable[[float], dict[str, Any]]]:
@@ -394,13 +432,29 @@ def changes(folder: Path) -> dict[str, Callable[[float], dict[str, Any]]]:
         file.write_text(f"time,test\n0,0\n0.01,{value / 1e3}\n1,{value / 1e3}\n", encoding="utf-8")
         return {"keys": {"command.log": [str(file)]}}
 
+    def other(value: float) -> dict[str, Any]:
+        place = folder / f"modules-{value:g}"
+        place.mkdir(exist_ok=True)
+        texts = {"settings": f"GAIN = {value}\n", "reading": "import settings\ndef own(run): return settings.GAIN\n"}
+        for name, text in texts.items():
+            (place / f"{name}.py").write_text(text, encoding="utf-8")
+            sys.modules.pop(name, None)
+        sys.path.insert(0, str(place))
+        return {"measures": {"own": importlib.import_module("reading").own}}
+
     return {
-        "gain of an own controller": _controller,
+        "gain of an own controller": lambda value: _controller(Holding(value)),
+        "array of an own controller": lambda value: _controller(Holding(np.array([0.5, value]))),
+        "attribute of its class": _attribute,
+        "method of a data class": _method,
         "content of a log that a key names": log,
         "argument of `functools.partial`": lambda value: {"measures": {"own": functools.partial(scaled, factor=value)}},
         "variable of a closure": _closure,
         "default of an argument": _default,
         "value of the module that a measure reads": _of_module,
+        "constant of another module": other,
+        "helper of a nested function, behind a cache": _helper,
+        "object of a bound method": lambda value: {"measures": {"own": Holding(value).gained}},
     }
 
 

@@ -75,7 +75,11 @@ class RandomMachine(gymnasium.Wrapper[Numbers, NDArray[np.floating], Numbers, ND
 
     def __init__(self, env: gymnasium.Env[Numbers, NDArray[np.floating]], ranges: Mapping[str, object]) -> None:
         super().__init__(env)
-        crane = cast(CraneTipEnv, env.unwrapped)
+        crane = env.unwrapped
+        if not isinstance(crane, CraneTipEnv):
+            raise InputError(
+                f"machines are drawn for a CraneTipEnv, itself or in other wrappers; got a {type(crane).__name__}"
+            )
         crane.draw = DrawnParameters.of(crane.task.machine, ranges)
 
 
@@ -100,4 +104,11 @@ class RandomMachines(VectorWrapper):
 
     def __init__(self, env: CraneTipVectorEnv, ranges: Mapping[str, object]) -> None:
         super().__init__(env)
-        env.unwrapped.draw = DrawnParameters.of(env.unwrapped.task.machine, ranges)
+        cranes = env.unwrapped
+        if not isinstance(cranes, CraneTipVectorEnv):
+            raise _other_environment("CraneTipVectorEnv", cranes)
+        cranes.draw = DrawnParameters.of(cranes.task.machine, ranges)
+
+
+def _other_environment(wanted: str, given: object) -> InputError:
+    return InputError(f"machines are drawn for a {wanted}, itself or in other wrappers; got a {type(given).__name__}")

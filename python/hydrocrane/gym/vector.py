@@ -74,31 +74,39 @@ class CraneTipVectorEnv(VectorEnv[Numbers, NDArray[np.floating], NDArray[np.bool
         for i, own in enumerate(seeds):
             if own is not None or self._random[i] is None:
                 self._random[i] = np_random(own)[0]
-        parameters = self._begin(np.arange(self.num_envs), options)
-        information: dict[str, object] = {"target": self._target.copy()}
-        if parameters:
-            information["parameters"] = parameters
-        return self.task.observation(self._cranes.observe(), self._target), information
+        self._begin(np.arange(self.num_envs), options)
+        return self.task.observation(self._cranes.observe(), self._target), self._information()
 
     def step(  # type: ignore[override]
         self, actions: NDArray[np.floating]
     ) -> tuple[Numbers, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, object]]:
-        """Hold the spool commands for one sample."""
+        """Hold the spool commands for one sample.
+
+        Where cranes begin a new episode the information is that of a reset, with ``_target`` and ``_parameters``, (n,)
+        of bool: which cranes these are.
+        """
         anew = self._over.copy()
         seen = self._cranes.step(np.where(anew[:, np.newaxis], 0.0, self.task.commands(actions)))
         self._samples += 1
+        information: dict[str, object] = {}
         if anew.any():
             self._begin(np.flatnonzero(anew))
             seen = self._cranes.observe()
+            information = self._information()
+            information |= {f"_{name}": anew for name in information}
         lost = ~self._cranes.alive
         reward = np.where(anew, 0.0, self.task.reward(seen, self._target, lost))
         late = ~anew & (self._samples >= self.task.samples)
         self._over = lost | late
-        return self.task.observation(seen, self._target), reward, lost, late, {}
+        return self.task.observation(seen, self._target), reward, lost, late, information
 
-    def _begin(self, cranes: NDArray[np.int64], options: dict[str, object] | None = None) -> dict[str, Array]:
+    def _begin(self, cranes: NDArray[np.int64], options: dict[str, object] | None = None) -> None:
         randoms = [cast("np.random.Generator", self._random[i]) for i in cranes]
-        self._target[cranes], own = self.task.begin(self._cranes, cranes, randoms, options, self.draw)
+        self._target[cranes], _ = self.task.begin(self._cranes, cranes, randoms, options, self.draw)
         self._samples[cranes] = 0
         self._over[cranes] = False
-        return own
+
+    def _information(self) -> dict[str, object]:
+        """Of a reset: the targets (n, 2), m, and the values (n,) of machine keys in which cranes differ."""
+        parameters = self._cranes.parameters
+        return {"target": self._target.copy(), **({"parameters": parameters} if parameters else {})}

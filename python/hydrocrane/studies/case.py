@@ -211,7 +211,9 @@ def run_case(job: Job, values: Sequence[Override], watch: Watch) -> CaseResult:
         record = _simulated(job, values, lambda: watch.stopped() or time.monotonic() > until)
         if record.outcome.kind == INTERRUPTED and time.monotonic() > until:
             return too_long(job, f"it had reached {record.outcome.time:.4g} s of the run")
-        return _kept(job, record)
+        result = _kept(job, record)
+        late = time.monotonic() > until
+        return too_long(job, "its run was complete, its measures were not") if late else result
     except WrongMeasure:
         # An error of the whole study.
         raise

@@ -216,7 +216,6 @@ def on_cluster(
 
     sent = pickled(job)
     with _client(scheduler) as client:
-        _check_versions(client)
         patience = _Patience(client)
         futures = set()
 
@@ -238,12 +237,14 @@ def on_cluster(
             return done
 
         try:
+            _check_versions(client)
             yield from as_ready(submit, first, places, AHEAD * max(sum(client.nthreads().values()), 1))
         except (HydrocraneError, KeyboardInterrupt, GeneratorExit):
             raise
         except Exception as error:
-            told = next(iter(str(error).splitlines()), "")
-            raise NotComputed(f"the cluster failed: {type(error).__name__}: {told}") from error
+            told = f"{type(error).__name__}: {next(iter(str(error).splitlines()), '')}"
+            closed = client.status in ("closing", "closed")
+            raise NotComputed("the client was closed" if closed else f"the cluster failed: {told}") from error
         finally:
             with suppress(Exception):
                 client.cancel(list(futures))
@@ -270,14 +271,18 @@ class _Patience:
 class _Block:
     """A block under way on the cluster. Results of a lost worker are computed again, perhaps by none."""
 
-    def __init__(self, future: Remote[BlockResult], patience: _Patience) -> None:
+    def __init__(self, future: Remote[BlockResult | BaseException], patience: _Patience) -> None:
         self.future, self._patience = future, patience
 
     def result(self) -> BlockResult:
         while True:
             with suppress(TimeoutError):
-                return self.future.result(timeout=LOOK)
+                answer = self.future.result(timeout=LOOK)
+                break
             self._patience.check()
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
 
 
 @contextmanager

@@ -30,7 +30,7 @@ from zarr.codecs import Crc32cCodec, ZstdCodec
 from hydrocrane.errors import ResultFileError
 from hydrocrane.files.received import MOST_VALUES, received
 from hydrocrane.files.whole_file import cannot_write, write_text
-from hydrocrane.studies.measures import is_path
+from hydrocrane.studies.measures import DESCRIPTION, is_unfit
 
 # On Windows other processes cannot read locked bytes, so a byte far behind the text is locked.
 _BEYOND = 1 << 30
@@ -132,7 +132,6 @@ def _release(file: Path, descriptor: int) -> None:
 CHECKSUM = "checksum"
 # Attributes of the group: the arrays with a chunk per block, and the common ones.
 BLOCK_ARRAYS, AXES = "block_arrays", "axes"
-DESCRIPTION = "zarr.json"
 _CRC_BYTES = 4
 _MISSING, _CHANGED = "is missing", "was cut off or changed"
 # Largest description, bytes; most chunks of an array; and the codecs of arrays and those that Zarr adds by itself.
@@ -206,7 +205,7 @@ def names_in(text: str) -> list[str]:
     """The names of arrays in an attribute of a group; each is that of a folder in its own."""
     found: list[str] = json.loads(text)
     for name in found:
-        if is_path(name):
+        if is_unfit(name):
             raise ResultFileError(f"a study has no array `{name}`: its name would be a path; delete the store")
     return found
 

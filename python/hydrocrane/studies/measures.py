@@ -145,13 +145,16 @@ BUILT_IN: dict[str, tuple[str, str, Callable[[CaseRecord], float]]] = {
     "rejected": ("1", "rejected steps of the integrator", lambda record: float(record.effort["rejected"])),
 }
 DEFAULT = ("tip_way", "largest_pressure", "pump_energy")
+# The file of a folder of the store that says what is in it.
+DESCRIPTION = "zarr.json"
 # The measure that every run has and every study stores.
 OF_ANY_RUN = "end_time"
 
 
-def is_path(name: str) -> bool:
-    """Whether a folder of this name would not lie in the folder of the study, or be none, on some system."""
-    return name in ("", "..") or {name} != {PurePosixPath(name).name, PureWindowsPath(name).name}
+def is_unfit(name: str) -> bool:
+    """Whether no folder of the study's folder can have this name on some system, or its description has it."""
+    apart = {name} != {PurePosixPath(name).name, PureWindowsPath(name).name}
+    return apart or name in ("", "..", DESCRIPTION) or not name.isprintable()
 
 
 @dataclass(frozen=True)
@@ -186,8 +189,10 @@ class Measure:
         if not isinstance(answer, Mapping):
             return {self.name: self._number(answer, "returned")}
         for name in answer:
-            if not isinstance(name, str) or is_path(name):
-                raise self._refused(f"returned a mapping with the name {name!r}, which is no text, empty or a path")
+            if not isinstance(name, str) or is_unfit(name):
+                raise self._refused(
+                    f"returned a mapping with the name {name!r}, which is no text, empty, or no name of a folder"
+                )
         return {str(name): self._number(value, f"returned for `{name}`") for name, value in answer.items()}
 
     def _number(self, value: object, returned: str) -> float:
@@ -223,6 +228,8 @@ def checked_measures(given: Measures, units: Mapping[str, str]) -> tuple[Measure
     """
     if isinstance(given, str) or callable(given):
         given = [given]
+    if not isinstance(given, Mapping | Sequence):
+        raise InputError(f"measures are names or functions of a run, or functions by their names; got {given!r}")
     if isinstance(given, Mapping):
         for name, own in given.items():
             if not callable(own):
@@ -231,8 +238,10 @@ def checked_measures(given: Measures, units: Mapping[str, str]) -> tuple[Measure
     found = tuple(Measure(str(name), own=own) for name, own in named) or tuple(_checked(e, units) for e in given)
     names = [measure.name for measure in found]
     for name in names:
-        if is_path(name):
-            raise InputError(f"measure {name!r} has a name that is empty or would be a path in a store; rename it")
+        if is_unfit(name):
+            raise InputError(
+                f"measure {name!r} has a name that is empty, or that no folder of a store can have; rename it"
+            )
         if names.count(name) > 1:
             raise InputError(f"measure `{name}` is given twice; name functions by a mapping of name to function")
     return found if OF_ANY_RUN in names else (_checked(OF_ANY_RUN, units), *found)

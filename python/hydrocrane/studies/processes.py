@@ -16,6 +16,7 @@ from hydrocrane.errors import HydrocraneError, InputError
 from hydrocrane.scenario.scenario import own_controllers
 from hydrocrane.studies.board import TRIES, Board, board_of, killed
 from hydrocrane.studies.case import Abandoned, BlockResult, BlockTask, Job, run_block, too_long
+from hydrocrane.studies.identity import own_parts, received
 
 # A case that does not stop by itself is ended with its process this much later than its limit, s: its own functions
 # may hang, or a single step of the integrator may take long.
@@ -33,7 +34,7 @@ class NoProcesses(NotComputed):
 
 
 def pickled(job: Job) -> bytes:
-    """A job as a process receives it.
+    """A job as a process receives it, with the fingerprints of what is your own in it.
 
     Raises
     ------
@@ -41,7 +42,9 @@ def pickled(job: Job) -> bytes:
         If something of it cannot be sent to another process.
     """
     try:
-        return bytes(cloudpickle.dumps(job))
+        sent = cloudpickle.dumps(job)
+        # Of what is made of it, as there.
+        return pickle.dumps((sent, own_parts(pickle.loads(sent))))
     except Exception as error:
         raise InputError(f'the study cannot be sent to other processes: {error}; choose scheduler="threads"') from None
 
@@ -168,19 +171,24 @@ def _ended(process: subprocess.Popen[bytes]) -> int:
 _OF_THREADS: dict[int, tuple[Apart, ExitStack]] = {}
 
 
-def apart(sent: bytes, task: BlockTask) -> BlockResult:
-    """Compute a block on a worker of a cluster, in a process beside it: a case that crashes costs no worker."""
+def apart(sent: bytes, task: BlockTask) -> BlockResult | BaseException:
+    """Compute a block on a worker of a cluster, in a process beside it: a case that crashes costs no worker.
+
+    What would end the worker, as `sys.exit` in a function of the user's own, is returned.
+    """
     thread = threading.get_ident()
     kept = _OF_THREADS.get(thread)
     if kept is None or kept[0].sent != sent:
         _end(thread)
         stack = ExitStack()
-        kept = Apart(pickle.loads(sent), sent, stack.enter_context(board_of(None, 1)), 0), stack
+        kept = Apart(received(sent), sent, stack.enter_context(board_of(None, 1)), 0), stack
         _OF_THREADS[thread] = kept
     try:
         return kept[0].run(task)
     except NoProcesses:
-        return run_block(pickle.loads(sent), task)
+        return run_block(received(sent), task)
+    except (KeyboardInterrupt, SystemExit) as error:
+        return error
 
 
 def end_processes() -> None:

@@ -38,7 +38,6 @@ from hydrocrane.studies.integrity import (
     AXES,
     BLOCK_ARRAYS,
     CHECKSUM,
-    DESCRIPTION,
     chunk_file,
     compressors,
     description,
@@ -47,6 +46,7 @@ from hydrocrane.studies.integrity import (
     study_faults,
 )
 from hydrocrane.studies.keys import axis_values
+from hydrocrane.studies.measures import DESCRIPTION
 
 OUTCOME, MESSAGE, TIME = "outcome", "message", "time"
 # Attribute with the longest time that a case may take.

@@ -162,7 +162,13 @@ class Study:
     @cached_property
     def base_machine(self) -> Machine:
         """The machine before any key is varied."""
-        return self.plan.load_machine()
+        made, own = self.plan.load_machine(), self.machine
+        if isinstance(own, Machine) and own.changed(self.plan.machine_overrides).core.resolved != made.core.resolved:
+            raise InputError(
+                f"{own.source} was changed after this machine was loaded from it, and the cases of a study read the "
+                "file: load the machine again"
+            )
+        return made
 
     @cached_property
     def cases(self) -> Cases:

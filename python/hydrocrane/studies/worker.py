@@ -24,8 +24,9 @@ def main() -> None:
 
     from hydrocrane.studies.board import Board, OnBoard
     from hydrocrane.studies.case import run_block
+    from hydrocrane.studies.identity import received
 
-    job, parent = pickle.loads(sent), os.getppid()
+    job, parent = None, os.getppid()
     watch = OnBoard(Board(Path(path)), row, lambda: os.getppid() != parent)
     while True:
         try:
@@ -33,6 +34,7 @@ def main() -> None:
         except EOFError:
             return
         try:
+            job = job or received(sent)
             answer: object = run_block(job, task, watch)
         except BaseException as error:  # Whatever ends a study where it is called ends it here too.
             answer = error

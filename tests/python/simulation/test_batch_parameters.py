@@ -219,3 +219,28 @@ def test_a_crane_of_a_batch_draws_and_moves_like_one_crane():
     for i, env in enumerate(alone):
         np.testing.assert_array_equal(env.reset()[0], seen[i])
     assert (many.unwrapped._cranes.parameters["payload.mass"] != before["payload.mass"]).all()
+
+
+def test_a_new_episode_of_a_batch_tells_what_was_drawn():
+    """One crane is lost first, so that the cranes begin anew at different samples."""
+    many = RandomMachines(CraneTipVectorEnv(3, duration=0.2, threads=1), {"payload.mass": (0.0, 100.0)})
+    _, before = many.reset(seed=1)
+    zero, told = np.zeros((3, 3), dtype=np.float32), []
+    many.unwrapped._samples[1] = 2
+    for _ in range(7):
+        told.append(many.step(zero)[4])
+    assert [bool(information) for information in told] == [False, False, True, False, True, False, False]
+    for information, anew in ((told[2], [False, True, False]), (told[4], [True, False, True])):
+        assert information["_parameters"].tolist() == information["_target"].tolist() == anew
+        masses, targets = information["parameters"]["payload.mass"], information["target"]
+        assert (masses != before["parameters"]["payload.mass"]).tolist() == anew
+        assert (targets != before["target"]).any(axis=1).tolist() == anew
+        before = information
+
+
+def test_machines_are_drawn_for_the_cranes_of_this_package():
+    with pytest.raises(InputError, match="CraneTipEnv, itself or in other wrappers; got a CartPoleEnv"):
+        RandomMachine(gymnasium.make("CartPole-v1"), {"payload.mass": (0.0, 1.0)})
+    other = gymnasium.make_vec("CartPole-v1", num_envs=2, vectorization_mode="sync")
+    with pytest.raises(InputError, match="CraneTipVectorEnv, itself or in other wrappers"):
+        RandomMachines(other, {"payload.mass": (0.0, 1.0)})

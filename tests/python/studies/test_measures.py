@@ -43,7 +43,7 @@ def test_mappings_name_figures():
         None, "12", b"1", 1j, (1.0, 2.0), [1.0], [1, [2, 3]], {1.0}, np.ones(1), np.ones((2, 2)), xr.DataArray([1.0]),
         np.ma.masked, np.ma.array(1.0, mask=True), np.datetime64("2020-01-01"), np.timedelta64(1, "s"),
         {"a": {"b": 1.0}}, {"a": None}, {"a": [1.0]}, {"a": np.ma.masked}, {1: 2.0}, {"": 1.0}, {"a/b": 1.0},
-        {"..": 1.0},
+        {"..": 1.0}, {"zarr.json": 1.0}, {"a\0b": 1.0}, {"a\nb": 1.0},
     ],
     ids=repr,
 )  # fmt: skip
@@ -60,7 +60,13 @@ def test_nothing_is_kept_of_a_study_whose_measure_gives_no_figure(tmp_path):
     assert (hc.open_study(store).outcome == "").all()
 
 
-@pytest.mark.parametrize("name", ["", "..", "a/b"])
+@pytest.mark.parametrize("name", ["", "..", "a/b", "zarr.json", "a\0b"])
 def test_names_that_no_store_takes_are_refused_at_once(name):
-    with pytest.raises(hc.InputError, match="empty or would be a path"):
+    with pytest.raises(hc.InputError, match="empty, or that no folder"):
         hc.sweep("single-cylinder-step", CASES, measures={name: lambda run: 1.0}, progress=False)
+
+
+@pytest.mark.parametrize("measures", [5, None, 1.5, {"tip_way"}])
+def test_measures_are_names_or_functions(measures):
+    with pytest.raises(hc.InputError, match="names or functions of a run"):
+        hc.sweep("single-cylinder-step", CASES, measures=measures, progress=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import hydrocrane as hc
 from hydrocrane.errors import InputError
 from hydrocrane.result_warning import DoubtfulResult
 from hydrocrane.studies import case, design
+from hydrocrane.studies.processes import NotComputed
 
 # That cases fail is what some of them are for.
 pytestmark = pytest.mark.filterwarnings("ignore:.*cases have no results")
@@ -409,15 +411,21 @@ def test_two_workers_of_dask_give_the_bits_of_threads():
     """Small studies too: their arrays may come at odd addresses."""
     distributed = pytest.importorskip("distributed")
 
-    def swept(count, scheduler):
+    def swept(count, scheduler, measure="tip_way"):
         masses = {"payload.mass": {"low": 50.0, "high": 150.0, "count": count}}
-        return hc.sweep("single-cylinder-step", masses, measures=["tip_way"], duration=0.3, scheduler=scheduler)
+        return hc.sweep("single-cylinder-step", masses, measures=[measure], duration=0.3, scheduler=scheduler)
 
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
         far = {count: swept(count, client) for count in (7, 100)}
+        kept = client.nthreads()
+        with pytest.raises(SystemExit, match="3"):
+            swept(7, client, lambda run: sys.exit(3))
+        assert client.nthreads() == kept, "what ends a study ends no worker"
+    with pytest.raises(NotComputed, match="client was closed; stopped after 0 of 7 cases"):
+        swept(7, client)
     for count, data in far.items():
         assert set(data["outcome"].values) == {"completed"}
         assert data.identical(swept(count, "threads"))
@@ -431,3 +439,17 @@ def test_a_record_beyond_the_limit_is_refused_before_the_first_case():
     with pytest.warns(DoubtfulResult, match="1 of 2 cases"):
         data = hc.sweep("single-cylinder-step", {"duration": [0.1, -1.0]}, progress=False)
     assert data.outcome.values.tolist() == ["completed", "invalid-input"]
+
+
+def test_a_machine_whose_file_was_changed_is_no_other_machine(tmp_path):
+    """The cases read the file; `simulate` takes the machine as it was loaded."""
+    file = tmp_path / "mine.toml"
+    text = hc.load_machine("single-cylinder").to_toml()
+    file.write_text(text)
+    rig = hc.load_machine(file, {"supply.pressure": "130 bar"})
+    options = {"machine": rig, "duration": 0.1, "overrides": {"supply.tank-pressure": "2 bar"}, "progress": False}
+    assert (hc.sweep(RIG, {"payload.mass": [50.0]}, **options).outcome == "completed").all()
+    assert 'bore = "50 mm"' in text
+    file.write_text(text.replace('bore = "50 mm"', 'bore = "60 mm"'))
+    with pytest.raises(InputError, match="mine.toml was changed after this machine was loaded"):
+        hc.sweep(RIG, {"payload.mass": [50.0]}, **options)

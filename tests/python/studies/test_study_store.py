@@ -278,7 +278,7 @@ def test_a_cluster_that_lost_all_workers_ends_the_study(bench, tmp_path, monkeyp
 
 def test_no_change_escapes_when_a_study_is_resumed(bench, tmp_path):
     rows = bench.changed(tmp_path)
-    assert len(rows) == 6 and all(row["resumed"] and row["refused"] for row in rows), rows
+    assert len(rows) == 12 and all(row["resumed"] and row["refused"] for row in rows), rows
 
 
 def test_a_full_disk_is_one_error(bench, tmp_path):

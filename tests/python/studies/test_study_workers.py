@@ -142,6 +142,17 @@ def test_a_function_that_hangs_is_ended(monkeypatch):
     assert "was ended" in data.message.values[1]
 
 
+@pytest.mark.parametrize("scheduler", ["threads", "processes"])
+def test_measures_count_for_the_limit(scheduler):
+    def slow(run):
+        time.sleep(1.5 if run.data.attrs["payload"] == 60.0 else 0.0)
+        return 1.0
+
+    data = rig_study(measures=[slow], scheduler=scheduler, time_limit=1.0)
+    assert data.outcome.values.tolist() == ["completed", "time-limit", "completed", "completed"]
+    assert "its measures were not" in data.message.values[1] and np.isnan(data["slow"].values[1])
+
+
 @pytest.mark.parametrize("limit", [0.0, -1, True, "3 kg", float("nan"), float("inf")])
 def test_limits_are_times(limit):
     with pytest.raises(InputError, match="time_limit"):
