@@ -31,6 +31,10 @@ def front_page() -> None:
     run.plot("lift", path=FOLDER / "lift.png")
 
 
+def excavator() -> None:
+    hc.simulate("excavator-swing").animate(FOLDER / "excavator.gif", fps=10, speed=1.5)
+
+
 def of_how_to() -> None:
     write(hc.plots.circuit(hc.load_machine("rottne-f9-mobile")), FOLDER / "circuit.png")
 
@@ -54,6 +58,7 @@ def of_page(page: Path) -> None:
 
 if __name__ == "__main__":
     front_page()
+    excavator()
     of_how_to()
     drive_the_tip.draw_all(FOLDER)
     machine_file.draw_all(FOLDER)
