@@ -30,6 +30,8 @@ _CHANGE = 0.01
 _STEPS = 4
 # Poses of a map that are computed together.
 _BLOCK = 2**16
+# Turn of a joint by which its pivot is found, rad; way of one that slides, m.
+_TURN = 0.5
 # Lengths below this are zero, m.
 _NEAR = 1e-6
 
@@ -133,7 +135,7 @@ class LoadChart:
     @cached_property
     def _extent(self) -> Array:
         """(2, 2) lowest and highest x and z of the tip, m."""
-        outline = np.concatenate([self.machine.tip(_line(self.machine)), *self.machine.workspace()])
+        outline = np.concatenate([self.machine.tip_in_plane(_line(self.machine)), *self.machine.workspace()])
         return np.stack([outline.min(axis=0), outline.max(axis=0)], axis=-1)
 
     @cached_property
@@ -177,17 +179,18 @@ class LoadChart:
 class Places:
     """The payload at places of the tip, over poses in which all joints but two take `coarse` values.
 
-    The first joint rotates the rest about a fixed point, or moves it along a line. It remains to find the point of a
-    curve, along which one of the other joints moves, with the right distance from that point or line.
+    The first joint in the plane rotates the rest about a fixed point, or moves it along a line. It remains to find the
+    point of a curve, along which one of the other joints moves, with the right distance from that point or line.
     """
 
     def __init__(self, machine: Machine, ceiling: float, fine: int, coarse: int) -> None:
         self.machine, self.ceiling = machine, ceiling
-        self._turning = machine.joint_units[0] == "rad"
+        self._first = int(machine.core.slews)
+        self._turning = machine.joint_units[self._first] == "rad"
         self._pivot, self._along = _pivot(machine) if self._turning else _rail(machine)
-        count = len(machine.joint_names)
-        self._curves = [curve for moved in range(1, count) for curve in _curves(machine, moved, fine, coarse)]
-        self._one_joint = count == 1
+        others = range(self._first + 1, len(machine.joint_names))
+        self._curves = [curve for moved in others for curve in _curves(machine, moved, fine, coarse)]
+        self._one_joint = not self._curves
 
     def payload(self, points: Array) -> Array:
         """(...) kg at places (..., 2), m: of the pose that holds most, 0 where none holds itself; NaN out of reach.
@@ -200,12 +203,12 @@ class Places:
             self._raise(best, flat, curve)
         if self._one_joint:
             everywhere = np.arange(len(flat))
-            self._keep(best, everywhere, np.broadcast_to(self.machine.home, (len(flat), 1)), flat)
+            self._keep(best, everywhere, np.tile(self.machine.home, (len(flat), 1)), flat)
         return np.where(np.isfinite(best), best, np.nan).reshape(points.shape[:-1])
 
     def _raise(self, best: Array, places: Array, curve: Array) -> None:
         """Raise `best` (p,) to what poses between those of a curve (s, n) hold with the tip at `places` (p, 2)."""
-        here, wanted = self._distance(self.machine.tip(curve)), self._distance(places)
+        here, wanted = self._distance(self.machine.tip_in_plane(curve)), self._distance(places)
         beyond = here > wanted[:, None]
         place, piece = np.nonzero(beyond[:, 1:] != beyond[:, :-1])
         if not place.size:
@@ -215,29 +218,30 @@ class Places:
         for _ in range(_STEPS):
             share = (misses[0] / (misses[0] - misses[1]))[:, None]
             pose = ends[0] * (1 - share) + ends[1] * share
-            miss = self._distance(self.machine.tip(pose)) - wanted[place]
+            miss = self._distance(self.machine.tip_in_plane(pose)) - wanted[place]
             first = (miss > 0) == (misses[0] > 0)
             for side, chosen in ((0, first), (1, ~first)):
                 ends[side][chosen], misses[side][chosen] = pose[chosen], miss[chosen]
         self._keep(best, place, pose, places[place])
 
     def _keep(self, best: Array, place: np.ndarray, poses: Array, wanted: Array) -> None:
-        """Set the first joint of `poses` (k, n) such that the tip is at `wanted` (k, 2), and raise `best` there."""
-        low, high = self.machine.joint_limits[0]
-        tip, poses = self.machine.tip(poses), poses.copy()
+        """Set that joint of `poses` (k, n) such that the tip is at `wanted` (k, 2), and raise `best` there."""
+        low, high = self.machine.joint_limits[self._first]
+        tip, poses = self.machine.tip_in_plane(poses), poses.copy()
+        joint = poses[:, self._first]
         if self._turning:
             turn = [np.arctan2(*(point - self._pivot).T[::-1]) for point in (wanted, tip)]
             # The coordinate within the limits, of those that are a turn apart.
-            first = poses[:, 0] + float(self._along[0]) * (turn[0] - turn[1])
-            poses[:, 0] = low - _NEAR + np.mod(first - low + _NEAR, 2 * np.pi)
+            first = joint + float(self._along[0]) * (turn[0] - turn[1])
+            joint[:] = low - _NEAR + np.mod(first - low + _NEAR, 2 * np.pi)
         else:
-            poses[:, 0] += (wanted - tip) @ self._along
-        inside = (poses[:, 0] >= low - _NEAR) & (poses[:, 0] <= high + _NEAR)
-        poses[:, 0] = np.clip(poses[:, 0], low, high)
-        inside &= np.linalg.norm(self.machine.tip(poses) - wanted, axis=-1) < 1e-3
-        place, tip = place[inside], wanted[inside]
-        payload = np.nan_to_num(capacity(self.machine, poses[inside], self.ceiling)[0], nan=0.0)
-        permitted = ~self.machine.forbidden(tip, payload)
+            joint += (wanted - tip) @ self._along
+        inside = (joint >= low - _NEAR) & (joint <= high + _NEAR)
+        np.clip(joint, low, high, out=joint)
+        inside &= np.linalg.norm(self.machine.tip_in_plane(poses) - wanted, axis=-1) < 1e-3
+        place, poses = place[inside], poses[inside]
+        payload = np.nan_to_num(capacity(self.machine, poses, self.ceiling)[0], nan=0.0)
+        permitted = ~self.machine.forbidden(self.machine.tip(poses), payload)
         np.maximum.at(best, place[permitted], payload[permitted])
 
     def _distance(self, places: Array) -> Array:
@@ -264,7 +268,8 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     """Largest payload, kg, that the cylinders hold at rest, at each position of the tip that is permitted.
 
     One side of a cylinder has the highest pressure that the supply gives and the relief valves of its port keep, the
-    other one that of the tank.
+    other one that of the tank. Of a crane that slews it is the chart in the plane of its boom, with the slewing joint at
+    home, which matters on a slope. Whether the crane tips over is not asked.
 
     Parameters
     ----------
@@ -282,7 +287,7 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     (5, 5, 3) 140 bar
     """
     machine = as_machine(machine)
-    machine.require_plane("a load chart")
+    machine.require_plane("a load chart", slewing=True)
     if not (np.isfinite(ceiling) and ceiling > 0):
         raise InputError(f"ceiling must be a payload in kg, greater than zero; got {ceiling!r}")
     grid = pose_grid(machine, samples)
@@ -292,9 +297,9 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     # Block by block, so that what is needed on the way takes no memory.
     for first in range(0, len(poses), _BLOCK):
         here = slice(first, first + _BLOCK)
-        tip[here] = machine.tip(poses[here])
+        tip[here] = machine.tip_in_plane(poses[here])
         payload[here], limiting[here] = capacity(machine, poses[here], ceiling)
-        out[here] = machine.forbidden(tip[here], np.nan_to_num(payload[here], nan=0.0))
+        out[here] = machine.forbidden(machine.tip(poses[here]), np.nan_to_num(payload[here], nan=0.0))
     payload[out], limiting[out] = np.nan, -1
     return LoadChart(
         q=grid,
@@ -319,9 +324,12 @@ def capacity(machine: Machine, poses: Array, ceiling: float) -> tuple[Array, np.
 
 
 def _curves(machine: Machine, moved: int, fine: int, coarse: int) -> Array:
-    """Curves (m, s, n) of poses along which one joint moves, the first at home, the others on a grid."""
-    axes = [np.array([machine.home[0]])]
-    for i, (low, high) in list(enumerate(machine.joint_limits))[1:]:
+    """Curves (m, s, n) of poses along which one joint moves, those up to the first in the plane at home, the others on
+    a grid.
+    """
+    fixed = 1 + int(machine.core.slews)
+    axes = list(machine.home[:fixed, None])
+    for i, (low, high) in list(enumerate(machine.joint_limits))[fixed:]:
         margin = 1e-6 * (high - low)
         axes.append(np.linspace(low + margin, high - margin, (fine if i == moved else coarse) + 1))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -329,21 +337,28 @@ def _curves(machine: Machine, moved: int, fine: int, coarse: int) -> Array:
 
 
 def _line(machine: Machine) -> Array:
-    """Poses (3, n) along the first joint, the others at home."""
+    """Poses (3, n) along the first joint in the plane, the others at home."""
+    return _beside_home(machine, 0.49 * float(np.ptp(machine.joint_limits[int(machine.core.slews)])))
+
+
+def _beside_home(machine: Machine, step: float) -> Array:
+    """Poses (3, n) at home and a step of the first joint in the plane to both sides."""
     poses = np.tile(machine.home, (3, 1))
-    poses[:, 0] = machine.home[0] + np.array([-0.49, 0.0, 0.49]) * np.ptp(machine.joint_limits[0])
+    poses[:, int(machine.core.slews)] += np.array([-step, 0.0, step])
     return poses
 
 
 def _pivot(machine: Machine) -> tuple[Array, Array]:
-    """The point (2,) about which the first joint turns the tip; +1, or -1 where a growing coordinate turns it back."""
-    poses = _line(machine)
-    tip, rate = machine.tip(poses), machine.tip_jacobian(poses)[..., 0]
-    arm = np.stack([rate[:, 1], -rate[:, 0]], axis=-1)
-    sense = min((1.0, -1.0), key=lambda sign: float(np.ptp(tip - sign * arm, axis=0).max()))
-    return (tip - sense * arm)[0], np.array([sense])
+    """The point (2,) about which that joint turns the tip; +1, or -1 where a growing coordinate turns it back."""
+    tip = machine.tip_in_plane(_beside_home(machine, _TURN))
+    # Half of the chord between both sides, turned by a quarter, lies on the line from its middle to the pivot.
+    chord, middle = 0.5 * (tip[2] - tip[0]), 0.5 * (tip[2] + tip[0])
+    across = np.array([-chord[1], chord[0]])
+    sense = np.copysign(1.0, across @ (middle - tip[1]))
+    return middle + sense * across / np.tan(_TURN), np.array([sense])
 
 
 def _rail(machine: Machine) -> tuple[Array, Array]:
-    """A point (2,) of the tip and the direction (2,) in which the first joint moves it."""
-    return machine.tip(machine.home), machine.tip_jacobian(machine.home)[:, 0]
+    """A point (2,) of the tip and the direction (2,) in which that joint moves it."""
+    tip = machine.tip_in_plane(_beside_home(machine, _TURN))
+    return tip[1], (tip[2] - tip[0]) / (2.0 * _TURN)

@@ -295,10 +295,10 @@ def mode_map(
     (3,)
     """
     machine = as_machine(machine)
-    machine.require_plane("a map of modes")
+    machine.require_plane("a map of modes", slewing=True)
     poses = pose_grid(machine, samples, inset=_END_STOPS)
-    tip = machine.tip(poses)
-    out = machine.forbidden(tip, machine.payload(payload))
+    tip = machine.tip_in_plane(poses)
+    out = machine.forbidden(machine.tip(poses), machine.payload(payload))
     found = np.full((*poses.shape[:-1], 2), np.nan)
     found[~out] = [_slowest(machine, q, payload, friction) for q in poses[~out]]
     smoothing = modes(machine, machine.home, payload=payload, friction=friction).warnings

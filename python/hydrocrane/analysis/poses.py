@@ -21,8 +21,8 @@ def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
     """Regular grid of poses (k_1, ..., k_n, n) inside the limits.
 
     The first two turning joints get `samples` points; telescopes and further joints get 3 to 8, because they matter
-    less. `inset` is the share of each range that is kept clear at both ends: exactly at a limit the inverse relations
-    may already be undefined.
+    less. A joint that slews all others has one point, home. `inset` is the share of each range that is kept clear at
+    both ends: exactly at a limit the inverse relations may already be undefined.
 
     Raises
     ------
@@ -31,17 +31,19 @@ def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
     """
     whole_number("samples", samples, 2)
     n = len(machine.joint_names)
-    full = [i for i, unit in enumerate(machine.joint_units) if unit == "rad"][:_FULL] if n > 1 else [0]
-    others = max(n - len(full), 1)
+    slewing = int(machine.core.slews)
+    turning = [i for i, unit in enumerate(machine.joint_units) if unit == "rad" and i >= slewing]
+    full = turning[:_FULL] if n > 1 else [0]
+    others = max(n - slewing - len(full), 1)
     fewer = max(3, min(samples // 6, _FEWER, round(_TOGETHER ** (1 / others))))
-    counts = [int(samples) if i in full else fewer for i in range(n)]
+    counts = [int(samples) if i in full else 1 if i < slewing else fewer for i in range(n)]
     numbers = math.prod(counts) * (n + _NUMBERS)
     if full:
         most = int(samples * (_MOST_BYTES / (8 * numbers)) ** (1 / len(full)))
         counted = f"{math.prod(counts)} poses of {n + _NUMBERS} numbers"
         check_size(f"a map with samples={samples}", numbers, counted, f"{most} samples at most", _MOST_BYTES)
-    axes = []
-    for (low, high), count in zip(machine.joint_limits, counts, strict=True):
+    axes = list(machine.home[:slewing, None])
+    for (low, high), count in zip(machine.joint_limits[slewing:], counts[slewing:], strict=True):
         margin = inset * (high - low)
         axes.append(np.linspace(low + margin, high - margin, count))
     return np.stack(np.meshgrid(*axes, indexing="ij", copy=False), axis=-1)

@@ -269,7 +269,9 @@ def modes(
     output: Output = None,
     samples: Annotated[
         int | None,
-        number("Poses per turning joint of the map; 0 draws none. Default: 16, none in space.", int, least=0),
+        number(
+            "Poses per turning joint of the map; 0 draws none. Default: 16; tilted slewing gears: none.", int, least=0
+        ),
     ] = None,
     settings: Settings = [],  # noqa: B006
 ) -> None:
@@ -286,7 +288,7 @@ def modes(
     loaded = named_machine(machine, settings)
     path = picture_path(output, f"{loaded.name}-modes.png")
     if samples is None:
-        samples = 0 if "y" in loaded.tip_axes else 16
+        samples = 0 if "y" in loaded.tip_axes and not loaded.core.slews else 16
     if samples:
         # A grid that is none is told before anything is printed.
         pose_grid(loaded, samples)

@@ -100,6 +100,18 @@ class Geometry(Shaped):
         """
         return self._over(self.core.tip, self._joints(q))
 
+    def tip_in_plane(self, q: ArrayLike) -> Array:
+        """Tip seen from the side, (..., 2) x and z, m: where the crane slews, in the plane of its boom.
+
+        Examples
+        --------
+        >>> crane = hc.load_machine("rottne-f9-forwarder")
+        >>> ahead, aside = crane.home, crane.home + [0.5, 0.0, 0.0, 0.0]
+        >>> print(np.allclose(crane.tip_in_plane(ahead), crane.tip_in_plane(aside)))
+        True
+        """
+        return self._over(self.core.tip_in_plane, self._joints(q))
+
     def tip_jacobian(self, q: ArrayLike) -> Array:
         """d(tip)/d(q), (..., 2, n); of a machine in space (..., 3, n).
 
@@ -143,13 +155,15 @@ class Geometry(Shaped):
     def workspace(self) -> list[Array]:
         """Boundary curves of the tip's reach, each (k, 2) in the inertial frame, m   (3.1.3).
 
+        Where the crane slews, those in the plane of its boom, as in :meth:`tip_in_plane`.
+
         Examples
         --------
         >>> crane = hc.load_machine("rottne-f9-lab")
         >>> print(max(curve[:, 0].max() for curve in crane.workspace()).round(2))
         4.14
         """
-        self.require_plane("the workspace")
+        self.require_plane("the workspace", slewing=True)
         return [np.asarray(curve, dtype=np.float64) for curve in self.core.workspace()]
 
     def drawing(self, q: ArrayLike) -> list[tuple[str, str, Array]]:
@@ -217,14 +231,17 @@ class Geometry(Shaped):
         """
         return tuple(self.core.tip_axes)
 
-    def require_plane(self, what: str) -> None:
+    def require_plane(self, what: str, *, slewing: bool = False) -> None:
         """Raise an error if the machine moves in space, for `what` is worked out in the plane only.
+
+        With `slewing` it may slew: a first joint about the vertical axis turns the plane of all others.
 
         Examples
         --------
         >>> hc.load_machine("rottne-f9-lab").require_plane("a load chart")
+        >>> hc.load_machine("rottne-f9-forwarder").require_plane("a load chart", slewing=True)
         """
-        if "y" in self.tip_axes:
+        if "y" in self.tip_axes and not (slewing and self.core.slews):
             raise InputError(
                 f"{what}: worked out for machines in the plane of x and z only, and {self.core.name} moves in space; "
                 "take a machine file without its joints that have an `axis`"

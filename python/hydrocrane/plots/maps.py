@@ -52,7 +52,7 @@ def workspace(machine: MachineLike) -> Figure:
     if len(machine.joint_names) > 1:
         poses = pose_grid(machine, 48)
         axes.add_collection(
-            PolyCollection(list(patches(machine.tip(poses))[0]), color=_AREA, antialiaseds=False, zorder=0.5)
+            PolyCollection(list(patches(machine.tip_in_plane(poses))[0]), color=_AREA, antialiaseds=False, zorder=0.5)
         )
     draw_boundary(axes, machine)
     draw_keep_out(axes, machine)

@@ -204,9 +204,6 @@ def test_episodes_in_space():
     "what",
     [
         lambda crane: crane.inverse_kinematics([2.0, 1.0]),
-        lambda crane: crane.workspace(),
-        lambda crane: hc.load_chart(crane, samples=3),
-        lambda crane: hc.mode_map(crane, samples=3),
         lambda crane: random_lines(crane, 1),
         lambda crane: tuning_cases(crane),
         lambda crane: benchmark(["lever"], machine=crane),
@@ -215,6 +212,39 @@ def test_episodes_in_space():
 def test_what_is_worked_out_in_the_plane_only_says_so(crane, what):
     with pytest.raises(hc.InputError, match="in the plane of x and z only"):
         what(crane)
+
+
+@pytest.mark.parametrize("what", [lambda crane: crane.workspace(), hc.load_chart, hc.mode_map])
+def test_what_is_worked_out_in_the_plane_of_the_boom_needs_a_crane_that_slews(what):
+    with pytest.raises(hc.InputError, match="in the plane of x and z only"):
+        what(hc.load_machine(NAME, {"joint.slew.axis": "(0, 0.1, 1)"}))
+
+
+@pytest.mark.parametrize("at", [0.0, 0.7])
+def test_a_crane_that_slews_has_workspace_and_load_chart_of_the_plane_of_its_boom(crane, at):
+    """Those of the same crane without its slewing gear, wherever it stands."""
+    flat = hc.load_machine("rottne-f9-lab")
+    poses = np.random.default_rng(1).uniform(*crane.joint_limits.T, (20, 4))
+    poses[:, 0] = at
+    np.testing.assert_allclose(crane.tip_in_plane(poses), flat.tip(poses[:, 1:]), atol=1e-12)
+    for mine, theirs in zip(crane.workspace(), flat.workspace(), strict=True):
+        np.testing.assert_allclose(mine, theirs, atol=1e-12)
+    chart, expected = (hc.load_chart(machine, samples=5) for machine in (crane, flat))
+    np.testing.assert_allclose(chart.payload[0], expected.payload, rtol=1e-9)
+    np.testing.assert_array_equal(chart.forbidden[0], expected.forbidden)
+    for height in ("best", "worst", 1.0):
+        np.testing.assert_allclose(chart.against_reach(height), expected.against_reach(height), rtol=1e-6)
+    modes = hc.mode_map(crane, samples=3)
+    assert modes.frequency.shape == (1, 3, 3, 3) and np.isfinite(modes.frequency).any()
+
+
+def test_a_load_of_the_chart_is_held_and_more_is_not():
+    crane = hc.load_machine("sany-sy19e")
+    chart = hc.load_chart(crane, samples=6)
+    payload, poses = chart.payload.ravel(), chart.q.reshape(-1, 4)
+    for i in np.flatnonzero((payload > 50.0) & (payload < 2000.0))[::20]:
+        assert not crane.rest(poses[i], payload=0.99 * payload[i])[1]
+        assert crane.rest(poses[i], payload=1.01 * payload[i])[1]
 
 
 @pytest.mark.parametrize("controller, overrides", [("tip", {"joint.slew.axis": "(0, 0.1, 1)"}), ("heinze-pid", {})])

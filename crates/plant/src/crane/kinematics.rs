@@ -24,11 +24,8 @@ pub trait Kinematics {
     fn tip_axes(&self) -> &'static [usize];
     /// (x, y, z) in the inertial frame, m; y is 0 in the plane.
     fn tip(&self, q: &[f64]) -> [f64; 3];
-    /// (x, z) of a tip in the plane, m.
-    fn tip_in_plane(&self, q: &[f64]) -> [f64; 2] {
-        let [x, _, z] = self.tip(q);
-        [x, z]
-    }
+    /// (x, z) of the tip seen from the side, m: where a crane slews, in the plane of its boom.
+    fn tip_in_plane(&self, q: &[f64]) -> [f64; 2];
     /// Row-major `3 x n`.
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]);
     /// No way from a joint to the tip is longer inside the joint limits, m.
@@ -37,7 +34,7 @@ pub trait Kinematics {
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 3];
     /// Centre of gravity of each moving link, (x, y, z) in the inertial frame.
     fn centres_of_gravity(&self, q: &[f64], centres: &mut [f64]);
-    /// Closed curves around the area that the tip of a chain in the plane can reach; none in space.
+    /// Closed curves around the area that the tip can reach, where a crane slews in the plane of its boom; none of another chain in space.
     fn workspace(&self) -> Vec<Vec<[f64; 2]>>;
     fn drawing(&self, q: &[f64]) -> Vec<Shape>;
 }
@@ -89,6 +86,10 @@ impl<const N: usize> Kinematics for Crane<N> {
         [tip.x, tip.y, tip.z]
     }
 
+    fn tip_in_plane(&self, q: &[f64]) -> [f64; 2] {
+        self.plant().tip_in_plane(&array::<N>(q))
+    }
+
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]) {
         let pose = self.plant().mechanics.pose(&array::<N>(q));
         for (j, column) in self.plant().tip_columns(&pose).into_iter().enumerate() {
@@ -126,10 +127,10 @@ impl<const N: usize> Kinematics for Crane<N> {
     }
 
     fn workspace(&self) -> Vec<Vec<[f64; 2]>> {
-        if self.plant().space().is_some() {
+        if self.machine.is_spatial() && !self.machine.slews() {
             return Vec::new();
         }
-        workspace::boundary(&self.plant().mechanics, &self.limit_pairs())
+        workspace::boundary(self.plant(), &self.limit_pairs())
     }
 
     fn drawing(&self, q: &[f64]) -> Vec<Shape> {

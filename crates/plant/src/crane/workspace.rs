@@ -1,8 +1,8 @@
 //! Boundary of the area that the tip can reach (thesis 3.1.3).
 
+use crate::equations::plant::Plant;
 use hydrocrane_machine::Machine;
 use hydrocrane_physics::dynamics::equations_of_motion::RigidChain;
-use hydrocrane_physics::dynamics::Mechanics;
 
 /// Points per edge of the joint rectangle.
 const POINTS: usize = 120;
@@ -23,15 +23,14 @@ pub fn forbidden(machine: &Machine, [x, z]: [f64; 2]) -> bool {
 /// Closed curves of the tip around the rectangle of the first two revolute joints, one for each combination of
 /// end positions of the other joints, and the paths of the other joints that join their corners; where the chain
 /// can stretch straight inside the limits, also the arc of full reach. A chain without two revolute joints gives
-/// the tip's path along each of its joints.
-pub fn boundary<const N: usize>(m: &Mechanics<f64, N>, limits: &[[f64; 2]; N]) -> Vec<Vec<[f64; 2]>> {
-    let revolute: Vec<usize> = (0..N).filter(|&i| m.joints[i].revolute).take(2).collect();
-    let tip = |q: &[f64; N]| {
-        let r = m.tip_position(&m.pose(q));
-        [r.x, r.z]
-    };
-    let [first, second] = revolute[..] else { return paths(limits, tip) };
-    let others: Vec<usize> = (0..N).filter(|i| !revolute.contains(i)).collect();
+/// the tip's path along each of its joints. Where a crane slews, in the plane of its boom.
+pub fn boundary<const N: usize>(plant: &Plant<f64, N>, limits: &[[f64; 2]; N]) -> Vec<Vec<[f64; 2]>> {
+    let in_plane: Vec<usize> = (0..N).filter(|&i| plant.space().is_none_or(|s| !s.stances[i].leaves_plane)).collect();
+    let revolute: Vec<usize> =
+        in_plane.iter().copied().filter(|&i| plant.mechanics.joints[i].revolute).take(2).collect();
+    let tip = |q: &[f64; N]| plant.tip_in_plane(q);
+    let [first, second] = revolute[..] else { return paths(&in_plane, limits, tip) };
+    let others: Vec<usize> = in_plane.into_iter().filter(|i| !revolute.contains(i)).collect();
     let mut curves = Vec::new();
     for combination in 0..1usize << others.len() {
         let mut q = [0.0; N];
@@ -39,7 +38,7 @@ pub fn boundary<const N: usize>(m: &Mechanics<f64, N>, limits: &[[f64; 2]; N]) -
             q[joint] = limits[joint][combination >> bit & 1];
         }
         curves.push(around(&mut q, first, second, limits, tip));
-        if let Some(straight) = stretched(m, q, first, second, limits[second]) {
+        if let Some(straight) = stretched(plant, q, first, second, limits[second]) {
             q[second] = straight;
             curves.push(sweep(&mut q, first, limits[first], tip));
         }
@@ -55,9 +54,13 @@ pub fn boundary<const N: usize>(m: &Mechanics<f64, N>, limits: &[[f64; 2]; N]) -
     curves
 }
 
-fn paths<const N: usize>(limits: &[[f64; 2]; N], tip: impl Fn(&[f64; N]) -> [f64; 2]) -> Vec<Vec<[f64; 2]>> {
+fn paths<const N: usize>(
+    joints: &[usize],
+    limits: &[[f64; 2]; N],
+    tip: impl Fn(&[f64; N]) -> [f64; 2],
+) -> Vec<Vec<[f64; 2]>> {
     let mut q: [f64; N] = hydrocrane_num::array::from_fn(|i| limits[i][0]);
-    (0..N).map(|i| sweep(&mut q, i, limits[i], &tip)).collect()
+    joints.iter().map(|&i| sweep(&mut q, i, limits[i], &tip)).collect()
 }
 
 fn sweep<const N: usize>(
@@ -93,7 +96,7 @@ fn around<const N: usize>(
 
 /// The second joint's coordinate where both rods are in line, if it lies inside its limits.
 fn stretched<const N: usize>(
-    m: &Mechanics<f64, N>,
+    plant: &Plant<f64, N>,
     mut q: [f64; N],
     first: usize,
     second: usize,
@@ -101,9 +104,9 @@ fn stretched<const N: usize>(
 ) -> Option<f64> {
     let mut bend = |coordinate: f64| {
         q[second] = coordinate;
-        let pose = m.pose(&q);
+        let pose = plant.side_view(&q);
         let elbow = pose.links[second].origin;
-        let (inner, outer) = (elbow - pose.links[first].origin, m.tip_position(&pose) - elbow);
+        let (inner, outer) = (elbow - pose.links[first].origin, plant.mechanics.tip_position(&pose) - elbow);
         (inner.x * outer.z - inner.z * outer.x, inner.dot(outer))
     };
     let (mut a, mut b) = (low, high);

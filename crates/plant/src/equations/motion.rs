@@ -31,6 +31,12 @@ impl<T: Real, const N: usize> Plant<T, N> {
         ChainPose::of(joints)
     }
 
+    /// (x, z) of the tip seen from the side, m: where a crane slews, in the plane of its boom.
+    pub fn tip_in_plane(&self, q: &[T; N]) -> [T; 2] {
+        let tip = self.mechanics.tip_position(&self.side_view(q));
+        [tip.x, tip.z]
+    }
+
     /// Mass matrix and bias force with `payload` kg at the tip.
     #[inline(always)]
     pub fn equations(&self, pose: &ChainPose<T, N>, rates: &[T; N], payload: T) -> Equations<T, N> {

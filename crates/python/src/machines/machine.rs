@@ -374,6 +374,14 @@ impl Machine {
         let all = all.chunks_exact(3 * n).flat_map(|jacobian| self.along_axes(jacobian, n)).collect();
         tensor(py, all, (self.model.tip_axes().len(), n))
     }
+    /// Whether the first joint turns all others about the vertical axis.
+    #[getter]
+    fn slews(&self) -> bool {
+        self.model.machine().slews()
+    }
+    fn tip_in_plane<'py>(&self, py: Python<'py>, q: Rows<'py>) -> Matrix<'py> {
+        matrix(py, self.over_q(py, &q, 2, |m, q, out| out.copy_from_slice(&m.tip_in_plane(q)))?, 2)
+    }
     /// The place of the tip within the joint limits that is nearest to `place`, along the axes of the tip, m.
     fn nearest_tip<'py>(&self, py: Python<'py>, place: Row<'py>) -> Vector<'py> {
         let axes = self.model.tip_axes();
