@@ -268,8 +268,8 @@ def load_chart(machine: MachineLike, *, samples: int = 50, ceiling: float = 1e5)
     """Largest payload, kg, that the cylinders hold at rest, at each position of the tip that is permitted.
 
     One side of a cylinder has the highest pressure that the supply gives and the relief valves of its port keep, the
-    other one that of the tank. Of a crane that slews it is the chart in the plane of its boom, with the slewing joint at
-    home, which matters on a slope. Whether the crane tips over is not asked.
+    other one that of the tank. Of a crane that slews it is the chart in the plane of its boom, with the slewing joint
+    at home, which matters on a slope. Whether the crane tips over is not asked.
 
     Parameters
     ----------
