@@ -55,9 +55,9 @@ CASADI = {
 
 def measure(problem: Problem) -> dict[str, Any]:
     """CPU time per call, ns, and the median ratios of pairs of runs, by machine and program."""
-    compiler = next((name for name in ("gcc", "clang", "cc") if shutil.which(name)), None)
-    if compiler is None or importlib.util.find_spec("casadi") is None:
-        raise NotAvailable("there is no C compiler, or casadi is not installed")
+    compiler = c_compiler()
+    if importlib.util.find_spec("casadi") is None:
+        raise NotAvailable("casadi is not installed")
     found: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in MACHINES:
@@ -75,17 +75,31 @@ def measure(problem: Problem) -> dict[str, Any]:
     return {"machines": found, "product": compiled(problem, states)}
 
 
+def c_compiler() -> str:
+    """A compiler that takes FLAGS."""
+    compiler = next((name for name in ("gcc", "clang", "cc") if shutil.which(name)), None)
+    if compiler is None:
+        raise NotAvailable("there is no C compiler")
+    return compiler
+
+
+def exports(machine: hc.Machine, folder: Path, compiler: str, call: str) -> dict[str, Callable[[], float]]:
+    """Programs that print the time of a call of the export, by whose elementary functions they take."""
+    source = hc.export_model(machine, folder / f"{machine.name}.c", parameters=[], outputs=[])
+    own = source.read_text(encoding="utf-8") + _driver(machine, call)
+    functions = {"libm": ["-DHYDROCRANE_LIBM"], "own functions": ["-ffp-contract=off"]}
+    return {who: _program(own, folder, [compiler, *FLAGS, *flags]) for who, flags in functions.items()}
+
+
 def _programs(machine: hc.Machine, folder: Path, compiler: str) -> dict[str, Callable[[], float]]:
     """Programs that print the time of a call, by what they call: `who: what`."""
-    source = hc.export_model(machine, folder / f"{machine.name}.c", parameters=[], outputs=[])
     codes = {"CasADi, same model": _casadi(machine.casadi(parameters=[], outputs=[]), folder)}
     if machine.name == "rottne-f9-lab":
         codes["CasADi, independent model"] = _casadi(_independent(machine), folder)
     programs = {}
     for what, call in EXPORTED.items():
-        for who, flags in (("libm", ["-DHYDROCRANE_LIBM"]), ("own functions", ["-ffp-contract=off"])):
-            own = source.read_text(encoding="utf-8") + _driver(machine, call)
-            programs[f"export, {who}: {what}"] = _program(own, folder, [compiler, *FLAGS, *flags])
+        for who, program in exports(machine, folder, compiler, call).items():
+            programs[f"export, {who}: {what}"] = program
         for who, code in codes.items():
             text = code + _driver(machine, f"static casadi_int iw[100000]; static double w[100000]; {CASADI[what]}")
             programs[f"{who}: {what}"] = _program(text, folder, [compiler, *FLAGS])

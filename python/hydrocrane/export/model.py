@@ -82,7 +82,7 @@ def export_model(
         raise InputError(f"the file of a model in {to} ends in {LANGUAGES[to]}, unlike `{file.name}`")
     if to == "matlab" and not (file.stem.isascii() and file.stem.isidentifier()):
         raise InputError(f"MATLAB names the function after its file, and `{file.stem}` is no name; use letters")
-    tape = tape_of(crane, _keys(crane, parameters), outputs, derivatives)
+    tape = _traced(crane, parameters, outputs, derivatives)
     if to == "matlab":
         text = matlab_text(tape, file.stem)
     elif to == "c":
@@ -106,13 +106,24 @@ def model_in(
         importlib.import_module(language)
     except ImportError:
         raise InputError(f"{language} is not installed; install it, `pip install {language}`") from None
-    tape = tape_of(machine, _keys(machine, parameters), outputs, True)
+    tape = _traced(machine, parameters, outputs, True)
     module = ModuleType(f"{language}_model", f"{machine.name} for {language}.")
     exec(compile(_IN_PYTHON[language](tape), f"<{machine.name} for {language}>", "exec"), module.__dict__)
     return module
 
 
-def _keys(machine: Machine, parameters: Sequence[str] | None) -> Sequence[str]:
-    if isinstance(parameters, str):
-        raise InputError(f"parameters are a list of keys; write [{parameters!r}]")
-    return [*default_keys(machine), _PAYLOAD] if parameters is None else parameters
+def _traced(
+    machine: Machine, parameters: Sequence[str] | None, outputs: Sequence[str] | None, derivatives: bool
+) -> Tape:
+    for what, given in (("parameters", parameters), ("outputs", outputs)):
+        if isinstance(given, str):
+            raise InputError(f"{what} are a list of names; write [{given!r}]")
+        if wrong := [name for name in given or () if not isinstance(name, str)]:
+            raise InputError(f"{what} are names, and {wrong[0]!r} is none; write it as the machine file does")
+    if parameters is None:
+        return tape_of(machine, [*default_keys(machine), _PAYLOAD], outputs, derivatives)
+    tape = tape_of(machine, parameters, outputs, derivatives)
+    for key in parameters:
+        if not any(name == key or name.startswith((f"{key}.", f"{key}[")) for name, _, _ in tape.parameters):
+            raise InputError(f"none of the numbers of `{key}` can be a parameter of this machine; leave it out")
+    return tape

@@ -130,6 +130,7 @@ def head(tape: Tape) -> list[str]:
     lines = [
         f"{tape.name}: {tape.title}",
         f"Written by hydrocrane {version('hydrocrane')}; SHA-256 of the machine's text begins with {tape.digest}.",
+        "hydrocrane claims no rights in this file: its licence is yours to choose.",
         "Units are SI and radians; pressures are gauge.",
     ]
     parameters = tuple((key, unit, f"{value!r} in the file") for key, value, unit in tape.parameters)

@@ -7,9 +7,12 @@ from pathlib import Path
 from hydrocrane._core_types import FunctionEntry
 from hydrocrane.export.tape import ARITHMETIC, Language, Tape, calls, head, inputs, names, wrapped
 
+# An operation of C alone.
+_OVER = "divide by a constant"
 C = Language(
     {
         **ARITHMETIC,
+        _OVER: "hydrocrane_over({0}, {1})",
         **calls("", root="sqrt", magnitude="fabs"),
         **calls("hydrocrane_", exp="exp", ln="ln", sin="sin", cos="cos", tanh="tanh"),
         "and": "{0} & {1}",
@@ -111,10 +114,20 @@ def _function(name: str, given: dict[str, int], results: list[str], function: Fu
     for letter, count in given.items():
         used = inputs(letter, function, count)
         lines += [f"    const double {letter}{i} = {letter}[{i}];" for i in used] or [f"    (void){letter};"]
-    lines += [f"    const {_TYPES[name[0]]} {name} = {text};" for name, text in C.steps(function)]
+    steps = C.steps(_over_constants(function))
+    lines += [f"    const {_TYPES[name[0]]} {name} = {text};" for name, text in steps]
     pairs = zip(results, C.results(function), strict=True)
     lines += [f"    {result} = {text};" for result, text in pairs] or ["    (void)y;"]
     return "\n".join([*lines, "}\n"])
+
+
+def _over_constants(function: FunctionEntry) -> FunctionEntry:
+    """The same with divisions by constants as an operation of their own."""
+
+    def operation(name: str, operands: list[str]) -> str:
+        return _OVER if name == "divide" and operands[1][0] in "-0123456789" else name
+
+    return [(result, operation(name, operands), operands) for result, name, operands in function[0]], function[1]
 
 
 def name_tables(tape: Tape) -> str:

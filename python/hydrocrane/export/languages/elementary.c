@@ -16,7 +16,9 @@
 #define hydrocrane_sin sin
 #define hydrocrane_cos cos
 #define hydrocrane_tanh tanh
+#define hydrocrane_over(x, constant) ((x) * (1.0 / (constant)))
 #else
+#define hydrocrane_over(x, constant) ((x) / (constant))
 /* The argument is reduced to a short interval around zero, where a polynomial does the rest. No branch, no table. */
 #define HC_ROUNDER 6755399441055744.0
 #define HC_ROUNDER_BITS 0x4338000000000000u
