@@ -123,7 +123,8 @@ class Comparison:
         return card("Run and log", self.summary().splitlines(), "print(comparison.summary())")
 
     def summary(self) -> str:
-        """A line per quantity: root mean square, largest difference, its time, samples compared and their times; then warnings.
+        """A line per quantity: root mean square, largest difference, its time, samples compared and their times; then
+        warnings.
 
         Examples
         --------

@@ -20,8 +20,8 @@ from hydrocrane.simulation.crane_parameters import CraneParameters, CraneValues
 
 # Default tolerance of the errors of a step; see docs/theory/batch.md for the resulting accuracy.
 TOLERANCE = 0.01
-# Twice the largest error of the tip there, 1.5 mm, is what a run by default settings promises; errors grow in proportion. Beyond
-# LOOSEST a step may be wrong by the scale of a state.
+# Twice the largest error of the tip there, 1.5 mm, is what a run by default promises; errors grow in proportion.
+# Beyond LOOSEST a step may be wrong by the scale of a state.
 LOOSE, LOOSEST = 0.02, 1.0
 # Cranes whose machines exist at the same time while they are reset, so that memory is bounded: a machine has 0.2 MB.
 BLOCK = 256
