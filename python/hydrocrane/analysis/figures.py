@@ -30,6 +30,10 @@ _LIGHT = 1e5
 _ROUNDED = 0.01
 # Share of its reach by which a tip may give way under the weight, because oil is compressed.
 _SAG = 0.25
+# A slide that travels so many times the way of its piston has its cylinder at more than 45 degrees, as a mean.
+_ACROSS = math.sqrt(2.0)
+# Closing flow of a hose-burst valve that never closes.
+_NEVER = "5000 l/min"
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,8 @@ def _oil(machine: Machine) -> str:
 def doubts(machine: Machine, found: Figures) -> tuple[ResultWarning, ...]:
     """What no machine of this kind has, with its cure; kind ``implausible-value``."""
     texts = [
-        *_cut(machine), *_narrow(machine), *_weak(machine, found), *_idle(machine), *_soft(machine, found)
+        *_cut(machine), *_narrow(machine), *_across(machine), *_weak(machine, found), *_idle(machine),
+        *_closing(machine), *_soft(machine, found),
     ]  # fmt: skip
     return tuple(ResultWarning("implausible-value", text, cure) for text, cure in texts)
 
@@ -187,6 +192,22 @@ def _narrow(machine: Machine) -> list[tuple[str, str]]:
             f"check the pins and lengths of cylinder.{cylinder}, the `side` of its linkage, `limits` and their units",
         ))  # fmt: skip
     return texts
+
+
+def _across(machine: Machine) -> list[tuple[str, str]]:
+    """Slides whose cylinder stands across them."""
+    widths, moved = (np.diff(limits, axis=1)[:, 0] for limits in (machine.joint_limits, machine.stroke_limits))
+    return [
+        (
+            f"joint.{joint} slides by {1e3 * width:.4g} mm, while the piston of cylinder `{cylinder}` moves by "
+            f"{1e3 * way:.4g} mm: the cylinder stands across the slide",
+            f"check joint.{joint}.direction and its unit, and the pins of cylinder.{cylinder}",
+        )
+        for joint, cylinder, unit, width, way in zip(
+            machine.joint_names, machine.cylinder_names, machine.joint_units, widths, moved, strict=True
+        )
+        if unit == "m" and width > _ACROSS * way
+    ]
 
 
 def _mirrored(machine: Machine, cylinder: int) -> float | None:
@@ -253,6 +274,27 @@ def _idle(machine: Machine) -> list[tuple[str, str]]:
         and (cylinder, other) not in held.values()
         and rests[other][machine.cylinder_names.index(cylinder)]
     ]
+
+
+def _closing(machine: Machine) -> list[tuple[str, str]]:
+    """Hose-burst valves that close in an ordinary motion, at full stroke of the valve in the middle of all ranges."""
+    words = dict(machine.core.words)
+    texts = []
+    for table in [
+        key.removesuffix(".side") for key in words if key.startswith("hose-burst.") and key.endswith(".side")
+    ]:
+        cylinder, side = words[f"{table}.cylinder"], words[f"{table}.side"]
+        i, piston = machine.cylinder_names.index(cylinder), side == "piston-side"
+        opened = machine.changed({f"{table}.closing-flow": _NEVER}).piston_speeds(machine.home)[i]
+        left = -opened[0] * machine.piston_areas[i, 0] if piston else opened[1] * machine.piston_areas[i, 1]
+        closing = float(np.asarray(machine.value(f"{table}.closing-flow").si))
+        if left > closing:
+            texts.append((
+                f"{table} closes at {6e4 * closing:.4g} l/min, and at full stroke of its valve {6e4 * left:.4g} l/min "
+                f"leave the {side} of cylinder `{cylinder}` in the middle of all ranges: it stops this motion",
+                f"check {table}.closing-flow and its unit: it lies above any flow that is wanted",
+            ))  # fmt: skip
+    return texts
 
 
 def _soft(machine: Machine, found: Figures) -> list[tuple[str, str]]:

@@ -123,19 +123,20 @@ class Comparison:
         return card("Run and log", self.summary().splitlines(), "print(comparison.summary())")
 
     def summary(self) -> str:
-        """A line per quantity: root mean square, largest difference, its time, samples compared; then warnings.
+        """A line per quantity: root mean square, largest difference, its time, samples compared and their times; then
+        warnings.
 
         Examples
         --------
         >>> run = hc.simulate("vertical-lift-open-loop", duration=0.2)
         >>> log = {"time": run.columns.time, "tip.z": run.columns["tip.z"].values + 0.001}
         >>> print(run.compare(log).summary())
-        tip.z  rms 0.001 m, largest 0.001 m at 0 s, 21 samples compared, 0 left out
+        tip.z  rms 0.001 m, largest 0.001 m at 0 s, 21 samples from 0 to 0.2 s compared, 0 left out
         """
         width = max(len(name) for name in self.differences)
         lines = [
             f"{d.name:<{width}}  rms {d.rms:.4g} {d.unit}, largest {d.maximum:.4g} {d.unit} at {d.maximum_time:.3g} s, "
-            f"{d.compared} samples compared, {d.left_out} left out"
+            f"{d.compared} samples from {d.time[0]:.4g} to {d.time[-1]:.4g} s compared, {d.left_out} left out"
             for d in self.differences.values()
         ]
         return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])

@@ -20,6 +20,9 @@ from hydrocrane.simulation.crane_parameters import CraneParameters, CraneValues
 
 # Default tolerance of the errors of a step; see docs/theory/batch.md for the resulting accuracy.
 TOLERANCE = 0.01
+# Twice the largest error of the tip there, 1.5 mm, is what a run by default promises; errors grow in proportion.
+# Beyond LOOSEST a step may be wrong by the scale of a state.
+LOOSE, LOOSEST = 0.02, 1.0
 # Cranes whose machines exist at the same time while they are reset, so that memory is bounded: a machine has 0.2 MB.
 BLOCK = 256
 # Gives the poses (m, n_joints) that m cranes start from, by their numbers and their machines.
@@ -128,6 +131,11 @@ class BatchSimulator:
         self.sample_time = positive_number("sample_time", sample_time, "seconds")
         self.step_size = self.sample_time if step is None else positive_number("step", step, "seconds")
         self.tolerance = positive_number("tolerance", tolerance, "units of the states' scales")
+        if self.tolerance > LOOSEST:
+            raise InputError(
+                f"tolerance must be at most {LOOSEST:g}, beyond which a step may be wrong by the scale of a state; got "
+                f"{tolerance!r}; {TOLERANCE:g} is usual"
+            )
         self._start_payload = None if payload is None else _masses(payload, "payload", self.n)
         self._parameters = CraneParameters(machine, self.n).changed(parameters or {}, self._chosen(None))
         workers = 0 if threads is None else whole_number("threads", threads)
@@ -175,9 +183,13 @@ class BatchSimulator:
 
     @property
     def warnings(self) -> tuple[ResultWarning, ...]:
-        """What makes cranes doubtful: ``step-too-long`` where some are :attr:`inexact`, ``command-beyond-stroke`` where
-        a command is likely in mm, and their starts at rest."""
+        """What makes cranes doubtful: a loose `tolerance`, ``step-too-long`` where some are :attr:`inexact`,
+        ``command-beyond-stroke`` where a command is likely in mm, and their starts at rest.
+        """
         found = []
+        if self.tolerance > LOOSE:
+            text = f"tolerance {self.tolerance:g} is above {LOOSE:g}: tips may be off by more than 3 mm"
+            found.append(ResultWarning("tolerance-too-loose", text, f"tighten `tolerance`: {TOLERANCE:g} is usual"))
         count = int(self.inexact.sum())
         if count:
             text = f"the error of the shortest steps exceeds the tolerance in {count} of {self.n} cranes: see `inexact`"

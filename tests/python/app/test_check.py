@@ -15,6 +15,13 @@ MINI = ROOT / "crates/machine/tests/suite/mini.toml"
 SMALL, MANY = (ROOT / f"tests/data/{name}.toml" for name in ("small-excavator", "many-parts"))
 TWO = ROOT / "tests/data/two-slides.toml"
 
+BURST = {
+    "hose-burst.lift.cylinder": "lift",
+    "hose-burst.lift.side": "piston-side",
+    "hose-burst.lift.nominal-flow": "60 l/min",
+    "hose-burst.lift.nominal-pressure-drop": "2 bar",
+}
+
 # Base, wrong values, what `check` says.
 WRONG = [
     ("rottne-f9-lab", {"supply.pressure": "5 bar"}, "cylinder.lift needs 10"),
@@ -71,6 +78,9 @@ WRONG = [
     (MINI, {"joint.arm.limits": ["-60 deg", "-58 deg"]}, "joint.arm moves by 2 deg only"),
     (MINI, {"cylinder.boom.stroke": "20 mm", "cylinder.boom.end-stop.zone": "5 mm"}, "joint.boom moves by"),
     (MINI, {"fluid.bulk-modulus": "12 MPa", "payload.mass": "500 kg"}, "would let the tip give way"),
+    (TWO, {"joint.first.direction": "1.57 deg"}, "the cylinder stands across the slide"),
+    (TWO, {"joint.second.direction": "0 deg"}, "the cylinder stands across the slide"),
+    ("rottne-f9-lab", {**BURST, "hose-burst.lift.closing-flow": "5 l/min"}, "it stops this motion"),
     (MINI, {"link.bucket.mass": "53 t", "link.bucket.inertia": "3021 kg m^2"}, "it cannot lift"),
 ]
 
@@ -88,6 +98,11 @@ def test_what_the_plant_shows_is_named(base, values, said):
 @pytest.mark.parametrize("base", [*hc.bundled_machines(), MINI])
 def test_right_machines_are_not_blamed(base):
     machine = hc.load_machine(base)
+    assert machine.warnings == doubts(machine, figures(machine)) == ()
+
+
+def test_a_hose_burst_valve_above_all_wanted_flows_is_not_blamed():
+    machine = hc.load_machine("rottne-f9-lab", {**BURST, "hose-burst.lift.closing-flow": "100 l/min"})
     assert machine.warnings == doubts(machine, figures(machine)) == ()
 
 

@@ -29,6 +29,12 @@ def test_times_in_another_unit_are_warned_of(run: hc.Run, factor: float) -> None
     assert apart["tip.z"].compared == 1 and "1 of 201 samples" in apart.summary()
 
 
+def test_the_times_compared_are_told(run: hc.Run) -> None:
+    """All samples of a log in minutes lie within the run, at its very beginning."""
+    minutes = run.compare({"time": run.columns.time / 60.0, "tip.z": run.columns["tip.z"].values})
+    assert "201 samples from 0 to 0.01667 s compared, 0 left out" in minutes.summary()
+
+
 def test_two_drives_in_one_log_are_refused(run: hc.Run) -> None:
     time, z = run.columns.time, run.columns["tip.z"].values
     with pytest.raises(hc.HydrocraneError, match="goes back"):

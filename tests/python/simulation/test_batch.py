@@ -58,6 +58,11 @@ def test_a_smaller_tolerance_is_nearer_to_the_simulator(crane):
     assert tight < 2e-5 and 5 * tight < default < 1e-3
 
 
+def test_a_loose_tolerance_is_told_of(crane):
+    assert [warning.kind for warning in hc.BatchSimulator(crane, 1, tolerance=0.5).warnings] == ["tolerance-too-loose"]
+    assert hc.BatchSimulator(crane, 1, tolerance=0.02).warnings == ()
+
+
 def test_the_size_of_the_batch_and_the_threads_do_not_matter(crane):
     u = commands(1000, 5, seed=3)
 
@@ -124,6 +129,10 @@ def test_starts_that_the_supply_does_not_hold_are_told_together(crane):
         (lambda b: hc.BatchSimulator(b.machine, 2, 0.0), "greater than zero"),
         (lambda b: hc.BatchSimulator(b.machine, 2, step=-1.0), "step must be one number greater than zero, in seconds"),
         (lambda b: hc.BatchSimulator(b.machine, 2, tolerance=0.0), "tolerance must be one number greater than zero"),
+        (
+            lambda b: hc.BatchSimulator(b.machine, 2, tolerance=2.0),
+            "tolerance must be at most 1, .* got 2.0; 0.01 is usual",
+        ),
         (lambda b: hc.BatchSimulator(b.machine, 2, payload=[1.0, 2.0, 3.0]), "or 2 of them"),
     ],
 )
