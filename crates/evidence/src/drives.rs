@@ -211,7 +211,7 @@ fn judge(course: Course, model: &dyn Model, payload: f64) -> Judged {
     let end = course.rows.last().map_or(&[][..], |row| &row[first..first + model.layout().len()]);
     let end = End {
         digest: digest(end),
-        tip: if end.is_empty() { [MOST; 2] } else { model.tip_in_plane(&end[..n]).map(figure) },
+        tip: if end.is_empty() { [MOST; 2] } else { reference::x_and_z(model, &end[..n]).map(figure) },
     };
     let beyond = beyond(&course, model, first);
     let gap = worst_gap(model, &course.signals, &course.rows);

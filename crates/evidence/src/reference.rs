@@ -52,7 +52,13 @@ pub fn tip(
     let end = beyond.map(|warning| warning.time).fold(f64::INFINITY, f64::min);
     let (all, n) = (model.layout().len(), model.layout().joints());
     let rows = done.run.times.iter().zip(done.run.states.chunks_exact(all));
-    Ok(rows.take_while(|(time, _)| **time < end).map(|(_, x)| model.tip_in_plane(&x[..n])).collect())
+    Ok(rows.take_while(|(time, _)| **time < end).map(|(_, x)| x_and_z(model, &x[..n])).collect())
+}
+
+/// (x, z) of the tip in the inertial frame, m, also of a crane that slews.
+pub fn x_and_z(model: &dyn Model, q: &[f64]) -> [f64; 2] {
+    let [x, _, z] = model.tip(q);
+    [x, z]
 }
 
 /// The drive's own start, or with the tip moved by `nudge`.
@@ -63,9 +69,9 @@ fn start(scenario: &Scenario, model: &dyn Model, nudge: Option<Nudge>) -> Initia
     let q: Vec<f64> = model.machine().joints.iter().map(|joint| at(&joint.name)).collect();
     let mut rates = vec![0.0; q.len()];
     rates[joint] = 1.0;
-    let [x, _, z] = model.tip_velocity(&q, &rates);
+    let speed = model.tip_velocity(&q, &rates).into_iter().fold(0.0, portable::hypot);
     let moved = &model.machine().joints[joint].name;
     let found = initial.joints.iter_mut().filter(|(joint, _)| joint == moved);
-    found.for_each(|(_, q)| *q += distance / portable::hypot(x, z));
+    found.for_each(|(_, q)| *q += distance / speed);
     initial
 }
