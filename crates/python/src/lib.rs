@@ -54,7 +54,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(files::path_fault, m)?)?;
     m.add_function(wrap_pyfunction!(scenario::stated_fields, m)?)?;
     m.add_function(wrap_pyfunction!(scenario::contradiction, m)?)?;
-    m.add_function(wrap_pyfunction!(scenario::refused_quantity, m)?)?;
+    m.add_function(wrap_pyfunction!(scenario::judged_quantity, m)?)?;
     m.add_function(wrap_pyfunction!(scenario::scenario_choices, m)?)?;
     m.add("PoseFault", m.py().get_type::<errors::PoseFault>())?;
     m.add("METHODS", METHODS.to_vec())?;

@@ -280,7 +280,9 @@ def _closing(machine: Machine) -> list[tuple[str, str]]:
     """Hose-burst valves that close in an ordinary motion, at full stroke of the valve in the middle of all ranges."""
     words = dict(machine.core.words)
     texts = []
-    for table in [key.removesuffix(".side") for key in words if key.startswith("hose-burst.") and key.endswith(".side")]:
+    for table in [
+        key.removesuffix(".side") for key in words if key.startswith("hose-burst.") and key.endswith(".side")
+    ]:
         cylinder, side = words[f"{table}.cylinder"], words[f"{table}.side"]
         i, piston = machine.cylinder_names.index(cylinder), side == "piston-side"
         opened = machine.changed({f"{table}.closing-flow": _NEVER}).piston_speeds(machine.home)[i]
