@@ -121,7 +121,7 @@ def _checked(what: str, text: object, fault_of: Callable[[str], str | None]) -> 
 
 
 # A study checks the same fields of its scenario in every case.
-_refused_quantity = lru_cache(256)(_core.refused_quantity)
+_judged_quantity = lru_cache(256)(_core.judged_quantity)
 
 
 @lru_cache(64)
@@ -135,10 +135,15 @@ def scenario_quantity(key: str, name: str, value: ArrayLike) -> float:
     number = value
     if type(number) is not float or not math.isfinite(number):
         number = one_number(name, value)
-    refused = _refused_quantity(key, number)
+    refused, _ = _judged_quantity(key, number)
     if refused:
         raise InputError(f"{name}: {refused}")
     return number
+
+
+def unusual_quantity(key: str, value: float) -> tuple[str, str] | None:
+    """What a scenario file with `value` (SI) at `key` is warned of, and the cure; None where it is usual."""
+    return _judged_quantity(key, float(value))[1]
 
 
 def whole_number(name: str, value: object, least: int = 1, most: int | None = None) -> int:

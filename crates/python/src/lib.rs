@@ -35,7 +35,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(machines::files::path_fault, m)?)?;
     m.add_function(wrap_pyfunction!(running::scenario::stated_fields, m)?)?;
     m.add_function(wrap_pyfunction!(running::scenario::contradiction, m)?)?;
-    m.add_function(wrap_pyfunction!(running::scenario::refused_quantity, m)?)?;
+    m.add_function(wrap_pyfunction!(running::scenario::judged_quantity, m)?)?;
     m.add_function(wrap_pyfunction!(running::scenario::scenario_choices, m)?)?;
     m.add("PoseFault", m.py().get_type::<handed::errors::PoseFault>())?;
     m.add("METHODS", METHODS.to_vec())?;

@@ -38,7 +38,7 @@ from hydrocrane.scenario.payload import payload_changes
 from hydrocrane.scenario.phases import ControllerSettings, Phase, ScenarioStage, check_values, in_order_of_time
 from hydrocrane.scenario.record_size import bytes_of, check_size, row_count
 from hydrocrane.scenario.series import MEASURED, Command, SupplyPressure, as_command, as_supply, split_table
-from hydrocrane.scenario.solver import FIXED_STEPS, Solver
+from hydrocrane.scenario.solver import FIXED_STEPS, Solver, unusual
 
 
 @dataclass(frozen=True)
@@ -195,6 +195,19 @@ class Scenario:
                     f"the phase from {phase.time:g} s on overrides `payload.mass`, but a phase does not change the "
                     f"load: give payload_changes={{{phase.time:g}: ...}} in kg"
                 )
+        object.__setattr__(self, "warnings", self._doubts())
+
+    def _doubts(self) -> tuple[ResultWarning, ...]:
+        """The warnings of its file, and those on values that Python stated; a value that is usual now has none."""
+        given = {
+            "scenario.duration": self.duration, "scenario.record-interval": self.record_interval,
+            "scenario.payload": self.payload, "controller.delay": self.delay, **self.solver.quantities,
+        }  # fmt: skip
+        found = unusual({key: value for key, value in given.items() if value is not None})
+        told = {key: [warning for warning in self.warnings if f"{key} is " in warning.text] for key in given}
+        settled = [warning for key, of in told.items() if key not in found for warning in of]
+        kept = [warning for warning in self.warnings if warning not in settled]
+        return (*kept, *(warning for key, warning in found.items() if not told[key]))
 
     def changed(self, **fields: Unpack[Changes]) -> Scenario:
         """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has.

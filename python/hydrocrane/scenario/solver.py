@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hydrocrane import _core
 from hydrocrane._core_types import SolverEntry
-from hydrocrane.arrays import scenario_quantity
+from hydrocrane.arrays import scenario_quantity, unusual_quantity
 from hydrocrane.errors import check_known
+from hydrocrane.result_warning import ResultWarning
 
 AUTO = "auto"
 METHODS = tuple(_core.METHODS)
@@ -15,6 +17,19 @@ METHODS = tuple(_core.METHODS)
 FIXED_STEPS = "hc-rosenbrock-3"
 # Factor on the tolerance of a repeat, and the tightest tolerance; with fixed steps a repeat has half the step.
 TIGHTER, TIGHTEST = 1e-2, 1e-12
+
+
+_NUMBERS = "rtol", "max_step", "atol", "step"
+
+
+def _key(name: str) -> str:
+    return f"solver.{name.replace('_', '-')}"
+
+
+def unusual(quantities: Mapping[str, float]) -> dict[str, ResultWarning]:
+    """Warnings on values (SI) that are unusual at their keys of a scenario file, as a file with them has; by key."""
+    said = {key: unusual_quantity(key, value) for key, value in quantities.items()}
+    return {key: ResultWarning("implausible-value", *texts) for key, texts in said.items() if texts}
 
 
 @dataclass(frozen=True)
@@ -47,9 +62,15 @@ class Solver:
 
     def __post_init__(self) -> None:
         check_known("method", self.method, METHODS)
-        for name in ("rtol", "max_step", "atol", "step"):
+        for name in _NUMBERS:
             if name in ("rtol", "max_step") or getattr(self, name) is not None:
-                scenario_quantity(f"solver.{name.replace('_', '-')}", name, getattr(self, name))
+                scenario_quantity(_key(name), name, getattr(self, name))
+
+    @property
+    def quantities(self) -> dict[str, float]:
+        """The numbers that are given, by their keys in a scenario file."""
+        given = {name: getattr(self, name) for name in _NUMBERS}
+        return {_key(name): float(value) for name, value in given.items() if value is not None}
 
     @property
     def entry(self) -> SolverEntry:

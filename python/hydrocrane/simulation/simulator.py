@@ -19,7 +19,7 @@ from hydrocrane.machine.sensors import SENSORS, SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.results.outcome import Outcome
 from hydrocrane.scenario.payload import PayloadChange
-from hydrocrane.scenario.solver import AUTO, Solver
+from hydrocrane.scenario.solver import AUTO, Solver, unusual
 
 
 class Simulator:
@@ -72,6 +72,7 @@ class Simulator:
         # Outcome of the last sample; None before the first reset.
         self._ended: str | None = None
         self._warnings: tuple[ResultWarning, ...] = ()
+        self._unusual = tuple(unusual(solver.quantities).values())
         check_known("kind of sensors", sensors, SENSORS)
         faults = [fault.entry for fault in sensor_faults]
         seed = seed_number(seed)
@@ -166,7 +167,7 @@ class Simulator:
             raise InputError(f"reset takes one pose or one state, got a batch of shape {start.shape[:-1]}")
         with translated():
             self._core.reset(np.ascontiguousarray(start))
-        self._ended, self._warnings = "completed", doubts
+        self._ended, self._warnings = "completed", (*self._unusual, *doubts)
         return self._sample.seen(self._core.observation)
 
     def step(self, spool_command: ArrayLike) -> Observation:

@@ -121,3 +121,23 @@ def test_a_range_that_lies_elsewhere_is_named_and_an_offset_mends_it(tmp_path):
     still = plan.changed(joystick=hc.Joystick([0.1], {"z": [0.0]}, full_speed=0.1), sensors="data-sheet", duration=0.3)
     run = hc.simulate(still)
     assert float(run.data["measured.joint.extension.q"][-1]) == pytest.approx(float(high) - 0.05, abs=5e-3)
+
+
+@pytest.mark.parametrize("seed", [1, 4, 6])
+def test_a_controller_that_takes_over_a_moving_crane_accuses_no_sensor(seed: int) -> None:
+    """Each phase has a controller of its own, whose monitor sent nothing before; the supply is turned down."""
+    rng, duration = np.random.default_rng(seed), 6.0
+    times = np.arange(0.3, duration - 0.5, 0.7)
+    x, z = rng.uniform(-1.0, 1.0, (2, len(times)))
+    stick = hc.Joystick([*times, duration - 0.5], {"x": [*x, 0.0], "z": [*z, 0.0]}, ramp=0.05)
+    turned = {3.0: {"supply.pressure": 0.4 * hc.load_machine("hiab-xs031").supply_pressure}}
+    phases = [
+        hc.Phase(time, overrides=turned.get(time, {}), controller="tip", joystick=stick) for time in (1.6, 3.0, 4.4)
+    ]
+    start = {"lift": 0.35, "tilt": -1.22, "extension": 0.3}
+    run = hc.simulate(
+        hc.Scenario(
+            machine="hiab-xs031", joints=start, controller="tip", joystick=stick, phases=phases, duration=duration
+        )
+    )
+    assert not [event.text for event in run.events if "no other reading confirms" in event.text]

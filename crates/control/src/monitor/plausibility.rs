@@ -299,7 +299,7 @@ impl<const N: usize> Monitor<N> {
     /// Where the piston of cylinder `c` can be at time `t` (s).
     fn whereabouts(&mut self, model: &ControllerModel<N>, t: f64, c: usize) -> Option<Whereabouts> {
         let known = self.whereabouts[c]?;
-        let (asked, [_, highest]) = (self.spools(c, known.t()), self.settings.pressures[c]);
+        let (asked, [_, highest]) = (self.spools(model, c, known.t()), self.settings.pressures[c]);
         self.whereabouts[c] = Some(known.until(t, &model.cylinders[c], &self.settings.trust[c], asked, highest));
         self.whereabouts[c]
     }
@@ -340,7 +340,7 @@ impl<const N: usize> Monitor<N> {
         now: &Moment,
     ) -> [OilDisplacement; 2] {
         let swung = before.earlier.map_or([0.0; 2], |(_, earlier)| [0, 1].map(|i| before.moment.p[i] - earlier.p[i]));
-        let (moments, spool) = ([&before.moment, now], self.spools(c, before.t));
+        let (moments, spool) = ([&before.moment, now], self.spools(model, c, before.t));
         oil_displacements(
             &model.cylinders[c],
             &model.fluid,
@@ -397,9 +397,10 @@ impl<const N: usize> Monitor<N> {
         Some(Passage { before, now: track, measured, oil, total: missed.map(|missed| missed.displacement()) })
     }
 
-    /// All positions that a spool can have had since `from`.
-    fn spools(&self, c: usize, from: f64) -> Interval {
-        self.sent.since(c, from - self.settings.memory[c])
+    /// All positions that a spool can have had since `from`: any until the commands from before the first sample are forgotten, since
+    /// another controller may have moved it.
+    fn spools(&self, model: &ControllerModel<N>, c: usize, from: f64) -> Interval {
+        self.sent.since(c, from - self.settings.memory[c], Interval::around(0.0, model.cylinders[c].stroke))
     }
 
     /// Which of the three estimates is outvoted, and which reading does not change while the piston moves.

@@ -56,11 +56,12 @@ impl<const N: usize> SpoolHistory<N> {
         }
     }
 
-    /// All positions that spool `c` was asked to have since `begin` (s), with the one that held then; zero before the first command.
-    pub fn since(&self, c: usize, begin: f64) -> Interval {
+    /// All positions that spool `c` was asked to have since `begin` (s), with the one that held then; `unknown` is all that somebody
+    /// else can have asked for before the first command.
+    pub fn since(&self, c: usize, begin: f64, unknown: Interval) -> Interval {
         let later = self.spans.partition_point(|span| span.from <= begin);
         let acting = match later {
-            0 => Interval::ZERO,
+            0 => unknown,
             n => self.spans[n - 1].spools[c],
         };
         self.spans.iter().skip(later).map(|span| span.spools[c]).chain([acting]).fold(Interval::NONE, Interval::joined)
@@ -71,10 +72,12 @@ impl<const N: usize> SpoolHistory<N> {
 mod tests {
     use super::*;
 
+    const UNKNOWN: Interval = Interval { low: -0.06, high: 0.06 };
+
     /// What one may ask for, from every command.
     fn exact(sent: &[(f64, f64)], begin: f64) -> Interval {
-        let acting = sent.iter().rev().find(|(t, _)| *t <= begin).map_or(0.0, |(_, spool)| *spool);
-        Interval::hull(sent.iter().filter(|(t, _)| *t > begin).map(|(_, spool)| *spool).chain([acting]))
+        let acting = sent.iter().rev().find(|(t, _)| *t <= begin).map_or(UNKNOWN, |(_, spool)| Interval::at(*spool));
+        Interval::hull(sent.iter().filter(|(t, _)| *t > begin).map(|(_, spool)| *spool)).joined(acting)
     }
 
     fn spool(k: usize) -> f64 {
@@ -90,7 +93,7 @@ mod tests {
             history.add(t, [spool(k)]);
             sent.push((t, spool(k)));
             for back in [0.0, 0.004, 0.1, 0.299, memory] {
-                assert_eq!(history.since(0, t - back), exact(&sent, t - back), "{t} {back}");
+                assert_eq!(history.since(0, t - back, UNKNOWN), exact(&sent, t - back), "{t} {back}");
             }
         }
         assert!(!history.spans.is_full());
@@ -107,7 +110,7 @@ mod tests {
                 if k % 97 == 0 {
                     let earlier = history.resolution() + period;
                     for back in [0.0, 0.3 * memory, memory] {
-                        let found = history.since(0, t - back);
+                        let found = history.since(0, t - back, UNKNOWN);
                         let (least, most) = (exact(&sent, t - back), exact(&sent, t - back - earlier));
                         assert!(found.low <= least.low && found.high >= least.high, "{memory} {period} {k}");
                         assert!(found.low >= most.low && found.high <= most.high, "{memory} {period} {k}");

@@ -2,20 +2,21 @@
 
 use super::Result;
 use crate::keys;
+use crate::model::Unusual;
 use crate::reading::reader::{Log, Reader};
 use crate::text::document::{Node, NodeKind, Place};
 use crate::text::merge::{apply_override, Override, OverrideValue};
 use std::sync::Arc;
 
 /// Refuses a quantity (SI) that a scenario file may not have at `key`, such as `controller.period` or
-/// `phase.<name>.time`.
+/// `phase.<name>.time`, and returns what a file with it is warned of.
 ///
 /// # Errors
 /// That of the reader.
 ///
 /// # Panics
 /// If no quantity is declared there.
-pub fn check_quantity(key: &str, value: f64) -> Result<()> {
+pub fn check_quantity(key: &str, value: f64) -> Result<Option<Unusual>> {
     let place = Place::Override(key.into());
     let mut tree = Node { place: place.clone(), kind: NodeKind::Table(Arc::default()) };
     // A table in which any name may stand has one.
@@ -29,7 +30,8 @@ pub fn check_quantity(key: &str, value: f64) -> Result<()> {
         [tables, _, key] => root.named_tables(tables)?.iter().try_for_each(|(_, table)| quantity(table, key)),
         _ => panic!("`{key}` is not in any table"),
     };
-    read.map_err(|error| error.at_key(key))
+    read.map_err(|error| error.at_key(key))?;
+    Ok(log.unusual().pop().map(|unusual| Unusual { key: key.into(), ..unusual }))
 }
 
 /// The choices that are declared at `key`; of a key below a table with a name of its own, `table.<name>.key`.
@@ -65,11 +67,17 @@ mod tests {
             ("phase.<name>.time", 1.0, 0.0),
             ("solver.rtol", 1e-12, f64::NAN),
         ] {
-            assert_eq!(check_quantity(key, good), Ok(()), "{key}");
+            assert_eq!(check_quantity(key, good), Ok(None), "{key}");
             let error = check_quantity(key, bad).expect_err(key);
             assert_eq!(error.key(), Some(key));
             assert!(error.cure().is_some(), "{error}");
         }
+    }
+
+    #[test]
+    fn a_value_is_doubted_as_in_a_file() {
+        let unusual = check_quantity("solver.rtol", 2.0).unwrap().expect("a warning");
+        assert_eq!((&*unusual.key, &*unusual.text), ("solver.rtol", "2; usual is 1e-12 to 0.1"));
     }
 
     #[test]

@@ -57,6 +57,7 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("mini", "cylinder.boom.end-stop.stiffness", "1e7 N/mm", "the rod itself"),
     ("rottne-f9-lab", "cylinder.jib.end-stop.stiffness", "5e9 N/m", "the rod itself"),
     ("mini", "cylinder.boom.end-stop.stiffness", "100 kN/m", "soft"),
+    ("mini", "cylinder.boom.end-stop.zone", "130 mm", "both stops together take 260 of the"),
     // cc for l, and back.
     ("mini", "cylinder.boom.dead-volume", "0.6 cc", "passage"),
     ("mini", "cylinder.boom.dead-volume", "60 l", "usual is"),
@@ -77,6 +78,9 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("mini", "valve.bucket.nominal-flow", "300 l/min", "takes 0.166 s for its stroke, and the others"),
     ("hiab-xs031", "valve.extension.nominal-flow", "4 l/min", "for its stroke, and the others"),
     ("mini", "valve.boom.overlap", "12 mm", "never open"),
+    ("mini", "valve.boom.overlap", "6 mm", "move no piston"),
+    ("mini", "valve.boom.command.dead-band", "6 mm", "move no piston"),
+    ("mini", "valve.boom.return-pressure", "12 MPa", "more than half of the supply pressure"),
     ("mini", "valve.boom.velocity-limit", "1 mm/s", "slow"),
     // Friction.
     ("mini", "friction.boom.breakaway", "340 kN", "usual is"),

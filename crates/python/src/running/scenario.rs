@@ -39,11 +39,15 @@ pub fn contradiction(
     Ok(hydrocrane_machine::scenario::contradiction(&value(one)?, unit, key, &value(other)?))
 }
 
-/// Why no scenario may have this quantity (SI) at `key`, and the cure; `None` where it may.
+/// Why no scenario may have this quantity (SI) at `key`, with the cure, or `None`; then what is unusual about it and the cure, or `None`.
 #[pyfunction]
-pub fn refused_quantity(key: &str, value: f64) -> Option<String> {
-    let error = hydrocrane_machine::scenario::check_quantity(key, value).err()?;
-    Some([Some(error.message()), error.cure()].into_iter().flatten().collect::<Vec<_>>().join("; "))
+pub fn judged_quantity(key: &str, value: f64) -> (Option<String>, Option<(String, String)>) {
+    match hydrocrane_machine::scenario::check_quantity(key, value) {
+        Ok(unusual) => (None, unusual.map(|of| (format!("{} is {}", of.key, of.text), of.cure))),
+        Err(error) => {
+            (Some([Some(error.message()), error.cure()].into_iter().flatten().collect::<Vec<_>>().join("; ")), None)
+        }
+    }
 }
 
 /// The choices that are declared at a key of scenario files.

@@ -21,7 +21,9 @@ pub fn unreached(scenario: &Scenario, machine: &Machine) -> Vec<Warning> {
         format!("{what} at {} s, after the end of the run at {} s: it never happens", short(time), short(end))
     };
     let mut texts: Vec<String> = series(scenario).filter_map(|series| series.unreached(end)).collect();
-    let phases = scenario.phases.iter().map(|phase| (format!("phase `{}` begins", phase.name), phase.time));
+    // Those of Python have no names.
+    let named = |name: &str| if name.is_empty() { "a phase begins".into() } else { format!("phase `{name}` begins") };
+    let phases = scenario.phases.iter().map(|phase| (named(&phase.name), phase.time));
     let faults =
         scenario.sensor_faults.iter().map(|fault| (format!("the sensor of `{}` fails", fault.signal), fault.from));
     let burst = |cylinder: &str, side: &str| format!("the hose to the {side} of cylinder `{cylinder}` bursts");

@@ -143,9 +143,11 @@ impl<const N: usize> Basis<'_, N> {
         };
         let pumped = self.model.pump.map_or(0.0, |pump| pump.most(tank, tank));
         let returned: f64 = (0..N).map(|c| self.model.fastest(c) * self.model.cylinders[c].chambers.area_1).sum();
-        let relieved = own.relief.pressure + pumped / own.relief.gradient;
+        // A supply that is turned down leaves the mains where they were for a moment.
+        let turned = (self.crane.machine().supply.rated / supply).max(1.0);
+        let relieved = turned * own.relief.pressure + pumped / own.relief.gradient;
         let risen = own.tank_line.as_ref().map_or(tank, |line| line.at_rest(returned + pumped));
-        Around { supply: [tank, own.highest.max(relieved)], tank: [tank, risen] }
+        Around { supply: [tank, (turned * own.highest).max(relieved)], tank: [tank, risen] }
     }
 
     /// How well the oil of cylinder `c` is known.

@@ -129,11 +129,13 @@ fn alarms(events: &[Event]) -> impl Iterator<Item = Warning> + '_ {
             _ if !first.contains(&Some(i)) => return None,
             Alarm::Oscillates => (
                 "controller-oscillates",
-                "state the true `delay` and `natural-frequency` of each valve, or a lower `control.tip.damping-ratio`",
+                "state the true `delay` and `natural-frequency` of each valve, or a lower `control.tip.damping-ratio`; a loop \
+                 that swings amplifies errors of integration: `verify` states how far the run is off",
             ),
             Alarm::Strays => (
                 "tip-off-path",
-                "correct what the text names in the machine file, fit it to a log (`hc.fit`), or drive slower with `full-speed`",
+                "correct what the text names in the machine file, fit it to a log (`hc.fit`), or drive slower with \
+                 `full-speed`; such a loop may amplify errors of integration: `verify` states how far the run is off",
             ),
         };
         Some(Warning { time: *time, kind, text: text.clone(), cure: cure.to_string() })

@@ -72,6 +72,7 @@ pub fn sections<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
         let of = &machine.cylinders[own.cylinder];
         let beside = match others.len() {
             1 => format!("the {least} l/min of valve.{}", of.valve.name),
+            _ if least == most => format!("the {least} l/min of the others at cylinder `{}`", of.name),
             _ => format!("the {least} to {most} l/min of the others at cylinder `{}`", of.name),
         };
         own.table.required("nominal-flow", "a volume flow")?.warn(

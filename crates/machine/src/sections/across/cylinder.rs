@@ -23,6 +23,8 @@ const FASTEST: f64 = 50.0;
 const WIDEST: f64 = 0.5;
 /// Into a stop the supply presses the piston by its zone; so many zones are too many.
 const ZONES: f64 = 5.0;
+/// Share of the stroke that no stops take.
+const HALF: f64 = 0.5;
 /// Of steel, Pa.
 const STEEL: f64 = 2.1e11;
 /// Of the nominal flow, through seals or closed edges at the supply pressure.
@@ -142,6 +144,18 @@ fn port<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()
 fn stop<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
     let (zone, stiffness) = (of.end_stop.zone.plain(), of.end_stop.stiffness.plain());
     let (depth, rod) = (sizes.force() / stiffness, STEEL * 0.25 * PI * sizes.rod * sizes.rod / sizes.stroke);
+    let stop = table.table("end-stop")?.expect("a cylinder with its stop");
+    if 2.0 * zone > HALF * sizes.stroke {
+        stop.required("zone", "a length")?.warn(
+            format!(
+                "large: both stops together take {} of the {} mm stroke",
+                digits(2e3 * zone),
+                digits(1e3 * sizes.stroke)
+            ),
+            "check its unit; cushions have some 20 to 50 mm".into(),
+        );
+        return Ok(());
+    }
     let text = if depth > ZONES * zone {
         format!(
             "soft: the supply presses the piston {} mm into a zone of {} mm",
@@ -153,7 +167,6 @@ fn stop<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()
     } else {
         return Ok(());
     };
-    let stop = table.table("end-stop")?.expect("a cylinder with its stop");
     stop.required("stiffness", "a stiffness")?.warn(text, "check its unit: N/m or N/mm?".into());
     Ok(())
 }

@@ -11,6 +11,8 @@ use crate::sections::Result;
 const FASTEST: f64 = 5.0;
 /// Time of a stroke at full opening beyond which nobody waits, s.
 const SLOWEST: f64 = 300.0;
+/// Share of its stroke over which no spool stays closed, and of the supply pressure that no draining port keeps.
+const HALF: f64 = 0.5;
 /// Time of the spool's own stroke, s.
 const SPOOL: f64 = 5.0;
 
@@ -25,6 +27,17 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
                 digits(1e-5 * edge)
             ),
             "check the units of both; the transition lies at some 1 to 5 bar".into(),
+        );
+    }
+    closed(table, of)?;
+    let kept = valve.meter_out.iter().flatten().map(|of| of.pressure.plain()).fold(0.0, f64::max);
+    if kept > HALF * sizes.pressure {
+        table.required("return-pressure", "pressures")?.warn(
+            format!(
+                "large: a port that drains keeps {} bar, more than half of the supply pressure",
+                digits(1e-5 * kept)
+            ),
+            "check its unit; some 5 to 30 bar keep a load from running away".into(),
         );
     }
     if let Some(limit) = valve.velocity_limit.map(T::plain) {
@@ -45,6 +58,21 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
                 digits(60e3 * valve.nominal_flow.plain())
             ),
             "check its unit, m^3/(s Pa)".into(),
+        );
+    }
+    Ok(())
+}
+
+/// A spool that is closed over more than half of its stroke; curves of its edges state as much in shares.
+fn closed<T: Number>(table: &Reader, of: &Cylinder<T>) -> Result<()> {
+    let (stroke, overlap) = (of.valve.stroke.plain(), of.valve.overlap.plain());
+    let chain = table.table("command")?.filter(|_| of.valve.command.dead_band > HALF * stroke);
+    let overlapped = (overlap > HALF * stroke).then_some(("overlap", overlap));
+    let of_chain = chain.as_ref().map(|chain| (chain, ("dead-band", of.valve.command.dead_band)));
+    for (table, (key, zone)) in overlapped.map(|found| (table, found)).into_iter().chain(of_chain) {
+        table.required(key, "a length")?.warn(
+            format!("large: {} of the {} mm of spool stroke move no piston", digits(1e3 * zone), digits(1e3 * stroke)),
+            "check the units of both; spools overlap by some 5 to 25 % of their stroke".into(),
         );
     }
     Ok(())
