@@ -106,7 +106,7 @@ def paces(counts: tuple[tuple[int, float], ...], *, rounds: int = 3) -> list[dic
 
 # --- killed and resumed ---------------------------------------------------------------------------------------------
 
-# Where every case that is computed leaves its payload; read where it is written, so that it is no part of the study.
+# Where every case that is computed leaves its payload: the same file in each life, for it is a part of the study.
 JOURNAL = "SWEEP_JOURNAL"
 
 
@@ -131,7 +131,7 @@ def killed(
     folder.mkdir()
     store, lives, known = folder / "killed.zarr", [], set()
     for number in range(kills + 1):
-        log = folder / f"life-{number}.log"
+        log = folder / "life.log"
         command = [sys.executable, __file__, "--live", str(store), "--scheduler", scheduler]
         began = time.perf_counter()
         child = subprocess.Popen(
@@ -142,6 +142,7 @@ def killed(
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
         computed = np.fromfile(log, dtype=np.float64)
+        log.unlink()
         done = _done(store)
         lives.append(
             {
@@ -156,7 +157,7 @@ def killed(
         known = done
     place = folder / "undisturbed.zarr"
     command = [sys.executable, __file__, "--live", str(place), "--cases", str(cases), "--duration", str(duration)]
-    child = subprocess.Popen(command, env={**os.environ, JOURNAL: os.devnull})
+    child = subprocess.Popen(command, env={**os.environ, JOURNAL: str(folder / "life.log")})
     _, _, usage = os.wait4(child.pid, 0)
     child.returncode = 0
     undisturbed, resumed = hc.open_study(place), hc.open_study(store)

@@ -94,6 +94,8 @@ _OPEN = {
         "os.getenv": os.getenv,
     }.items()
 }
+# Of these what is asked of the environment counts, where its name stands in the code.
+_ENVIRONMENT = {id(os.environ), id(os.getenv)}
 _LIBRARIES = {
     *(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")),
     *site.getsitepackages(),
@@ -175,7 +177,8 @@ class _Walk:
             self._put(content_of(text))
 
     def _object(self, value: object) -> None:
-        _check_closed(value)
+        if id(value) in _OPEN:
+            raise _Unknown(f"it uses {_OPEN[id(value)]}, which leads to what cannot be told before it runs")
         if isinstance(value, Machine):
             self._put("machine", value.core.resolved)
         elif isinstance(value, Record):
@@ -293,26 +296,32 @@ class _Walk:
         self.take(value.__code__)
         if _in_library(str(value.__globals__.get("__file__", ""))):
             return
-        for name, reads in sorted(set(_names(value.__code__))):
+        for name, reads, kind, word in sorted(set(_names(value.__code__))):
             found = value.__globals__.get(name, vars(builtins).get(name))
+            argument = value.__globals__.get(word) if kind in _LOADS else word if kind == "LOAD_CONST" else ""
             self._put("global", name)
-            self._named(found, reads)
+            self._named(found, reads, argument)
         package = str(value.__globals__.get("__package__") or "")
         for name, parts in _imports(value.__code__):
             self._put("import", name)
             self._imported(name, parts, package)
 
-    def _named(self, value: object, reads: tuple[str, ...]) -> None:
-        """A global of which these attributes are read in turn; of one's own modules only what is read counts."""
+    def _named(self, value: object, reads: tuple[str, ...], argument: object = "") -> None:
+        """A global of which these attributes are read in turn, and what follows; of one's own modules only what is
+        read counts."""
         for part in reads:
             if not isinstance(value, ModuleType):
                 break
             if _is_library(value.__name__):
-                _check_closed(vars(value).get(part))
+                if id(found := vars(value).get(part)) in _OPEN:
+                    value = found
                 break
             self._put(part)
             value = getattr(value, part, None)
-        self.take(value)
+        if argument and isinstance(argument, str) and id(value) in _ENVIRONMENT:
+            self._put("environment", argument, dict(os.environ).get(argument))
+        else:
+            self.take(value)
 
     def _imported(self, name: str, parts: tuple[str, ...], package: str) -> None:
         """What a function imports when it runs: these parts of a module, or all of it."""
@@ -335,13 +344,16 @@ class _Walk:
         self._each("constants", value.co_consts)
 
 
-def _names(code: CodeType) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Globals that a function names, each with the attributes that are read of it at once; with functions in it."""
+def _names(code: CodeType) -> Iterator[tuple[str, tuple[str, ...], str, str]]:
+    """Globals that a function names, with the attributes that are read of each at once; what is loaded next, and its
+    name or text."""
     steps = _steps(code)
     for i, step in enumerate(steps):
         if step.opname in _LOADS:
-            reads = itertools.takewhile(lambda later: later.opname in _READS, itertools.islice(steps, i + 1, None))
-            yield step.argval, tuple(later.argval for later in reads)
+            later = itertools.islice(steps, i + 1, None)
+            reads = tuple(read.argval for read in itertools.takewhile(lambda read: read.opname in _READS, later))
+            after = steps[i + 1 + len(reads)]
+            yield step.argval, reads, after.opname, after.argval if isinstance(after.argval, str) else ""
     for inner in _inner(code):
         yield from _names(inner)
 
@@ -357,7 +369,7 @@ def _imports(code: CodeType) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _steps(code: CodeType) -> list[dis.Instruction]:
-    return [step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG"]
+    return [step for step in dis.get_instructions(code) if step.opname not in ("EXTENDED_ARG", "PUSH_NULL")]
 
 
 def _inner(code: CodeType) -> Iterator[CodeType]:
@@ -374,11 +386,6 @@ def _content(cell: object) -> object:
 def _listed(part: object) -> object:
     """Lists in place of iterators, which can be walked once."""
     return list(part) if hasattr(type(part), "__next__") else part  # type: ignore[call-overload]
-
-
-def _check_closed(value: object) -> None:
-    if id(value) in _OPEN:
-        raise _Unknown(f"it uses {_OPEN[id(value)]}, which leads to what cannot be told before it runs")
 
 
 def _of_library(value: object) -> bool:

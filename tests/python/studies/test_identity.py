@@ -40,6 +40,8 @@ class Proportional:
 
 
 OFFSET = 1.0
+# A variable of the environment.
+NAME = "GAIN"
 
 
 def helper(run):
@@ -265,7 +267,9 @@ def test_a_run_is_the_same_however_long_it_took():
 def test_what_leads_anywhere_is_not_known():
     function = np.frompyfunc(lambda x: x, 1, 1)
     for own, told in (
-        (lambda run: float(os.environ["GAIN"]), "os.environ"),
+        (lambda run: float(os.environ[str(run)]), "os.environ"),
+        (lambda run: os.environ, "os.environ"),
+        (lambda run: os.getenv(str(run)), "os.getenv"),
         (lambda run: eval("OFFSET"), "eval"),
         (lambda run: function(1.0), "ufunc"),
         (lambda run: len({threading.Lock()} | held), "lock"),
@@ -273,6 +277,20 @@ def test_what_leads_anywhere_is_not_known():
         held = {threading.Lock()}
         assert UNKNOWN in fingerprint(own) and told in fingerprint(own), told
     assert UNKNOWN not in fingerprint(lambda run: os.path.join("a", "b") + str(np.sin(0.0)))
+
+
+def test_the_environment_counts_where_its_names_stand(monkeypatch):
+    for own in (
+        lambda run: os.environ["GAIN"],
+        lambda run: os.environ.get("GAIN", "1"),
+        lambda run: os.getenv("GAIN"),
+        lambda run: os.environ[NAME],
+    ):
+        seen = []
+        for gain in ("1", "2", "1"):
+            monkeypatch.setenv("GAIN", gain)
+            seen.append(fingerprint(own))
+        assert seen[0] == seen[2] != seen[1] and UNKNOWN not in seen[0]
 
 
 SCRIPT = """
