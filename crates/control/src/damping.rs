@@ -225,7 +225,6 @@ impl<const N: usize> Damping<N> {
         let (torque, reach) = (excess.map(|excess| modes.of_torque(excess)), modes.reach(posture));
         let (mut s, mut r, mut b, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         self.halved = false;
-        let lag = answers.iter().fold(0.0, |lag: f64, answer| lag.max(answer.lag));
         for m in 0..N {
             let omega = modes.frequency[m];
             let angle = omega * g.period;
@@ -238,8 +237,14 @@ impl<const N: usize> Damping<N> {
             let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
             let turned_by = turn(angle);
             let (of_motion, shares) = modes.of_each_joint(m);
-            let doubt = Doubt { promised: g.share * LATE, faster: modes.faster[m].max(DOUBT), lag: lag / g.period };
-            let late = doubt.shift(angle);
+            // Of the fastest that the mode can be: its turn in a period, how much farther it lags behind a valve than at `omega`, and the error
+            // of its phase where a command is as late as promised and the law takes it to be `late`, in periods.
+            let (faster, promised) = (modes.faster[m].max(DOUBT), g.share * LATE);
+            let fastest = (1.0 + faster) * angle;
+            let behind = answers.iter().map(|answer| answer.valve.further_behind(omega, faster)).fold(0.0, f64::max);
+            let error = |late: f64| fastest * (promised - late) + behind;
+            // One that is on time is wrong by no more than half of the promise.
+            let late = ((error(0.0) - BORNE) / fastest).clamp(0.0, 0.5 * promised);
             let pushed = (given[m] + late * (before[m] - given[m])) / omega;
             let (seen, innovation) = seen.next(angle, turned_by, pushed, torque.map(|torque| -torque[m] / square));
             let [sent, next, last] = turned(angle, answers, &self.coming, &of_motion, &shares);
@@ -254,7 +259,7 @@ impl<const N: usize> Damping<N> {
             let swing = (speed, at_tip * g.period * given[m]);
             self.halved |= stood < SHOWS && self.watches[m].look(swing, noise, pace, omega, g.period);
             // What the valves pass of it is limited.
-            let largest = g.share * most(doubt.late(angle, late)) / (g.period * size);
+            let largest = g.share * MOST.min(MARGIN * (FAST - error(late))).max(0.0) / (g.period * size);
             let gain = (2.0 * g.ratio * omega).min(largest) * self.watches[m].trust;
             let low = gain.min(borne::<N>(g, noise / (NOISE * MEDIAN)));
             w[m] = (gain * beyond(quiet)).max(low * beyond(g.quiet)) * ahead;
@@ -312,39 +317,9 @@ impl DampingGains {
     }
 }
 
-/// Largest gain per period for a mode whose phase may be wrong by `error`, rad.
-fn most(error: f64) -> f64 {
-    MOST.min(MARGIN * (FAST - error)).max(0.0)
-}
-
 /// Gain (1/s) with which `noise` (m/s, deviation) leaves `N` modes together half of the quiet speed.
 fn borne<const N: usize>(gains: DampingGains, noise: f64) -> f64 {
     (gains.quiet / noise).square() / (2.0 * N as f64 * gains.period)
-}
-
-/// What makes the phase of a mode doubtful.
-#[derive(Debug, Clone, Copy)]
-struct Doubt {
-    /// How late commands may act, in periods.
-    promised: f64,
-    /// Share by which the mode can be faster than on its oil alone.
-    faster: f64,
-    /// Mean lag of the valves, in periods.
-    lag: f64,
-}
-
-impl Doubt {
-    /// Error of the phase of a mode that turns by `angle` in a period where a command is as late as promised and the law takes it to be `shift`
-    /// late, in periods; rad.
-    fn late(&self, angle: f64, shift: f64) -> f64 {
-        angle * ((1.0 + self.faster) * (self.promised - shift) + self.faster * self.lag)
-    }
-
-    /// How late the law takes commands to be, in periods: so much that this error is BORNE at most, and never more than half of the promise,
-    /// which one that is on time is wrong by.
-    fn shift(&self, angle: f64) -> f64 {
-        ((self.late(angle, 0.0) - BORNE) / (angle * (1.0 + self.faster))).clamp(0.0, 0.5 * self.promised)
-    }
 }
 
 /// Poles of the observer for a mode that turns by `angle` in a period: a double one for the oscillation, one for the offset.
