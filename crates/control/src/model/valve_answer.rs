@@ -25,9 +25,18 @@ pub struct ValveDynamics {
 hydrocrane_num::stored!([] ValveDynamics { delay: f64, natural_frequency: f64, damping_ratio: f64 });
 
 impl ValveDynamics {
-    /// Mean time from a command to its effect, s.
+    /// Mean time from a command to the middle of its effect beyond that of a valve without any lag, s.
     pub fn lag(&self) -> f64 {
         self.delay + 2.0 * self.damping_ratio / self.natural_frequency
+    }
+
+    /// By how much more an oscillation that is `faster` than `omega` (rad/s) by this share lags behind the valve than one of `omega`, rad.
+    pub fn further_behind(&self, omega: f64, faster: f64) -> f64 {
+        let x = omega / self.natural_frequency;
+        let (y, swing) = ((1.0 + faster) * x, 2.0 * self.damping_ratio);
+        // Of (1 - x^2 + i swing x)* (1 - y^2 + i swing y).
+        let (im, re) = (swing * (y - x) * (1.0 + x * y), (1.0 - x * x) * (1.0 - y * y) + swing * swing * x * y);
+        faster * omega * self.delay + portable::atan2(im, re)
     }
 
     /// How far the spool swings beyond a step, as a share of it.
@@ -89,8 +98,7 @@ impl ValveDynamics {
 pub struct ValveAnswer {
     shares: [f64; MOST],
     count: usize,
-    /// Mean time from a command that is sent to the middle of its effect beyond that of a valve without any lag, s.
-    pub lag: f64,
+    pub valve: ValveDynamics,
 }
 
 impl ValveAnswer {
@@ -108,7 +116,7 @@ impl ValveAnswer {
                 0.0
             }
         });
-        ValveAnswer { shares, count, lag: valve.lag() }
+        ValveAnswer { shares, count, valve: *valve }
     }
 }
 
@@ -238,7 +246,7 @@ mod tests {
             }
             // The mean time is the lag of the valve.
             let mean: f64 = answer.shares.iter().enumerate().map(|(i, share)| share * i as f64 * PERIOD).sum();
-            assert!((mean - answer.lag).abs() < 0.02 * answer.lag + 0.02 * PERIOD, "{valve:?} {mean}");
+            assert!((mean - answer.valve.lag()).abs() < 0.02 * answer.valve.lag() + 0.02 * PERIOD, "{valve:?} {mean}");
         }
     }
 
@@ -268,6 +276,30 @@ mod tests {
             }
             let off = z - turned_on;
             assert!(off.re.abs() < 1e-9 && off.im.abs() < 1e-9, "{valve:?} {off:?}");
+        }
+    }
+
+    #[test]
+    fn a_faster_oscillation_lags_further_behind_by_the_phase_of_the_valve() {
+        // The inverse of the valve, e^(i w d) (1 - x^2 + 2 i zeta x), by many small turns.
+        let at = |valve: &ValveDynamics, omega: f64| {
+            let x = omega / valve.natural_frequency;
+            let (sine, cosine) = (omega * valve.delay).sin_cos();
+            Complex::new(cosine, sine) * Complex::new(1.0 - x * x, 2.0 * valve.damping_ratio * x)
+        };
+        for valve in valves() {
+            for (omega, faster) in [(8.0, 0.1), (30.0, 0.1), (60.0, 0.5), (90.0, 0.1)] {
+                let steps = 1000;
+                let turned: f64 = (0..steps)
+                    .map(|k| {
+                        let [now, next] = [k, k + 1].map(|k| omega * (1.0 + faster * f64::from(k) / f64::from(steps)));
+                        let (now, next) = (at(&valve, now), at(&valve, next));
+                        (next.im * now.re - next.re * now.im).atan2(next.re * now.re + next.im * now.im)
+                    })
+                    .sum();
+                let further = valve.further_behind(omega, faster);
+                assert!((further - turned).abs() < 1e-9, "{valve:?} {omega} {further} {turned}");
+            }
         }
     }
 

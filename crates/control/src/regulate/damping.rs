@@ -68,7 +68,7 @@ const DYING: f64 = 0.3;
 const SHOWS: f64 = 30.0;
 
 /// Whether a mode dies out while the valves damp it, but for what the motion asked for excites: a stop at once makes it as fast as the tip was.
-/// Where it does not, the valves keep it going.
+/// Where it does not, and what they gave is enough for that in the worst phase, they keep it going.
 #[derive(Debug, Clone, Copy)]
 struct Watch {
     /// Share of the gain that is left.
@@ -77,6 +77,8 @@ struct Watch {
     before: f64,
     largest: f64,
     moved: [f64; 2],
+    /// What the valves gave to the mode in this window, as a speed of the tip that turns with the mode, m/s.
+    given: Complex<f64>,
     /// How long this window is to last, s.
     left: f64,
     /// Whether the swing has gone on from the window before the last one to the last one.
@@ -84,14 +86,22 @@ struct Watch {
 }
 
 impl Watch {
-    const NEW: Watch =
-        Watch { trust: 1.0, before: f64::INFINITY, largest: 0.0, moved: [0.0; 2], left: f64::INFINITY, went_on: false };
+    const NEW: Watch = Watch {
+        trust: 1.0,
+        before: f64::INFINITY,
+        largest: 0.0,
+        moved: [0.0; 2],
+        given: Complex { re: 0.0, im: 0.0 },
+        left: f64::INFINITY,
+        went_on: false,
+    };
 
-    /// Takes in the speed of the tip in a mode `omega` (rad/s), of which `quiet` can be noise, and the `pace` of the set-point, m/s;
-    /// whether the gain was halved.
-    fn look(&mut self, speed: f64, quiet: f64, pace: f64, omega: f64, period: f64) -> bool {
+    /// Takes in the speed of the tip in a mode `omega` (rad/s), of which `quiet` can be noise, what the valves `given` to the mode add to it in
+    /// this period, and the `pace` of the set-point, m/s; whether the gain was halved.
+    fn look(&mut self, (speed, given): (f64, f64), quiet: f64, pace: f64, omega: f64, period: f64) -> bool {
         let window = (WATCHED * core::f64::consts::TAU / omega).max(WATCHED_FOR);
         self.largest = self.largest.max(speed);
+        self.given = turn(omega * period) * self.given + Complex::new(given, 0.0);
         self.moved[1] = self.moved[1].max(pace);
         self.left = self.left.min(window) - period;
         if self.left > 0.0 {
@@ -99,7 +109,10 @@ impl Watch {
         }
         let excited = self.moved[0].max(self.moved[1]);
         let (told, faded) = if self.trust < 1.0 { (SWINGS, DYING) } else { (TOLD, FADED) };
-        let goes_on = self.largest > (1.0 - faded) * self.before && self.largest > told * quiet + excited;
+        // What closed valves would have taken, and what it has grown by.
+        let needed = FADED * self.before + (self.largest - self.before).max(0.0);
+        let enough = self.given.re.square() + self.given.im.square() > needed.square();
+        let goes_on = enough && self.largest > (1.0 - faded) * self.before && self.largest > told * quiet + excited;
         // Once, it may have begun late.
         let keeps_on = goes_on && self.went_on;
         // Less where it grows fast.
@@ -107,10 +120,10 @@ impl Watch {
         *self = Watch {
             trust: if keeps_on { kept * self.trust } else { self.trust },
             before: self.largest,
-            largest: 0.0,
             moved: [self.moved[1], 0.0],
             left: window,
             went_on: goes_on,
+            ..Watch::NEW
         };
         keeps_on
     }
@@ -212,7 +225,6 @@ impl<const N: usize> Damping<N> {
         let (torque, reach) = (excess.map(|excess| modes.of_torque(excess)), modes.reach(posture));
         let (mut s, mut r, mut b, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         self.halved = false;
-        let lag = answers.iter().fold(0.0, |lag: f64, answer| lag.max(answer.lag));
         for m in 0..N {
             let omega = modes.frequency[m];
             let angle = omega * g.period;
@@ -225,8 +237,14 @@ impl<const N: usize> Damping<N> {
             let seen = Seen { state: Complex::new(deflection[m], -rate[m] / omega), offset: -offset[m] / square };
             let turned_by = turn(angle);
             let (of_motion, shares) = modes.of_each_joint(m);
-            let doubt = Doubt { promised: g.share * LATE, faster: modes.faster[m].max(DOUBT), lag: lag / g.period };
-            let late = doubt.shift(angle);
+            // Of the fastest that the mode can be: its turn in a period, how much farther it lags behind a valve than at `omega`, and the error
+            // of its phase where a command is as late as promised and the law takes it to be `late`, in periods.
+            let (faster, promised) = (modes.faster[m].max(DOUBT), g.share * LATE);
+            let fastest = (1.0 + faster) * angle;
+            let behind = answers.iter().map(|answer| answer.valve.further_behind(omega, faster)).fold(0.0, f64::max);
+            let error = |late: f64| fastest * (promised - late) + behind;
+            // One that is on time is wrong by no more than half of the promise.
+            let late = ((error(0.0) - BORNE) / fastest).clamp(0.0, 0.5 * promised);
             let pushed = (given[m] + late * (before[m] - given[m])) / omega;
             let (seen, innovation) = seen.next(angle, turned_by, pushed, torque.map(|torque| -torque[m] / square));
             let [sent, next, last] = turned(angle, answers, &self.coming, &of_motion, &shares);
@@ -234,13 +252,14 @@ impl<const N: usize> Damping<N> {
             let (sent, next) = (back * sent + last * (late * given[m]), back * next);
             let size = portable::sqrt(next.re.square() + next.im.square());
             let ahead = (seen.state - sent * g.period).re_of_product(Complex::new(next.re, -next.im)) / size;
-            let speed = reach[m] * omega * portable::sqrt(seen.state.re.square() + seen.state.im.square());
-            let innovation = reach[m] * omega * innovation;
-            let [quiet, noise] = self.innovations[m].follow(innovation, turned_by.re, g);
+            let at_tip = reach[m] * omega;
+            let speed = at_tip * portable::sqrt(seen.state.re.square() + seen.state.im.square());
+            let [quiet, noise] = self.innovations[m].follow(at_tip * innovation, turned_by.re, g);
             let beyond = |quiet: f64| (speed / quiet - 1.0).clamp(0.0, 1.0);
-            self.halved |= stood < SHOWS && self.watches[m].look(speed, noise, pace, omega, g.period);
+            let swing = (speed, at_tip * g.period * given[m]);
+            self.halved |= stood < SHOWS && self.watches[m].look(swing, noise, pace, omega, g.period);
             // What the valves pass of it is limited.
-            let largest = g.share * most(doubt.late(angle, late)) / (g.period * size);
+            let largest = g.share * MOST.min(MARGIN * (FAST - error(late))).max(0.0) / (g.period * size);
             let gain = (2.0 * g.ratio * omega).min(largest) * self.watches[m].trust;
             let low = gain.min(borne::<N>(g, noise / (NOISE * MEDIAN)));
             w[m] = (gain * beyond(quiet)).max(low * beyond(g.quiet)) * ahead;
@@ -298,39 +317,9 @@ impl DampingGains {
     }
 }
 
-/// Largest gain per period for a mode whose phase may be wrong by `error`, rad.
-fn most(error: f64) -> f64 {
-    MOST.min(MARGIN * (FAST - error)).max(0.0)
-}
-
 /// Gain (1/s) with which `noise` (m/s, deviation) leaves `N` modes together half of the quiet speed.
 fn borne<const N: usize>(gains: DampingGains, noise: f64) -> f64 {
     (gains.quiet / noise).square() / (2.0 * N as f64 * gains.period)
-}
-
-/// What makes the phase of a mode doubtful.
-#[derive(Debug, Clone, Copy)]
-struct Doubt {
-    /// How late commands may act, in periods.
-    promised: f64,
-    /// Share by which the mode can be faster than on its oil alone.
-    faster: f64,
-    /// Mean lag of the valves, in periods.
-    lag: f64,
-}
-
-impl Doubt {
-    /// Error of the phase of a mode that turns by `angle` in a period where a command is as late as promised and the law takes it to be `shift`
-    /// late, in periods; rad.
-    fn late(&self, angle: f64, shift: f64) -> f64 {
-        angle * ((1.0 + self.faster) * (self.promised - shift) + self.faster * self.lag)
-    }
-
-    /// How late the law takes commands to be, in periods: so much that this error is BORNE at most, and never more than half of the promise,
-    /// which one that is on time is wrong by.
-    fn shift(&self, angle: f64) -> f64 {
-        ((self.late(angle, 0.0) - BORNE) / (angle * (1.0 + self.faster))).clamp(0.0, 0.5 * self.promised)
-    }
 }
 
 /// Poles of the observer for a mode that turns by `angle` in a period: a double one for the oscillation, one for the offset.

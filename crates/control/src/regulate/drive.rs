@@ -199,7 +199,7 @@ impl Drive {
             per_force: [0.0; 2],
             observer: Observer::at(moment.stroke),
             observing: observer::Gains::new(gains.observer, period),
-            learning: Learning::new(gains.learning, period, commanded.answer.lag),
+            learning: Learning::new(gains.learning, period, commanded.answer.valve.lag()),
             fit: NOMINAL,
             rest: None,
             motion: 0.0,
@@ -293,7 +293,7 @@ impl Drive {
     /// The cylinder when a command that is sent now will act: until then the force becomes what the reference needs, and the level of the
     /// pressures follows the spool.
     fn when_it_acts(&self) -> Moment {
-        let time = self.commanded.answer.lag + 1.0 / self.gains.pressure;
+        let time = self.commanded.answer.valve.lag() + 1.0 / self.gains.pressure;
         let ahead = Ahead { time, force: self.commanded.force_to_come(), spool: self.commanded.spool };
         self.cylinder.ahead(&self.fluid, &self.supply_pressures, &self.moment, &ahead)
     }
@@ -465,7 +465,8 @@ impl Drive {
         }
         self.fit = fit;
         // What is missing goes on missing until the command arrives.
-        let ahead = self.commanded.under_way() + self.bearable * self.commanded.answer.lag * self.observer.disturbance;
+        let ahead =
+            self.commanded.under_way() + self.bearable * self.commanded.answer.valve.lag() * self.observer.disturbance;
         let behind = d.stroke - self.observer.position - ahead;
         let motion = if d.rest {
             self.speed_at_rest(d)
