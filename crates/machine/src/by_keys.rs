@@ -3,6 +3,7 @@
 use crate::errors::{ErrorKind, MachineError};
 use crate::load::Template;
 use crate::model::{Form, Machine, Provenance, Recorded};
+use crate::nearest::suggestion;
 use crate::number::{Number, Variable};
 use crate::text::merge::OverrideValue;
 use std::ops::Range;
@@ -211,10 +212,30 @@ pub fn numbers_at<'a>(
         entry.key.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     };
     if let Some(none) = keys.iter().find(|key| !machine.provenance.iter().any(|entry| below(entry, key))) {
-        return Err(format!("the machine has no number at `{none}`, so it is no parameter"));
+        let near = suggestion(none, beside(machine, none));
+        return Err(format!("the machine has no number at `{none}`, so it is no parameter; {near}"));
     }
     let wanted = machine.provenance.iter().filter(|entry| keys.iter().any(|key| below(entry, key)));
     Ok(wanted.flat_map(elements).collect())
+}
+
+/// What the machine has in the innermost of the tables of `key` that it has.
+fn beside<'a>(machine: &'a Machine, key: &str) -> Vec<&'a str> {
+    let mut table = key;
+    loop {
+        table = table.rsplit_once('.').map_or("", |(above, _)| above);
+        let below = machine.provenance.iter().filter_map(|entry| {
+            let start = if table.is_empty() { 0 } else { table.len() + 1 };
+            let inside = entry.key.starts_with(table) && (start == 0 || entry.key[table.len()..].starts_with('.'));
+            inside.then(|| &entry.key[..entry.key[start..].find('.').map_or(entry.key.len(), |end| start + end)])
+        });
+        let mut found: Vec<&str> = below.collect();
+        found.sort_unstable();
+        found.dedup();
+        if !found.is_empty() || table.is_empty() {
+            return found;
+        }
+    }
 }
 
 fn elements(entry: &Provenance) -> Vec<(&Provenance, Option<usize>)> {

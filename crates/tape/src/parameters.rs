@@ -116,8 +116,11 @@ fn faults(chosen: &Chosen, recorded: &Recorded) -> Result<BTreeMap<usize, String
     if agrees(chosen, recorded, &all) {
         return Ok(found);
     }
-    for i in all {
-        if !agrees(chosen, recorded, &[i]) {
+    // At their own values these have a shorter formula, which is not the recorded one.
+    let decisive = |i: &usize| recorded.tape.decisive.contains(&(*i as u32));
+    for i in 0..count {
+        let moved: Vec<usize> = all.iter().copied().filter(|other| *other == i || decisive(other)).collect();
+        if !agrees(chosen, recorded, &moved) {
             found.insert(i, format!(
                 "`{}` decides which laws act, or cannot change alone, so it is no parameter; export the machine once for each value",
                 parameters[i].key

@@ -97,7 +97,7 @@ fn function(tape: &Tape, results: Vec<Operand>, names: &HashMap<Operand, String>
         }
     }
     let mut steps = Vec::new();
-    for i in depth_first(tape, &others) {
+    for i in calls_together(tape, depth_first(tape, &others)) {
         let operation = &tape.operations[i];
         let operands = operation.operands.iter().filter(|operand| **operand != Operand::None);
         let operands = operands.map(|operand| text(*operand, &names)).collect();
@@ -132,6 +132,29 @@ fn depth_first(tape: &Tape, operations: &[usize]) -> Vec<usize> {
             }
         }
     }
+    order
+}
+
+/// `order` with exponentials, logarithms and the like next to each other where none needs the other, each with what it needs before it
+/// and all else behind: compilers call them, and across a call no result stays in a register.
+fn calls_together(tape: &Tape, mut order: Vec<usize>) -> Vec<usize> {
+    let called =
+        |i: usize| matches!(tape.operations[i].kind, Kind::Exp | Kind::Ln | Kind::Sin | Kind::Cos | Kind::Tanh);
+    // Calls one after the other before each operation, at most.
+    let mut levels = vec![0; tape.operations.len()];
+    for i in &order {
+        let before = tape.operations[*i].needs().map(|at| levels[at] + usize::from(called(at)));
+        levels[*i] = before.max().unwrap_or(0);
+    }
+    let mut stages = vec![usize::MAX; tape.operations.len()];
+    for i in order.iter().rev() {
+        let mut needed = stages[*i];
+        if called(*i) {
+            (needed, stages[*i]) = (2 * levels[*i], 2 * levels[*i] + 1);
+        }
+        tape.operations[*i].needs().for_each(|at| stages[at] = stages[at].min(needed));
+    }
+    order.sort_by_key(|i| stages[*i]);
     order
 }
 

@@ -253,3 +253,20 @@ fn an_exponent_is_a_parameter_where_it_is_named_and_keeps_the_shorter_formula_el
     assert!(exported("friction").parameters.iter().all(|parameter| parameter.key != key));
     assert_eq!(exported(key).parameters[0].key, key);
 }
+
+/// Leakage from nothing decides that there is a leak, and friction has formulas of its own for two exponents.
+#[test]
+fn tables_have_the_parameters_together_that_each_has_by_itself() {
+    let (model, template) = (model("hiab-xs031"), template("hiab-xs031"));
+    let keys = |names: &[&str]| -> Vec<String> {
+        let parameters = names.iter().map(ToString::to_string).collect();
+        let request = Request { parameters, ..Request::default() };
+        let found = export(&template, model.layout(), model.output_info(), &request).expect("tables");
+        found.parameters.into_iter().map(|parameter| parameter.key).collect()
+    };
+    let each = [keys(&["cylinder"]), keys(&["friction"])];
+    assert!(each.iter().all(|keys| keys.len() > 10));
+    assert_eq!(keys(&["cylinder", "friction"]), each.concat());
+    let exponent = "friction.lift.viscous-exponent";
+    assert_eq!(keys(&[exponent, "cylinder"]), [vec![exponent.to_string()], each[0].clone()].concat());
+}
