@@ -2,13 +2,13 @@
 //! code.
 
 use hydrocrane_control::interface::controller::{Controller, Fault, Measurement, Stick};
-use hydrocrane_control::model::controller_model::ControllerModel;
-use hydrocrane_control::thesis::heinze_pid::{self, HeinzePid};
-use hydrocrane_control::lever::Lever;
 use hydrocrane_control::interface::notice::News;
-use hydrocrane_control::parameter_block::Kind;
-use hydrocrane_control::monitor::safe_state::Guarded;
 use hydrocrane_control::interface::signal::Signal;
+use hydrocrane_control::lever::Lever;
+use hydrocrane_control::model::controller_model::ControllerModel;
+use hydrocrane_control::monitor::safe_state::Guarded;
+use hydrocrane_control::parameter_block::Kind;
+use hydrocrane_control::thesis::heinze_pid::{self, HeinzePid};
 use hydrocrane_control::tip::{self, Tip};
 
 // There is no heap for the larger ones.

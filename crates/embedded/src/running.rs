@@ -4,10 +4,10 @@ use crate::named::Named;
 use crate::status::Status;
 use hydrocrane_control::interface::controller::{Controller, Measurement, Stick};
 use hydrocrane_control::interface::notice::{Cause, Notice};
-use hydrocrane_control::parameter_block::{self, memory, Refusal};
+use hydrocrane_control::interface::signal::{Signal, PER_CYLINDER};
 use hydrocrane_control::monitor::plausibility::{Kind, Monitor, Settings};
 use hydrocrane_control::monitor::safe_state::{SafeState, SensorNotice};
-use hydrocrane_control::interface::signal::{Signal, PER_CYLINDER};
+use hydrocrane_control::parameter_block::{self, memory, Refusal};
 use hydrocrane_control::reference::slow_down::{checked, LARGEST_READING};
 
 /// Says what the memory holds.
