@@ -14,4 +14,5 @@ def install() -> None:
     core = _MockModule(CORE)
     # What modules ask for while they are imported: default solvers are checked against the names of the methods.
     core.METHODS = ("auto", "rodas5p", "hc-exponential-4", "hc-rosenbrock-3", "tsit5")
+    core.judged_quantity = lambda _key, _value: (None, None)
     sys.modules[CORE] = core
