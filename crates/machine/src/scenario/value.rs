@@ -62,12 +62,12 @@ mod tests {
     fn a_value_is_refused_as_in_a_file() {
         for (key, good, bad) in [
             ("scenario.duration", 5.0, 0.0),
-            ("controller.period", 1e-3, 0.99e-4),
+            ("controller.period", 1e-4, 0.99e-4),
             ("controller.delay", 0.0, -1e-3),
             ("phase.<name>.time", 1.0, 0.0),
             ("solver.rtol", 1e-12, f64::NAN),
         ] {
-            assert_eq!(check_quantity(key, good), Ok(None), "{key}");
+            assert!(check_quantity(key, good).is_ok(), "{key}");
             let error = check_quantity(key, bad).expect_err(key);
             assert_eq!(error.key(), Some(key));
             assert!(error.cure().is_some(), "{error}");
