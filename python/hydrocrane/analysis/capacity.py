@@ -185,7 +185,7 @@ class Places:
 
     def __init__(self, machine: Machine, ceiling: float, fine: int, coarse: int) -> None:
         self.machine, self.ceiling = machine, ceiling
-        self._first = int(machine.core.slews)
+        self._first = machine.first_in_plane
         self._turning = machine.joint_units[self._first] == "rad"
         self._pivot, self._along = _pivot(machine) if self._turning else _rail(machine)
         others = range(self._first + 1, len(machine.joint_names))
@@ -327,7 +327,7 @@ def _curves(machine: Machine, moved: int, fine: int, coarse: int) -> Array:
     """Curves (m, s, n) of poses along which one joint moves, those up to the first in the plane at home, the others on
     a grid.
     """
-    fixed = 1 + int(machine.core.slews)
+    fixed = 1 + machine.first_in_plane
     axes = list(machine.home[:fixed, None])
     for i, (low, high) in list(enumerate(machine.joint_limits))[fixed:]:
         margin = 1e-6 * (high - low)
@@ -338,13 +338,13 @@ def _curves(machine: Machine, moved: int, fine: int, coarse: int) -> Array:
 
 def _line(machine: Machine) -> Array:
     """Poses (3, n) along the first joint in the plane, the others at home."""
-    return _beside_home(machine, 0.49 * float(np.ptp(machine.joint_limits[int(machine.core.slews)])))
+    return _beside_home(machine, 0.49 * float(np.ptp(machine.joint_limits[machine.first_in_plane])))
 
 
 def _beside_home(machine: Machine, step: float) -> Array:
     """Poses (3, n) at home and a step of the first joint in the plane to both sides."""
     poses = np.tile(machine.home, (3, 1))
-    poses[:, int(machine.core.slews)] += np.array([-step, 0.0, step])
+    poses[:, machine.first_in_plane] += np.array([-step, 0.0, step])
     return poses
 
 

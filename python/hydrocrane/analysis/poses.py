@@ -31,7 +31,7 @@ def pose_grid(machine: Machine, samples: int, *, inset: float = 1e-6) -> Array:
     """
     whole_number("samples", samples, 2)
     n = len(machine.joint_names)
-    slewing = int(machine.core.slews)
+    slewing = machine.first_in_plane
     turning = [i for i, unit in enumerate(machine.joint_units) if unit == "rad" and i >= slewing]
     full = turning[:_FULL] if n > 1 else [0]
     others = max(n - slewing - len(full), 1)

@@ -288,7 +288,7 @@ def modes(
     loaded = named_machine(machine, settings)
     path = picture_path(output, f"{loaded.name}-modes.png")
     if samples is None:
-        samples = 0 if "y" in loaded.tip_axes and not loaded.core.slews else 16
+        samples = 0 if "y" in loaded.tip_axes and not loaded.first_in_plane else 16
     if samples:
         # A grid that is none is told before anything is printed.
         pose_grid(loaded, samples)

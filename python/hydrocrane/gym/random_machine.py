@@ -77,9 +77,7 @@ class RandomMachine(gymnasium.Wrapper[Numbers, NDArray[np.floating], Numbers, ND
         super().__init__(env)
         crane = env.unwrapped
         if not isinstance(crane, CraneTipEnv):
-            raise InputError(
-                f"machines are drawn for a CraneTipEnv, itself or in other wrappers; got a {type(crane).__name__}"
-            )
+            raise _other_environment("CraneTipEnv", crane)
         crane.draw = DrawnParameters.of(crane.task.machine, ranges)
 
 

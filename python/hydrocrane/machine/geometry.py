@@ -231,6 +231,17 @@ class Geometry(Shaped):
         """
         return tuple(self.core.tip_axes)
 
+    @property
+    def first_in_plane(self) -> int:
+        """Index of the first joint that moves in the plane of the boom: 1 where the one before it slews all others.
+
+        Examples
+        --------
+        >>> hc.load_machine("rottne-f9-lab").first_in_plane, hc.load_machine("rottne-f9-forwarder").first_in_plane
+        (0, 1)
+        """
+        return int(self.core.slews)
+
     def require_plane(self, what: str, *, slewing: bool = False) -> None:
         """Raise an error if the machine moves in space, for `what` is worked out in the plane only.
 
@@ -241,7 +252,7 @@ class Geometry(Shaped):
         >>> hc.load_machine("rottne-f9-lab").require_plane("a load chart")
         >>> hc.load_machine("rottne-f9-forwarder").require_plane("a load chart", slewing=True)
         """
-        if "y" in self.tip_axes and not (slewing and self.core.slews):
+        if "y" in self.tip_axes and not (slewing and self.first_in_plane):
             raise InputError(
                 f"{what}: worked out for machines in the plane of x and z only, and {self.core.name} moves in space; "
                 "take a machine file without its joints that have an `axis`"

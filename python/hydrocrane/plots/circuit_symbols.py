@@ -143,7 +143,8 @@ class Sheet:
     @property
     def extent(self) -> tuple[float, float, float, float]:
         """Left, bottom, right and top of everything on it."""
-        low, high = self.boxes[:, :2].min(axis=0), self.boxes[:, 2:].max(axis=0)
+        boxes = self.boxes
+        low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
@@ -152,11 +153,12 @@ def side_by_side(sheets: Iterable[Sheet], gap: float, start: float = 0.0) -> lis
     placed: list[tuple[Sheet, float]] = []
     there = np.array([[start - gap, -np.inf, start - gap, np.inf]])
     for sheet in sheets:
-        left, bottom, _, top = sheet.boxes.T
+        boxes = sheet.boxes
+        left, bottom, _, top = boxes.T
         beside = (there[:, 1, None] < top + 0.5 * gap) & (there[:, 3, None] > bottom - 0.5 * gap)
         shift = float(np.max(np.where(beside, there[:, 2, None] + gap - left, -np.inf)))
         placed.append((sheet, shift))
-        there = np.concatenate([there, sheet.boxes + [shift, 0.0, shift, 0.0]])
+        there = np.concatenate([there, boxes + [shift, 0.0, shift, 0.0]])
     return placed
 
 

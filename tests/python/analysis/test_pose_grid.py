@@ -32,8 +32,8 @@ def test_a_map_beyond_its_memory_is_refused_with_a_size(draw, samples):
 )
 def test_the_number_of_poses_grows_with_the_square_of_the_samples_at_most(units, shape):
     limits = np.tile([0.0, 1.0], (len(units), 1))
-    core, home = SimpleNamespace(slews=False), limits.mean(axis=1)
-    machine = SimpleNamespace(joint_names=units, joint_units=units, joint_limits=limits, home=home, core=core)
+    home = limits.mean(axis=1)
+    machine = SimpleNamespace(joint_names=units, joint_units=units, joint_limits=limits, home=home, first_in_plane=0)
     assert poses.pose_grid(machine, 60).shape == (*shape, len(units))
 
 
