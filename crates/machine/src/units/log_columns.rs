@@ -65,8 +65,8 @@ pub fn split_name(text: &str) -> (&str, &str) {
 fn is_label(name: &str, unit: &str, whole: &str) -> bool {
     let name = name.trim().to_lowercase();
     let symbol = unit.trim().len() > 1 || name.chars().count() <= 3;
-    let other = TIME_NAMES.contains(&&*name) || log_unit(whole).is_err();
-    !name.is_empty() && !name.contains(['[', '(', '<']) && symbol && other
+    let likely = TIME_NAMES.contains(&&*name) || symbol && log_unit(whole).is_err();
+    !name.is_empty() && !name.contains(['[', '(', '<']) && likely
 }
 
 /// The unit of a column by what its source states beside it, or behind its name; empty if there is none.

@@ -27,6 +27,7 @@ fn units_stand_behind_names() {
         ("p1 <bar>", ("p1", "bar")),
         ("p1 <raw>", ("p1 <raw>", "")),
         ("t/s", ("t", "s")),
+        ("Zeit/s", ("Zeit", "s")),
         ("p1/bar", ("p1", "bar")),
         ("v/(m/s)", ("v", "m/s")),
         ("Kraft / kN", ("Kraft", "kN")),
