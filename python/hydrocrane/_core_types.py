@@ -61,6 +61,7 @@ class RunRecord(TypedDict):
     outcome: OutcomeEntry
     method: str
     stats: dict[str, int]
+    tip_error: float | None
     doubts: list[WarningEntry]
     stages: list[StageTable]
     samples: list[Samples]

@@ -175,9 +175,9 @@ impl Stepper {
         (GROSS_PER_SQUARE * h * h * fine * fine * fine).clamp(LEAST_GROSS, GROSS)
     }
 
-    /// Estimates the error of the state from now on, or no longer; only the error of steps by tolerance is estimated.
+    /// Estimates the error of the state from now on, or no longer; a step over a jump of a law says nothing of the others.
     pub fn follow_error(&mut self, wanted: bool) {
-        let followed = wanted && self.control == StepControl::Adaptive;
+        let followed = wanted && (self.control == StepControl::Adaptive || !self.jumps);
         self.global_error = followed.then(|| vec![0.0; self.x.len()]);
     }
 

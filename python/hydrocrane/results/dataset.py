@@ -148,4 +148,6 @@ def _run_attributes(machine: Machine, plan: Scenario, run: Recording, payload: f
     }
     if plan.solver.step is not None:
         about["solver_fixed_step"] = plan.solver.step
+    if run.tip_error is not None:
+        about["tip_error"] = run.tip_error
     return about | {f"solver_{key}": value for key, value in run.effort.items()}

@@ -74,6 +74,8 @@ class Recording:
     events : sequence of (time, text)
     error : BaseException or None
         Exception of your own controller, if it ended the run.
+    tip_error : float or None
+        How far the errors of all steps put the tip off at most, by estimate, m; ``None`` where they are not estimated.
     verification : Verification or None
     """
 
@@ -91,6 +93,7 @@ class Recording:
     samples: Sequence[Samples] = ()
     events: Sequence[tuple[float, str]] = ()
     error: BaseException | None = None
+    tip_error: float | None = None
     verification: Verification | None = None
 
     @classmethod
@@ -110,4 +113,5 @@ class Recording:
             stages=tuple(RecordedStage.of(told, machine) for told in raw["stages"]),
             samples=raw["samples"],
             events=raw["events"],
+            tip_error=raw["tip_error"],
         )

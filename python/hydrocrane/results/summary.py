@@ -19,7 +19,7 @@ def text(run: Record) -> str:
     """Outcome, effort, tip, cylinders and energy of a run."""
     if not run.columns.rows:
         return "\n".join([*_head(run), *_warnings(run)])
-    parts = (_head, _verification, _tip, _loop, _events, _cylinders, _energy, _warnings)
+    parts = (_head, _accuracy, _tip, _loop, _events, _cylinders, _energy, _warnings)
     return "\n".join(line for part in parts for line in part(run))
 
 
@@ -42,8 +42,16 @@ def _head(run: Record) -> list[str]:
     return [*lines, effort]
 
 
-def _verification(run: Record) -> list[str]:
-    return [] if run.verification is None else [f"  accuracy   {run.verification}"]
+def _accuracy(run: Record) -> list[str]:
+    """How far the run is off: by a tighter repeat, by estimate, or that nobody knows."""
+    about = run.columns.attrs
+    if run.verification is not None:
+        return [f"  accuracy   {run.verification}"]
+    if "tip_error" in about:
+        off = max(1e3 * float(about["tip_error"]), 1e-3)
+        return [f"  accuracy   errors of all steps put the tip off by at most {off:.2g} mm, by estimate"]
+    where = " under a controller" if "controller" in about else ""
+    return [f"  accuracy   not estimated{where}; `verify` repeats the run with a tighter tolerance"]
 
 
 def _tip(run: Record) -> list[str]:

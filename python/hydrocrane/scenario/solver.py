@@ -36,8 +36,8 @@ def unusual(quantities: Mapping[str, float]) -> dict[str, ResultWarning]:
 class Solver:
     """Integration method, and its tolerances or its step.
 
-    ``auto`` selects the fastest suitable method: ``hc-exponential-4`` if all friction has bristles (LuGre). Else, and
-    for sensitivities, it is ``rodas5p``, or ``hc-rosenbrock-3`` if `step` is given.
+    ``auto`` selects the fastest suitable method: ``hc-exponential-4`` if all friction has bristles (LuGre) or if `step`
+    is given and no law jumps. Else, and for sensitivities, it is ``rodas5p``, or ``hc-rosenbrock-3`` with `step`.
     ``Run.data.attrs["solver_method"]`` states the selected one. These three are stiff methods with the exact Jacobian;
     ``tsit5`` is explicit.
 

@@ -63,6 +63,16 @@ def test_a_run_whose_pressures_are_off_says_so(tmp_path):
     assert len(told) == 1 and "the pressure on the rod side of cylinder `cylinder1` off by" in told[0]
 
 
+# The tip is 15 mm off.
+def test_fixed_steps_whose_errors_add_up_say_so(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        run = hc.simulate(random_case(35, tmp_path).drive.changed(solver=hc.Solver(step=0.02)))
+    (told,) = (warning for warning in run.warnings if "the tip off by" in warning.text)
+    assert told.kind == "step-inexact" and "shorten `step`" in told.cure
+    assert 0.003 < run.columns.attrs["tip_error"] < 10.0
+
+
 # At 1e-4 these were 132 and 3.6 mm off without a word.
 @pytest.mark.parametrize("seed", [239, 287])
 def test_the_default_tolerance_keeps_what_it_promises(seed, tmp_path):

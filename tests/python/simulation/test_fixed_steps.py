@@ -30,6 +30,33 @@ def apart(one, other):
     return np.linalg.norm(tip(one) - tip(other), axis=-1).max()
 
 
+def test_a_summary_states_how_far_the_tip_is_off_or_that_nobody_knows():
+    for solver in (hc.Solver(), hc.Solver(step=0.01)):
+        run = hc.simulate("hiab-lift", ledger=False, solver=solver)
+        exact = hc.simulate("hiab-lift", ledger=False, method="rodas5p", rtol=1e-9)
+        assert 0.1 * apart(run, exact) < run.data.attrs["tip_error"] < 1e-3
+        assert "put the tip off by at most" in run.summary()
+    line = hc.simulate("tip-vertical-line", duration=0.1)
+    assert "tip_error" not in line.data.attrs
+    assert "not estimated under a controller; `verify`" in line.summary()
+
+
+@pytest.mark.parametrize("friction", ["lugre", "static"])
+def test_fixed_steps_by_default_keep_a_drive_within_a_millimetre(friction):
+    names = hc.load_machine("hiab-xs031").cylinder_names
+    crane = hc.load_machine("hiab-xs031", {f"friction.{name}.model": friction for name in names})
+    times = np.arange(0.0, 4.0, 0.5)
+    shares = np.random.default_rng(1).choice([-1.0, -0.5, 0.0, 0.5, 1.0], (len(times), 3))
+    spools = zip(crane.cylinder_names, (shares * crane.spool_strokes).T, strict=True)
+    joints = dict(zip(crane.joint_names, map(float, crane.home), strict=True))
+    commands = {c: hc.Command(times, s, "hold") for c, s in spools}
+    plan = hc.Scenario(machine=crane, joints=joints, commands=commands, duration=4.0)
+    exact = hc.simulate(plan, method="rodas5p", rtol=1e-9, ledger=False)
+    run = hc.simulate(plan, step=5e-3, ledger=False)
+    assert run.data.attrs["solver_method"] == "hc-exponential-4"
+    assert apart(run, exact) < 1e-3
+
+
 @pytest.mark.parametrize(("scenario", "method"), EFFORT)
 def test_effort_of_bundled_runs(scenario, method):
     about = hc.simulate(scenario, method=method, ledger=False).data.attrs

@@ -44,6 +44,7 @@ pub fn record_of<'py>(py: Python<'py>, machine: &Machine, run: Run) -> PyResult<
     out.set_item("warnings", warnings_of(run.warnings))?;
     out.set_item("outcome", outcome_of(run.outcome))?;
     out.set_item("method", run.method)?;
+    out.set_item("tip_error", run.tip_error)?;
     out.set_item("stats", statistics_of(py, (run.accepted, run.rejected), run.effort)?)?;
     Ok(out)
 }

@@ -41,6 +41,7 @@ impl<'a> Recorder<'a> {
                 accepted: 0,
                 rejected: 0,
                 effort: Effort::default(),
+                tip_error: None,
             },
         }
     }
@@ -69,6 +70,7 @@ impl<'a> Recorder<'a> {
             self.run.accepted = stepper.accepted;
             self.run.rejected = stepper.rejected;
             self.run.effort = stepper.effort();
+            self.run.tip_error = watch.tip_error();
         }
         self.run.outcome = outcome;
         self.run

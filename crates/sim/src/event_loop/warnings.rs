@@ -1,18 +1,17 @@
 //! Checks of a run, with warnings that state cause and cure.          reference: docs/reference/warnings.md
 
 use crate::event_loop::driven::Driven;
-use crate::event_loop::ledger::ledger_terms;
+use crate::event_loop::ledger::Audit;
 use crate::event_loop::oil_lost::OilLost;
 use crate::event_loop::promises;
 use crate::inputs::sensing::unmeasured;
 use crate::model::Model;
 use crate::warning::Warning;
-use hydrocrane_machine::model::{Cavitation, Cylinder, Unusual};
+use hydrocrane_machine::model::{Cavitation, Unusual};
 use hydrocrane_machine::Machine;
 use hydrocrane_ode::Stepper;
 use hydrocrane_plant::crane::limits::{in_words, JointLimits};
 use hydrocrane_plant::crane::statics::{HeldBy, Unheld};
-use hydrocrane_plant::equations::outputs::energies;
 use hydrocrane_plant::resting::shortfall::{Limit, Shortfall};
 
 /// Default rated pressure of a chamber, as a multiple of the supply pressure that the file states.
@@ -27,12 +26,6 @@ const TORN_TIME: f64 = 0.05;
 const STARVED_TIME: f64 = 0.1;
 /// Share of a flow from which an error of the model is told.
 const TELLING: f64 = 0.01;
-/// Time between two checks of the energy ledger, s.
-const AUDIT_INTERVAL: f64 = 0.5;
-/// Allowed residual of the ledger, as a share of the energy that flowed.
-const LEDGER_SHARE: f64 = 0.01;
-/// Least energy for this check, as a share of the supply energy of one stroke of all pistons.
-const LEDGER_FLOOR: f64 = 1e-4;
 /// Time over which the estimated errors of fixed steps are averaged, s: those of a start or a stop are over before.
 const ESTIMATE_TIME: f64 = 0.5;
 /// Share of a state and its scale that this mean may have: 100 times the tolerance of a run that states none.
@@ -80,15 +73,6 @@ struct Found {
     farthest: f64,
 }
 
-/// The energy ledger against the energies stored.
-struct Audit {
-    /// Stored energy at the start, with the changes by phases with another machine, J.
-    start: f64,
-    next: f64,
-    floor: f64,
-    outputs: Vec<f64>,
-}
-
 /// Checks every step of a run.
 pub(crate) struct Watch {
     ratings: Vec<f64>,
@@ -97,6 +81,8 @@ pub(crate) struct Watch {
     /// The tip moves no farther than this for a unit of any joint, m or 1.
     reach: f64,
     audit: Option<Audit>,
+    /// Whether steps are fixed.
+    fixed: bool,
     lost: Option<OilLost>,
     /// The worst shortfall of each section that had one.
     starved: Vec<Shortfall>,
@@ -106,6 +92,8 @@ pub(crate) struct Watch {
     empty: Vec<f64>,
     /// Mean estimated errors of fixed steps, by state.
     estimates: Vec<(usize, f64)>,
+    /// See [`Self::tip_error`].
+    tip_error: Option<f64>,
     /// How long the pressures of the cylinders have been off by more than is promised, s, in pairs.
     astray: Vec<f64>,
     found: Vec<Found>,
@@ -121,26 +109,21 @@ impl Watch {
             vacuum: 0.0,
             limits: vec![],
             reach: 0.0,
-            audit: None,
+            audit: Audit::begin(stepper, driven),
+            fixed: stepper.fixed_step_error().is_some(),
             lost: OilLost::new(stepper, driven),
             starved: vec![],
             lacking: vec![0.0; machine.cylinders.len()],
             empty: vec![0.0; 2 * machine.cylinders.len()],
             estimates: vec![],
+            tip_error: None,
             astray: vec![0.0; 2 * machine.cylinders.len()],
             found: vec![],
             told: 0,
         };
         watch.take_bounds(driven.model);
-        if !stepper.integrals().is_empty() {
-            let mut outputs = vec![0.0; driven.model.output_info().len()];
-            let start = stored(driven.model, driven.payload, stepper, &mut outputs);
-            let per_stroke = |c: &Cylinder| c.areas()[0] * c.stroke;
-            let volume: f64 = machine.cylinders.iter().map(per_stroke).sum();
-            let floor = LEDGER_FLOOR * volume * machine.supply.pressure;
-            watch.audit = Some(Audit { start, next: AUDIT_INTERVAL, floor, outputs });
-        }
         watch.look(stepper, driven);
+        watch.tip_error = Some(0.0);
         watch
     }
 
@@ -165,8 +148,7 @@ impl Watch {
             lost.begin(stepper, driven);
         }
         if let Some(audit) = &mut self.audit {
-            let mut of = |model| stored(model, driven.payload, stepper, &mut audit.outputs);
-            audit.start += of(driven.model) - of(before);
+            audit.follow(before, driven, stepper);
         }
     }
 
@@ -217,23 +199,28 @@ impl Watch {
         }
         self.carried(stepper, driven.model);
         // The law of the oil holds the less the higher a pressure is; a peak is over at the next audit.
-        if self.audit.as_ref().is_some_and(|audit| risen || t >= audit.next) {
+        if self.audit.as_ref().is_some_and(|audit| risen || t >= audit.next()) {
             self.audit(stepper, driven);
         }
     }
 
     /// How far tip and pressures are off by the errors of all steps, as far as they are estimated.
     fn carried(&mut self, stepper: &Stepper, model: &dyn Model) {
-        let Some(error) = stepper.global_error() else { return };
+        let Some(error) = stepper.global_error() else {
+            self.tip_error = None;
+            return;
+        };
         let n = model.layout().joints();
         // Mostly no pose can make as much of it as is promised, and none is worked out.
-        if error[..n].iter().map(|error| error.abs()).sum::<f64>() * self.reach > promises::TIP {
+        let mut distance = error[..n].iter().map(|error| error.abs()).sum::<f64>() * self.reach;
+        if distance > promises::TIP {
             let [x, y, z] = model.tip_velocity(&stepper.x[..n], &error[..n]);
-            let distance = (x * x + y * y + z * z).sqrt();
+            distance = (x * x + y * y + z * z).sqrt();
             if distance > promises::TIP {
                 self.note(Finding::ToleranceTooLoose, stepper.t, distance);
             }
         }
+        self.tip_error = self.tip_error.map(|most| most.max(distance.min(self.reach)));
         let promise = OF_PRESSURE * promises::PRESSURE * model.machine().supply.pressure;
         for at in 0..2 * n {
             let state = if at % 2 == 0 { model.layout().p1(at / 2) } else { model.layout().p2(at / 2) };
@@ -291,19 +278,7 @@ impl Watch {
     }
 
     fn audit(&mut self, stepper: &Stepper, driven: &Driven) {
-        let Some(audit) = &mut self.audit else { return };
-        audit.next = stepper.t + AUDIT_INTERVAL;
-        let gained = stored(driven.model, driven.payload, stepper, &mut audit.outputs) - audit.start;
-        let machine = driven.model.machine();
-        let energies = stepper.integrals().iter().chain(&driven.loads.account);
-        let (mut balance, mut flowed) = (0.0, 0.0);
-        for (energy, (_, (_, _, sign))) in energies.zip(ledger_terms(machine)) {
-            balance += sign * energy;
-            flowed += (sign * energy).abs();
-        }
-        // Energy that flows in flows out or is stored, so half of the sum has flowed.
-        let open = (gained - balance).abs() / (0.5 * (flowed + gained.abs())).max(audit.floor / LEDGER_SHARE);
-        if open > LEDGER_SHARE || open.is_nan() {
+        if let Some(open) = self.audit.as_mut().and_then(|audit| audit.open(stepper, driven)) {
             self.note(Finding::LedgerOpen, stepper.t, open);
         }
     }
@@ -319,6 +294,11 @@ impl Watch {
             found.farthest = value;
         }
         farther
+    }
+
+    /// The largest distance that [`Self::carried`] found, m, or a bound of it; `None` if a step had no estimate.
+    pub fn tip_error(&self) -> Option<f64> {
+        self.tip_error
     }
 
     /// All findings until the end of the run, in order of time.
@@ -341,12 +321,6 @@ const SIDES: [&str; 2] = ["piston side", "rod side"];
 
 /// Gauge pressure of vacuum for oil without a vacuum limit, Pa.
 const STANDARD_VACUUM: f64 = -1e5;
-
-/// Energy stored in crane and oil, J.
-fn stored(model: &dyn Model, payload: f64, stepper: &Stepper, outputs: &mut [f64]) -> f64 {
-    model.outputs(&stepper.x, payload, outputs);
-    outputs[energies(model.machine())].iter().sum()
-}
 
 impl Found {
     fn warning(&self, model: &dyn Model, watch: &Watch) -> Warning {
@@ -424,13 +398,14 @@ impl Found {
                     }
                     _ => format!("the tip off by {}", estimated(1e3 * value, 1e3 * watch.reach, "mm")),
                 };
+                let (kind, cause, cure) = match watch.fixed {
+                    true => ("step-inexact", "the steps are long", "shorten `step`, or leave it out"),
+                    false => ("tolerance-too-loose", "the tolerance is loose", "tighten `rtol`"),
+                };
                 (
-                    "tolerance-too-loose",
-                    format!(
-                        "the errors of all steps, carried along the motion, put {off}: the motion amplifies them, or the tolerance is \
-                         loose"
-                    ),
-                    "tighten `rtol`; `verify` states how far the run is off".to_string(),
+                    kind,
+                    format!("the errors of all steps, carried along the motion, put {off}: the motion amplifies them, or {cause}"),
+                    format!("{cure}; `verify` states how far the run is off"),
                 )
             }
             Finding::Starved(c) => {

@@ -71,4 +71,7 @@ pub struct Run {
     pub accepted: u64,
     pub rejected: u64,
     pub effort: Effort,
+    /// How far the errors of all steps put the tip off at most, m, as far as they are estimated; `None` where they are not: under a
+    /// controller, and by a method that carries no errors on.
+    pub tip_error: Option<f64>,
 }

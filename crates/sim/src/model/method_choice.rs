@@ -17,7 +17,7 @@ pub enum Task {
 pub fn method_for<'a>(solver: &'a Solver, machine: &Machine, task: Task) -> &'a str {
     if solver.method != AUTO {
         &solver.method
-    } else if task == Task::States && is_smooth(machine) {
+    } else if task == Task::States && suits_exponential(machine, solver.step.is_some()) {
         "hc-exponential-4"
     } else if solver.step.is_some() {
         FIXED_STEPS
@@ -39,8 +39,9 @@ pub(crate) fn jumps(machine: &Machine) -> bool {
     !machine.errata.friction_map
 }
 
-/// Whether the laws of a machine are nearly linear over a step: all friction has bristles, and no law jumps.
-fn is_smooth(machine: &Machine) -> bool {
-    let bristles = machine.cylinders.iter().all(|cylinder| cylinder.friction.model == FrictionModel::LuGre);
-    bristles && machine.ground.is_none() && machine.errata.orifice_law && !jumps(machine)
+/// Whether `hc-exponential-4` is the most exact method in the same time: no law jumps and, unless steps are `fixed`, all friction has
+/// bristles and nothing meets the ground.
+fn suits_exponential(machine: &Machine, fixed: bool) -> bool {
+    let bristles = || machine.cylinders.iter().all(|cylinder| cylinder.friction.model == FrictionModel::LuGre);
+    machine.errata.orifice_law && !jumps(machine) && (fixed || bristles() && machine.ground.is_none())
 }

@@ -34,9 +34,11 @@ fn a_static_map_the_ground_or_a_law_that_jumps_takes_rodas5p() {
 }
 
 #[test]
-fn static_friction_in_fixed_steps_takes_the_secant_and_sensitivities_the_more_exact_method() {
+fn only_laws_that_jump_take_the_secant_in_fixed_steps_and_sensitivities_the_more_exact_method() {
     let (smooth, stepped) = (machine("rottne-f9-lab", &[]), solver(AUTO, Some(1e-3)));
     assert_eq!(method_for(&stepped, &smooth, Task::States), "hc-exponential-4");
+    let coarse = machine("rottne-f9-lab", &[("friction.jib.model", "static"), ("ground.height", "-1 m")]);
+    assert_eq!(method_for(&stepped, &coarse, Task::States), "hc-exponential-4");
     assert_eq!(method_for(&stepped, &machine("heinze-2007", &[]), Task::States), "hc-rosenbrock-3");
     assert_eq!(method_for(&solver(AUTO, None), &smooth, Task::Sensitivities), "rodas5p");
     assert_eq!(method_for(&stepped, &smooth, Task::Sensitivities), "hc-rosenbrock-3");
