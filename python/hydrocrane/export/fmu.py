@@ -14,8 +14,8 @@ from hydrocrane import _core
 from hydrocrane.arrays import positive_number
 from hydrocrane.control.controllers import NAMES
 from hydrocrane.errors import InputError, check_known, translated
-from hydrocrane.export import fmi2, fmi3
 from hydrocrane.export.description import Description, Variable
+from hydrocrane.export.model_description import model_description
 from hydrocrane.export.platforms import IDENTIFIER, Platform, chosen
 from hydrocrane.files.whole_file import written_whole
 from hydrocrane.machine.machine import Machine, MachineLike, as_machine
@@ -170,8 +170,8 @@ def _resources(machine: Machine, scenario: Scenario | None, settings: dict[str, 
 def _description(machine: Machine, resources: dict[str, str], controller: str | None, step: float) -> Description:
     settings = resources["fmu.json"]
     with translated():
-        told = _core.fmu_variables(resources["machine.toml"], resources.get("scenario.toml"), settings)
-    entries, exchanges, period = told
+        described = _core.fmu_variables(resources["machine.toml"], resources.get("scenario.toml"), settings)
+    entries, exchanges, period = described
     return Description(
         name=machine.name if controller is None else f"{machine.name}-{controller}",
         title=machine.title if controller is None else f"controller {controller} of {machine.title}",
@@ -189,9 +189,8 @@ def _description(machine: Machine, resources: dict[str, str], controller: str | 
 def _pack(
     file: Path, fmi: int, description: Description, resources: dict[str, str], libraries: Sequence[Platform]
 ) -> None:
-    model_description = (fmi2 if fmi == 2 else fmi3).model_description(description)
     with written_whole(file) as beside, zipfile.ZipFile(beside, "w") as archive:
-        _add(archive, "modelDescription.xml", model_description)
+        _add(archive, "modelDescription.xml", model_description(description, fmi))
         for name, text in resources.items():
             _add(archive, f"resources/{name}", text.encode())
         for platform in libraries:
