@@ -1,7 +1,7 @@
 /** The panel of gamepads and joysticks: which axis moves what, which button does what. */
 
 import { button, choice, make } from "./elements";
-import { buttonOf, DEEDS, devices, keep, mapping, moved, type Deed, type Device, type Mapping, type Part } from "./gamepad";
+import { buttonOf, ACTIONS, devices, keep, mapping, moved, type Action, type Device, type Mapping, type Part } from "./gamepad";
 
 /** Longest wait for somebody to move what is to be assigned, ms. */
 const PATIENCE = 8000;
@@ -20,7 +20,7 @@ export function deviceRows(axes: string[], changed: () => void): HTMLElement[] {
     make("p", { className: "hint" }, names),
     make("p", { className: "hint" }, about),
     ...axes.map((name, place) => axisRow(name, mapping(name, place), found, changed)),
-    ...(Object.keys(DEEDS) as Deed[]).map((deed) => row("button", `button.${deed}`, DEEDS[deed], buttonOf(deed), found, changed)),
+    ...(Object.keys(ACTIONS) as Action[]).map((action) => row("button", `button.${action}`, ACTIONS[action], buttonOf(action), found, changed)),
   ];
 }
 

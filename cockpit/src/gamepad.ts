@@ -11,14 +11,14 @@ export interface Mapping extends Part {
 }
 
 /** What buttons do. */
-export const DEEDS = {
+export const ACTIONS = {
   grip: "Grip or let go",
   slow: "Slow, while held",
   mode: "Tip, levers, height in turn",
   pause: "Pause",
   reset: "Reset",
 } as const;
-export type Deed = keyof typeof DEEDS;
+export type Action = keyof typeof ACTIONS;
 
 /** Play of a stick around its centre that counts for nothing. */
 const PLAY = 0.08;
@@ -35,7 +35,7 @@ const USUAL: Record<string, Omit<Mapping, "device">> = {
 };
 const USUAL_LEVERS = [1, 3, 0, 2];
 /** Buttons of the usual gamepad: A, B, Y, start, back. */
-const USUAL_BUTTONS: Record<Deed, number> = { grip: 0, slow: 1, mode: 3, pause: 9, reset: 8 };
+const USUAL_BUTTONS: Record<Action, number> = { grip: 0, slow: 1, mode: 3, pause: 9, reset: 8 };
 
 function kept(name: string): unknown {
   try {
@@ -64,9 +64,9 @@ export function mapping(name: string, place: number): Mapping {
   return isPart(found, MOST_AXES) && typeof (found as Mapping).inverted === "boolean" ? (found as Mapping) : usual;
 }
 
-export function buttonOf(deed: Deed): Part {
-  const found = kept(`button.${deed}`);
-  return isPart(found, MOST_BUTTONS) ? found : { device: "", index: USUAL_BUTTONS[deed] };
+export function buttonOf(action: Action): Part {
+  const found = kept(`button.${action}`);
+  return isPart(found, MOST_BUTTONS) ? found : { device: "", index: USUAL_BUTTONS[action] };
 }
 
 export interface Device {
@@ -99,17 +99,17 @@ export function readDevices(names: string[], found = devices()): number[] {
   });
 }
 
-/** Tells which deeds' buttons are down, and which have just been pressed. */
+/** Tells which actions' buttons are down, and which have just been pressed. */
 export class PadButtons {
-  private before = new Set<Deed>();
+  private before = new Set<Action>();
 
-  read(found: Device[]): { down: Set<Deed>; pressed: Deed[] } {
-    const all = found.length ? (Object.keys(DEEDS) as Deed[]) : [];
-    const down = new Set(all.filter((deed) => {
-      const chosen = buttonOf(deed);
+  read(found: Device[]): { down: Set<Action>; pressed: Action[] } {
+    const all = found.length ? (Object.keys(ACTIONS) as Action[]) : [];
+    const down = new Set(all.filter((action) => {
+      const chosen = buttonOf(action);
       return meant(found, chosen).some(({ buttons }) => buttons[chosen.index]);
     }));
-    const pressed = [...down].filter((deed) => !this.before.has(deed));
+    const pressed = [...down].filter((action) => !this.before.has(action));
     this.before = down;
     return { down, pressed };
   }

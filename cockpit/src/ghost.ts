@@ -9,7 +9,7 @@ export type GhostName = keyof typeof GHOSTS;
 /** Time between two recorded instants, s, and instants kept: ten minutes. */
 const EVERY = 0.05;
 const MOST = 12000;
-/** Way of the tip from its start at which a drive begins, m. */
+/** Travel of the tip from its start at which a drive begins, m. */
 const OFF = 0.01;
 
 /** A drive as a ghost shows it. */

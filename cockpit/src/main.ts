@@ -7,7 +7,7 @@ import { Charts } from "./charts";
 import { download } from "./elements";
 import { askedBy, fileInput, takeDrops } from "./files";
 import { firstRequest, type Run } from "./first";
-import type { Deed } from "./gamepad";
+import type { Action } from "./gamepad";
 import { Ghosts } from "./ghost";
 import { Hint } from "./hint";
 import { History } from "./history";
@@ -45,7 +45,7 @@ class CockpitPage {
   private readonly ghosts = new Ghosts();
   private readonly canvas = part<HTMLCanvasElement>("picture");
   private readonly picture = new Picture(this.canvas);
-  private readonly sticks = new Sticks(part("levers"), part("guide"), (deed) => this.do(deed));
+  private readonly sticks = new Sticks(part("levers"), part("guide"), (action) => this.do(action));
   private readonly hint = new Hint(part("guide"));
   private readonly charts = new Charts(part("charts"), this.history);
   private readonly bar: Bar;
@@ -279,7 +279,7 @@ class CockpitPage {
         this.setGoal(null);
         this.request = this.granted;
         this.refuse(message.problem.message);
-        // Where the very first wish fails, the usual crane takes its place.
+        // Where the very first request fails, the usual crane takes its place.
         if (this.description) this.showPanel(this.description);
         else if (!this.run) this.open(USUAL);
         return;
@@ -546,14 +546,14 @@ class CockpitPage {
   }
 
   /** What a button of a gamepad is for. */
-  private do(deed: Deed): void {
+  private do(action: Action): void {
     if (!this.description || this.run) return;
     const { controllers, controller } = this.description;
     const modes = (["tip", "lever", "height"] as Mode[]).filter((mode) => controllers.includes(mode));
-    if (deed === "grip") this.grip();
-    else if (deed === "pause") this.pause(!this.paused);
-    else if (deed === "reset") this.reset();
-    else if (deed === "mode") this.change({ controller: modes[(modes.indexOf(controller) + 1) % modes.length] ?? controller });
+    if (action === "grip") this.grip();
+    else if (action === "pause") this.pause(!this.paused);
+    else if (action === "reset") this.reset();
+    else if (action === "mode") this.change({ controller: modes[(modes.indexOf(controller) + 1) % modes.length] ?? controller });
   }
 
   private shortcut(event: KeyboardEvent): void {

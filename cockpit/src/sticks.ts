@@ -1,7 +1,7 @@
 /** What steers the crane: on-screen sticks, keyboard, gamepad. Whatever is moved farthest on an axis counts. */
 
 import { make } from "./elements";
-import { devices, PadButtons, readDevices, type Deed, type Device } from "./gamepad";
+import { devices, PadButtons, readDevices, type Action, type Device } from "./gamepad";
 import { key, learnKeys } from "./keys";
 
 interface Axis {
@@ -48,7 +48,7 @@ export class Sticks {
     private readonly room: HTMLElement,
     private readonly guide: HTMLElement,
     /** Told of each button of a gamepad that is pressed. */
-    private readonly act: (deed: Deed) => void,
+    private readonly act: (action: Action) => void,
   ) {
     learnKeys(LEVER_KEYS.flat());
     window.addEventListener("keydown", (event) => this.press(event, true));
@@ -104,14 +104,14 @@ export class Sticks {
     this.pads = devices();
     const { down: buttons, pressed } = this.buttons.read(this.pads);
     this.slow = buttons.has("slow");
-    pressed.forEach((deed) => this.act(deed));
+    pressed.forEach((action) => this.act(action));
     const pads = readDevices(this.axes.map((axis) => axis.name), this.pads);
     const down = new Set(this.keys.values());
     const held = this.axes.map((axis, i) => {
       const [less, more] = axis.keys;
       const byKey = Number(down.has(more)) - Number(down.has(less));
-      const wishes = [this.touched[i] ?? 0, byKey, pads[i] ?? 0];
-      return wishes.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a), 0);
+      const requested = [this.touched[i] ?? 0, byKey, pads[i] ?? 0];
+      return requested.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a), 0);
     });
     if (held.join() !== this.shown) this.shows.forEach((show) => show(held));
     this.shown = held.join();

@@ -42,7 +42,7 @@ class Clockwork {
   private paused = false;
   /** The drive has ended. */
   private over = false;
-  private endTold = false;
+  private endSent = false;
   /** Whether there is something that the page has not been told. */
   private news = false;
   private clock = performance.now();
@@ -211,8 +211,8 @@ class Clockwork {
     const anew = this.anew;
     this.anew = false;
     post({ tell: "rows", latest, history, width, pace, replaying, anew }, [latest.buffer, history.buffer]);
-    const end = this.endTold ? null : ended;
-    this.endTold = ended !== null;
+    const end = this.endSent ? null : ended;
+    this.endSent = ended !== null;
     if (events.length || end) post({ tell: "happened", events, ended: end });
   }
 

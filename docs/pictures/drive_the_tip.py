@@ -61,7 +61,7 @@ def three_ways():
         left.plot((aside - aside[0]) * 1e3, (height - height[0]) * 1e3, color=colour, label=name)
         if name != "heinze-pid":
             right.plot(of(runs[name], "time"), (aside - aside[0]) * 1e3, color=colour, label=name)
-    left.set(xlabel=f"x from the line {MILLIMETRE}", ylabel=f"height {MILLIMETRE}", title="The way of the tip")
+    left.set(xlabel=f"x from the line {MILLIMETRE}", ylabel=f"height {MILLIMETRE}", title="The path of the tip")
     right.set(xlabel=SECOND, ylabel=f"x from the line {MILLIMETRE}", title="Without the thesis's controller, closer")
     left.legend()
     right.legend()

@@ -149,7 +149,7 @@ def soaked() -> dict[str, str]:
         "30 min of driving in Node, without a page": speed,
         "a step of 1 ms there": f"{1000 / times_real:.1f} us",
         "memory of the core after 1, 10 and 30 min": f"{sizes[0]}, {sizes[9]}, {sizes[-1]} MiB",
-        "largest way of the tip in 1 ms": way.replace(" per ms", ""),
+        "largest travel of the tip in 1 ms": way.replace(" per ms", ""),
     }
 
 

@@ -89,7 +89,7 @@ class Cycle:
     time : float
         Until the tip is at rest at home again, s; NaN if the task was not completed, as for all further figures.
     way : float
-        Way of the tip, m.
+        Path length of the tip, m.
     energy : float
         Delivered by the pump, J.
     overshoot : float

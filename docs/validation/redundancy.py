@@ -1,7 +1,7 @@
 """Which way to resolve the tip's redundancy: ``python docs/validation/redundancy.py`` writes page, table and picture.
 
 Kinematics only: the tasks of the tip-control benchmark, the laboratory crane, pistons that follow at once but no faster
-than their valves let them under the load at rest. Every method gets the same set-point, limits and wishes.
+than their valves let them under the load at rest. Every method gets the same set-point, limits and requests.
 """
 
 from __future__ import annotations
@@ -131,19 +131,25 @@ def saturation(s: Situation) -> tuple[np.ndarray, float]:
 def programme(s: Situation) -> tuple[np.ndarray, float]:
     """The same problem by a general solver (SLSQP), in units of what each piston can do."""
     unit = s.weights**-0.5
-    wish, matrix = s.preferred / unit, s.jacobian * unit
+    preferred, matrix = s.preferred / unit, s.jacobian * unit
 
     def cost(x: np.ndarray) -> float:
-        return float(((x[:-1] - wish) ** 2).sum() - WORTH * x[-1])
+        return float(((x[:-1] - preferred) ** 2).sum() - WORTH * x[-1])
 
     def slope(x: np.ndarray) -> np.ndarray:
-        return np.append(2.0 * (x[:-1] - wish), -WORTH)
+        return np.append(2.0 * (x[:-1] - preferred), -WORTH)
 
     balance = np.column_stack([matrix, -s.velocity])
     keep = {"type": "eq", "fun": lambda x: balance @ x - s.correction, "jac": lambda _: balance}
     limits = [*(s.bounds / unit[:, np.newaxis]), (0.0, 1.0)]
     found = minimize(
-        cost, np.append(wish, 0.0), jac=slope, bounds=limits, constraints=keep, method="SLSQP", options={"ftol": 1e-12}
+        cost,
+        np.append(preferred, 0.0),
+        jac=slope,
+        bounds=limits,
+        constraints=keep,
+        method="SLSQP",
+        options={"ftol": 1e-12},
     )
     rates = np.clip(found.x[:-1] * unit, *s.bounds.T)
     return rates, float(np.clip(found.x[-1], 0.0, 1.0))
@@ -160,7 +166,7 @@ METHODS: dict[str, Method] = {
 
 @dataclass
 class Motion:
-    """The way of the crane through one task under one method.
+    """The path of the crane through one task under one method.
 
     Attributes
     ----------

@@ -76,15 +76,15 @@ def of_seeds(one: Callable[[int], Found], seeds: int) -> list[Found]:
     return list(processes().map(one, range(seeds)))
 
 
-def fit_of(law: StaticMap, wish: dict, how: dict[str, float], seed: int) -> tuple[StaticFit, float]:
+def fit_of(law: StaticMap, request: dict, how: dict[str, float], seed: int) -> tuple[StaticFit, float]:
     """The fit to points of a seed, with the offset that was added to its forces."""
-    offset = OFFSET * np.random.default_rng(seed + 10**6).normal() if "bias" in wish else 0.0
+    offset = OFFSET * np.random.default_rng(seed + 10**6).normal() if "bias" in request else 0.0
     points = synthetic_points(law, seed=seed, offset=offset, **how)
-    return fit_static(points, **{"exponents": "fixed", **wish}), offset
+    return fit_static(points, **{"exponents": "fixed", **request}), offset
 
 
-def fits_of(law: StaticMap, seeds: int, *, wish: dict | None = None, **how: float) -> list[tuple[StaticFit, float]]:
-    return of_seeds(partial(fit_of, law, wish or {}, how), seeds)
+def fits_of(law: StaticMap, seeds: int, *, request: dict | None = None, **how: float) -> list[tuple[StaticFit, float]]:
+    return of_seeds(partial(fit_of, law, request or {}, how), seeds)
 
 
 def recovery(seeds: int) -> list[str]:
@@ -94,8 +94,8 @@ def recovery(seeds: int) -> list[str]:
     cases += [
         ("8 N, five windows", "Kalmar 0 kg", LAWS["Kalmar 0 kg"], seeds, {"force_error": 8.0, "windows": 5}),
         ("4 N shared by each level, not stated", "Rottne 0 kg", ROTTNE, seeds, {"level_error": 4.0}),
-        ("constant offset of 30 N, prior 30 N", "Rottne 0 kg", ROTTNE, seeds, {"wish": {"bias": OFFSET}}),
-        ("exponents free", "Rottne 0 kg", ROTTNE, max(seeds // 4, 2), {"wish": {"exponents": "free"}}),
+        ("constant offset of 30 N, prior 30 N", "Rottne 0 kg", ROTTNE, seeds, {"request": {"bias": OFFSET}}),
+        ("exponents free", "Rottne 0 kg", ROTTNE, max(seeds // 4, 2), {"request": {"exponents": "free"}}),
     ]
     lines = [
         "\n## Parameters and their intervals\n",

@@ -147,27 +147,32 @@ CommandEntry: TypeAlias = tuple[str, Array, Array, bool]
 SupplyEntry: TypeAlias = tuple[Array, Array, bool]
 
 
-class ScenarioEntry(TypedDict):
-    """A scenario without its names and its machine."""
+class ScenarioValues(TypedDict):
+    """What a scenario is handed over with, to the core and from a file."""
 
     overrides: Pairs
     payload: float | None
     payload_changes: list[tuple[float, float]]
     duration: float
     record_interval: float
-    joints: list[tuple[str, float]]
+    seed: int
     places: list[str]
+    goals: list[GoalEntry]
+    bursts: list[BurstEntry]
+
+
+class ScenarioEntry(ScenarioValues):
+    """A scenario without its names and its machine."""
+
+    joints: list[tuple[str, float]]
     pressures: list[tuple[str, tuple[float, float]]] | None
     commands: list[CommandEntry]
     supply: SupplyEntry | None
     controller: ControllerEntry | None
     joystick: JoystickEntry | None
-    goals: list[GoalEntry]
     phases: list[PhaseEntry]
     sensor_faults: list[FaultEntry]
-    bursts: list[BurstEntry]
     solver: SolverEntry
-    seed: int
 
 
 # `from` is a keyword of Python, hence this form.
@@ -283,32 +288,23 @@ class SolverTable(TypedDict):
     step: float | None
 
 
-class ScenarioTable(TypedDict):
+class ScenarioTable(ScenarioValues):
     """A scenario file."""
 
     name: str
     title: str
     machine: str
-    overrides: Pairs
-    payload: float | None
-    payload_changes: list[tuple[float, float]]
-    duration: float
-    record_interval: float
-    seed: int
     joints: dict[str, float]
-    places: list[str]
     pressures: str | dict[str, tuple[float, float]]
     commands: dict[str, CommandTable]
     supply: SupplyTable | None
     controller: ControllerTable | None
     cylinders: list[str]
     joystick: JoystickTable | None
-    goals: list[GoalEntry]
     phases: list[PhaseTable]
     recorded_by: str | None
     warnings: list[WarningEntry]
     sensor_faults: list[FaultTable]
-    bursts: list[BurstEntry]
     solver: SolverTable
 
 

@@ -138,10 +138,10 @@ def translated(kind: type[HydrocraneError] = InputError) -> Iterator[None]:
     except _core.PoseFault as error:
         raise OutOfReachError(str(error)) from None
     except (TypeError, UnicodeEncodeError) as error:
-        told = _not_taken(error)
-        if told is None:
+        message = _not_taken(error)
+        if message is None:
             raise
-        raise kind(told) from None
+        raise kind(message) from None
     except ValueError as error:
         raise kind(str(error)) from None
 

@@ -30,7 +30,7 @@ _CHANGE = 0.01
 _STEPS = 4
 # Poses of a map that are computed together.
 _BLOCK = 2**16
-# Turn of a joint by which its pivot is found, rad; way of one that slides, m.
+# Turn of a joint by which its pivot is found, rad; travel of one that slides, m.
 _TURN = 0.5
 # Lengths below this are zero, m.
 _NEAR = 1e-6

@@ -30,7 +30,7 @@ _LIGHT = 1e5
 _ROUNDED = 0.01
 # Share of its reach by which a tip may give way under the weight, because oil is compressed.
 _SAG = 0.25
-# A slide that travels so many times the way of its piston has its cylinder at more than 45 degrees, as a mean.
+# A slide that travels so many times the travel of its piston has its cylinder at more than 45 degrees, as a mean.
 _ACROSS = math.sqrt(2.0)
 # Closing flow of a hose-burst valve that never closes.
 _NEVER = "5000 l/min"
@@ -200,13 +200,13 @@ def _across(machine: Machine) -> list[tuple[str, str]]:
     return [
         (
             f"joint.{joint} slides by {1e3 * width:.4g} mm, while the piston of cylinder `{cylinder}` moves by "
-            f"{1e3 * way:.4g} mm: the cylinder stands across the slide",
+            f"{1e3 * travel:.4g} mm: the cylinder stands across the slide",
             f"check joint.{joint}.direction and its unit, and the pins of cylinder.{cylinder}",
         )
-        for joint, cylinder, unit, width, way in zip(
+        for joint, cylinder, unit, width, travel in zip(
             machine.joint_names, machine.cylinder_names, machine.joint_units, widths, moved, strict=True
         )
-        if unit == "m" and width > _ACROSS * way
+        if unit == "m" and width > _ACROSS * travel
     ]
 
 

@@ -121,21 +121,21 @@ def _fitted(table: Table, console: Console) -> Table:
 
 def complain(message: str) -> None:
     """Print one error to stderr, its lines and carets kept as they are."""
-    _told("error: ", "bold red", message)
+    _printed("error: ", "bold red", message)
 
 
 def warn(message: str, *, stderr: bool = True) -> None:
     """Print one warning, to stderr unless it is what was asked for."""
-    _told("warning: ", "bold yellow", message, stderr=stderr)
+    _printed("warning: ", "bold yellow", message, stderr=stderr)
 
 
-def _told(kind: str, style: str, message: str, *, stderr: bool = True) -> None:
+def _printed(kind: str, style: str, message: str, *, stderr: bool = True) -> None:
     from rich.text import Text
 
     console = _console(stderr=stderr)
-    told = Text(_wrapped(kind + printable(message), console, stderr=stderr))
-    told.stylize(style, 0, len(kind))
-    console.print(told, soft_wrap=True)
+    text = Text(_wrapped(kind + printable(message), console, stderr=stderr))
+    text.stylize(style, 0, len(kind))
+    console.print(text, soft_wrap=True)
 
 
 @contextmanager

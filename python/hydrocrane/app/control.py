@@ -136,12 +136,12 @@ def _standings(found: Benchmark) -> str:
     """Mean scores, and who never moved the tip."""
     from hydrocrane.benchmark.cases import STANDING
 
-    told = []
+    shown = []
     for controller, score in found.standings.items():
         reached = [r.metrics.reached for r in found.results if r.controller == controller and r.metrics is not None]
         still = " (never moves the tip)" if all(share < STANDING for share in reached) else ""
-        told.append(f"{controller} {score:.0%}{still}")
-    return f"mean score: {', '.join(told)}"
+        shown.append(f"{controller} {score:.0%}{still}")
+    return f"mean score: {', '.join(shown)}"
 
 
 def _cell(value: float | None, factor: float) -> str:

@@ -167,12 +167,12 @@ def motion_of(run: Run, task: Task) -> TipMotion:
 
     q, qd = (columns(f"joint.{joint}.{kind}" for joint in machine.joint_names) for kind in ("q", "qd"))
     tip = columns(("tip.x", "tip.z"))
-    way, velocity = task.displacement, task.velocity
+    displacement, velocity = task.displacement, task.velocity
     return TipMotion(
         time=time,
         tip=tip,
         tip_velocity=np.einsum("tij,tj->ti", machine.tip_jacobian(q), qd),
-        asked=tip[0] + np.column_stack([np.interp(time, task.time, way[:, i]) for i in (0, 1)]),
+        asked=tip[0] + np.column_stack([np.interp(time, task.time, displacement[:, i]) for i in (0, 1)]),
         asked_velocity=np.column_stack([np.interp(time, task.time, velocity[:, i]) for i in (0, 1)]),
         set_point=columns(("set_point.x", "set_point.z")) if "set_point.x" in data else None,
         command=columns(f"cylinder.{c}.command" for c in machine.cylinder_names) / machine.spool_strokes,

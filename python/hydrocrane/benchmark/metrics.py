@@ -161,12 +161,12 @@ def nearest_on_path(points: Array, path: Array) -> Array:
     """
     corners = _corners(path)
     nearest = np.broadcast_to(corners[0], points.shape).copy()
-    begin, way = corners[:-1], np.diff(corners, axis=0)
-    low, high = np.zeros(len(way)), np.ones(len(way))
-    if len(way) and _length(corners[-1] - corners[0]) > 1e-3 * _length(way).sum():
+    begin, legs = corners[:-1], np.diff(corners, axis=0)
+    low, high = np.zeros(len(legs)), np.ones(len(legs))
+    if len(legs) and _length(corners[-1] - corners[0]) > 1e-3 * _length(legs).sum():
         low[0], high[-1] = -np.inf, np.inf
     distance = np.full(len(points), np.inf)
-    for corner, along, least, most in zip(begin, way, low, high, strict=True):
+    for corner, along, least, most in zip(begin, legs, low, high, strict=True):
         share = np.clip((points - corner) @ along / (along @ along), least, most)
         place = corner + share[:, np.newaxis] * along
         here = _length(points - place)
@@ -208,9 +208,9 @@ def _corners(path: Array) -> Array:
     points = path[moved]
     if len(points) < 3:
         return np.asarray(points)
-    way = np.diff(points, axis=0)
-    way = way / _length(way)[:, np.newaxis]
-    turns = _length(np.diff(way, axis=0)) > 1e-6
+    legs = np.diff(points, axis=0)
+    legs = legs / _length(legs)[:, np.newaxis]
+    turns = _length(np.diff(legs, axis=0)) > 1e-6
     return np.asarray(points[np.concatenate([[True], turns, [True]])])
 
 

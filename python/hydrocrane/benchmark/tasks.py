@@ -133,11 +133,11 @@ def _moves(task: Task) -> list[tuple[float, float]]:
 
 
 def _along(direction: Array) -> Callable[[Array], Array]:
-    return lambda way: np.broadcast_to(direction, (way.size, 2))
+    return lambda travel: np.broadcast_to(direction, (travel.size, 2))
 
 
-def _on_circle(way: Array) -> Array:
-    angle = way / RADIUS
+def _on_circle(travel: Array) -> Array:
+    angle = travel / RADIUS
     return np.column_stack([-np.sin(angle), np.cos(angle)])
 
 
@@ -145,10 +145,10 @@ def _task(name: str, speed: float, curves: list[Curve]) -> Task:
     """Curves one after the other with pauses between."""
     time, velocity = [np.zeros(1)], [np.zeros((1, 2))]
     for i, (length, own_speed, direction) in enumerate(curves):
-        t, pace, way = _trapezoid(length, own_speed)
+        t, pace, travel = _trapezoid(length, own_speed)
         pause = REST if i == len(curves) - 1 else PAUSE
         time.append(time[-1][-1] + np.append(t[1:], t[-1] + pause))
-        velocity.append(np.vstack([(pace[:, np.newaxis] * direction(way))[1:], np.zeros((1, 2))]))
+        velocity.append(np.vstack([(pace[:, np.newaxis] * direction(travel))[1:], np.zeros((1, 2))]))
     return Task(name, speed, np.concatenate(time), np.concatenate(velocity))
 
 
@@ -158,7 +158,7 @@ def _trapezoid(length: float, speed: float) -> tuple[Array, Array, Array]:
     end = length / speed + RAMP
     t = np.linspace(0.0, end, int(np.ceil(end / STEP)) + 1)
     pace = speed * np.clip(np.minimum(t, end - t) / RAMP, 0.0, 1.0)
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (pace[1:] + pace[:-1]) * np.diff(t))])
+    travel = np.concatenate([[0.0], np.cumsum(0.5 * (pace[1:] + pace[:-1]) * np.diff(t))])
     # The corners of the trapezoid may lie between the samples, which loses a little of the displacement.
-    share = length / way[-1]
-    return t, pace * share, way * share
+    share = length / travel[-1]
+    return t, pace * share, travel * share

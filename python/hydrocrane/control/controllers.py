@@ -171,15 +171,15 @@ class SampledController:
         assert self.error is not None
         # Ctrl-C and the like are no fault of the controller and always end the run.
         ends = self._on_error != "neutral" or not isinstance(self.error, Exception)
-        return _told(self.error), ends
+        return _reported(self.error), ends
 
     def _checked(self, command: ArrayLike) -> list[float]:
         cylinders = len(self._crane.cylinder_names)
         try:
             values = [float(u) for u in np.ravel(command)]
         except (TypeError, ValueError) as error:
-            told = f"the controller returned {command!r}, which is not a list of {cylinders} spool commands in m"
-            raise InputError(f"{told} ({type(error).__name__}: {error})") from None
+            fault = f"the controller returned {command!r}, which is not a list of {cylinders} spool commands in m"
+            raise InputError(f"{fault} ({type(error).__name__}: {error})") from None
         if len(values) != cylinders:
             names = ", ".join(self._crane.cylinder_names)
             raise InputError(
@@ -212,7 +212,7 @@ def tip_read(machine: Machine, q: Array) -> Array:
     return np.asarray(machine.core.tip(q[np.newaxis])[0])
 
 
-def _told(error: BaseException) -> str:
+def _reported(error: BaseException) -> str:
     """Kind and text of an exception, and the line that raised it; only the text for an exception of this module."""
     head = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     frames = traceback.extract_tb(error.__traceback__)

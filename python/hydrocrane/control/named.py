@@ -68,7 +68,7 @@ class NamedController:
         self._core: _core.SteppedController | None = None
         self._signals: list[str] = []
         self._fault: str | None = None
-        self._told: list[str] = []
+        self._news: list[str] = []
 
     @property
     def period(self) -> float:
@@ -89,7 +89,7 @@ class NamedController:
     @property
     def notices(self) -> tuple[str, ...]:
         """Events since :meth:`reset`, for the operator of the machine."""
-        return tuple(self._told)
+        return tuple(self._news)
 
     def reset(self, machine: MachineLike, obs: Observation) -> None:
         """Restart on a crane with a first observation.
@@ -105,7 +105,7 @@ class NamedController:
         machine = self._known or as_machine(machine)
         joints = [f"joint.{joint}.q" for joint in machine.joint_names]
         self._signals = joints + [f"cylinder.{c}.p{side}" for c in machine.cylinder_names for side in (1, 2)]
-        self._joints, self._fault, self._told = len(joints), None, []
+        self._joints, self._fault, self._news = len(joints), None, []
         self._core = self._make(machine)
         self._core.reset(obs.t, *self._readings(obs))
 
@@ -135,8 +135,8 @@ class NamedController:
             raise SimulationError("call reset(machine, obs) before the first step")
         axes = [float(axis) for axis in command.axes]
         with translated():
-            spools, self._fault, told = self._core.step(obs.t, *self._readings(obs), command.mode, axes)
-        self._told += told
+            spools, self._fault, news = self._core.step(obs.t, *self._readings(obs), command.mode, axes)
+        self._news += news
         return spools
 
     def _readings(self, obs: Observation) -> tuple[list[float], list[list[float]]]:

@@ -55,10 +55,10 @@ def load_netcdf(path: Path) -> xr.Dataset:
     if words:
         raise ResultFileError(f"{path} is not a run saved by hydrocrane: its `{words[0]}` has no numbers")
     for name, column in data.variables.items():
-        for told, value in column.attrs.items():
+        for attribute, value in column.attrs.items():
             # All that is said of a variable is text but for its sign in the energy balance.
-            if not (isinstance(value, str) if told != "sign" else np.size(value) == 1 and np.isreal(value)):
-                raise ResultFileError(f"{path}: what it says of `{name}` as `{told}` is damaged; copy it again")
+            if not (isinstance(value, str) if attribute != "sign" else np.size(value) == 1 and np.isreal(value)):
+                raise ResultFileError(f"{path}: what it says of `{name}` as `{attribute}` is damaged; copy it again")
     return data.drop_encoding()
 
 

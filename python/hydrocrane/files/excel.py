@@ -99,8 +99,10 @@ def _filled(columns: Columns, table: Mapping[str, np.ndarray]) -> Workbook:
     about = book.create_sheet("about")
     about.append(["name", "unit", "meaning"])
     for name in names:
-        told = columns[name].attrs
-        about.append([_text(about, str(text)) for text in (name, told.get("units", ""), told.get("long_name", ""))])
+        attributes = columns[name].attrs
+        about.append(
+            [_text(about, str(text)) for text in (name, attributes.get("units", ""), attributes.get("long_name", ""))]
+        )
     about.append([])
     for key, value in columns.attrs.items():
         about.append([_text(about, str(key)), value if isinstance(value, float) else _text(about, str(value))])

@@ -103,6 +103,6 @@ def features(task: TipTask, seen: Numbers) -> Numbers:
     q = np.clip(0.5 * (seen[:, : len(lower)] * (upper - lower) + lower + upper), lower, upper).astype(np.float64)
     # The shortest motion of the pistons that moves the tip to the target.
     by_piston = machine.tip_jacobian(q) @ np.linalg.inv(machine.stroke_jacobian(q))
-    way = (np.linalg.pinv(by_piston, rcond=0.05) @ seen[:, -2:, np.newaxis].astype(np.float64))[..., 0]
-    ratio = way / (np.abs(way) + NEAR)
-    return np.concatenate([seen, np.clip(way / 0.1, -3.0, 3.0), ratio], axis=1).astype(np.float32)
+    travel = (np.linalg.pinv(by_piston, rcond=0.05) @ seen[:, -2:, np.newaxis].astype(np.float64))[..., 0]
+    ratio = travel / (np.abs(travel) + NEAR)
+    return np.concatenate([seen, np.clip(travel / 0.1, -3.0, 3.0), ratio], axis=1).astype(np.float32)

@@ -24,7 +24,7 @@ Numbers = NDArray[np.float32]
 # Share of every joint's range, at either end, without starts and targets.
 MARGIN = 0.15
 # Bounds to which an observation is clipped: share of a range, rad/s or m/s, share of the supply pressure, m.
-SHARE, RATE, PRESSURE, WAY = 2.0, 20.0, 20.0, 100.0
+SHARE, RATE, PRESSURE, TRAVEL = 2.0, 20.0, 20.0, 100.0
 # Distance from the nearest place within reach at which a target is out of reach, m.
 WITHIN_REACH = 1e-3
 # Pairs that are drawn until the tip is permitted at both: if one pair in a hundred is, all miss once in 20,000 times.
@@ -94,7 +94,7 @@ class TipTask:
     def observation_space(self) -> gymnasium.spaces.Box:
         joints, cylinders = len(self.machine.joint_names), len(self.machine.cylinder_names)
         bounds = np.repeat(
-            [SHARE, RATE, PRESSURE, WAY], [joints, joints, 2 * cylinders, len(self.machine.tip_axes)]
+            [SHARE, RATE, PRESSURE, TRAVEL], [joints, joints, 2 * cylinders, len(self.machine.tip_axes)]
         ).astype(np.float32)
         return gymnasium.spaces.Box(-bounds, bounds, dtype=np.float32)
 
@@ -118,7 +118,7 @@ class TipTask:
             check_known("option", name, OPTIONS)
         own = crane_values(given.pop("parameters", {}))
         parameters = {**(draw(randoms) if draw else {}), **own}
-        wished = {name: self._wished(name, value, len(numbers)) for name, value in given.items()}
+        requested = {name: self._requested(name, value, len(numbers)) for name, value in given.items()}
         generator = iter(randoms)
         targets: list[Array] = []
 
@@ -126,11 +126,11 @@ class TipTask:
             done = len(targets)
             start, target = starts_and_targets(machines, [next(generator) for _ in numbers], self.payload)
             rows = slice(done, done + len(numbers))
-            if "target" in wished:
-                target = wished["target"][rows]
+            if "target" in requested:
+                target = requested["target"][rows]
                 _check_reach(machines, target, self.payload)
             targets.extend(target)
-            return wished["q"][rows] if "q" in wished else start
+            return requested["q"][rows] if "q" in requested else start
 
         cranes.reset(q=poses, cranes=numbers, parameters=parameters)
         for doubt in cranes.warnings if own else ():
@@ -138,12 +138,14 @@ class TipTask:
                 warnings.warn(str(doubt), DoubtfulResult, stacklevel=4)
         return np.array(targets), {name: own[numbers] for name, own in cranes.parameters.items()}
 
-    def _wished(self, name: str, value: object, count: int) -> Array:
+    def _requested(self, name: str, value: object, count: int) -> Array:
         width = {"q": len(self.machine.joint_names), "target": len(self.machine.tip_axes)}[name]
-        wished = real_array(value, name)  # type: ignore[arg-type]
-        if wished.shape not in ((width,), (count, width)):
-            raise InputError(f"the option `{name}` must have shape {(width,)}, or {(count, width)}; got {wished.shape}")
-        return np.broadcast_to(wished, (count, width))
+        requested = real_array(value, name)  # type: ignore[arg-type]
+        if requested.shape not in ((width,), (count, width)):
+            raise InputError(
+                f"the option `{name}` must have shape {(width,)}, or {(count, width)}; got {requested.shape}"
+            )
+        return np.broadcast_to(requested, (count, width))
 
     def commands(self, action: NDArray[np.floating]) -> Array:
         """Spool commands, m, of actions (..., n_cyl)."""

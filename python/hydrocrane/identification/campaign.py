@@ -18,7 +18,7 @@ from hydrocrane.identification.campaign_result import Identification, LeftOut, S
 from hydrocrane.identification.records import RAMP, STEADY, STEP, FrictionLog, ReadingOptions
 from hydrocrane.identification.sensors import PRESSURES, bias_without_zero, largest_error, linearity_error, span_error
 from hydrocrane.identification.static.comparison import FrictionComparison, compare_friction
-from hydrocrane.identification.static.maps import EXPONENTS, Exponents, Wish
+from hydrocrane.identification.static.maps import EXPONENTS, Exponents, FormRequest
 from hydrocrane.identification.static.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.static.stage import StaticIdentification, identify_static
 from hydrocrane.logs.columns import LogLike
@@ -109,7 +109,7 @@ def identify_friction(
     """
     machine = as_machine(rig)
     RigParameters.of(machine, payload=payload)
-    Wish.of(exponents)
+    FormRequest.of(exponents)
     tell = progress or (lambda _: None)
     tell("reading the logs")
     reading = ReadingOptions(machine, mapping, payload, zero, load_cell, window)

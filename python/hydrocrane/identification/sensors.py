@@ -174,8 +174,8 @@ class RigSensors:
         steps = np.diff(x)
         kept = np.exp(-np.abs(steps) / (2.0 * self.hysteresis))
         share = np.zeros(x.size)
-        for i, (way, keep) in enumerate(zip(np.sign(steps), kept, strict=True)):
-            share[i + 1] = way + (share[i] - way) * keep
+        for i, (sense, keep) in enumerate(zip(np.sign(steps), kept, strict=True)):
+            share[i + 1] = sense + (share[i] - sense) * keep
         return share
 
     def root_of_covariance(self, x: Array, count: NDArray[np.intp]) -> Array:
@@ -184,8 +184,8 @@ class RigSensors:
         The remaining error of the hysteresis decays over displacement and not over time: more samples at one place do
         not reduce it.
         """
-        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
-        near = np.exp(-np.abs(way[:, np.newaxis] - way) / (2.0 * self.hysteresis))
+        travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
+        near = np.exp(-np.abs(travel[:, np.newaxis] - travel) / (2.0 * self.hysteresis))
         covariance = (TURNING * self.hysteresis) ** 2 * near + np.diag(self.position_noise**2 / count)
         return np.asarray(cholesky(covariance, lower=True))
 
@@ -212,11 +212,11 @@ def read(
     slopes : (b, 3, 14) array
         Derivatives of the readings by both.
     """
-    way = y[:, 0] - y[0, 0]
+    travel = y[:, 0] - y[0, 0]
     slopes = np.zeros((*y.shape, len(NUISANCES) + len(OF_A_LOG)))
     slopes[:, 1, 0] = slopes[:, 2, 1] = slopes[:, 0, 8] = 1.0
     slopes[:, 1, 2], slopes[:, 2, 3] = y[:, 1], y[:, 2]
-    slopes[:, 0, 4], slopes[:, 0, 5], slopes[:, 0, 6] = way, way**2, -turned
+    slopes[:, 0, 4], slopes[:, 0, 5], slopes[:, 0, 6] = travel, travel**2, -turned
     slopes[:, :, 7], slopes[:, :, 9:12] = by_delay, by_start
     slopes[:, 1, 12] = slopes[:, 2, 13] = 1.0
     # The readings are linear in the errors of the sensors.
@@ -226,9 +226,9 @@ def read(
 def gains(y: Array, nuisances: Array) -> Array:
     """(b, 3) derivatives of the readings by the signals."""
     _, _, p1_span, p2_span, x_slope, x_curve, *_ = nuisances
-    way = y[:, 0] - y[0, 0]
-    ones = np.ones_like(way)
-    return np.stack([1.0 + x_slope + 2.0 * x_curve * way, (1.0 + p1_span) * ones, (1.0 + p2_span) * ones], axis=-1)
+    travel = y[:, 0] - y[0, 0]
+    ones = np.ones_like(travel)
+    return np.stack([1.0 + x_slope + 2.0 * x_curve * travel, (1.0 + p1_span) * ones, (1.0 + p2_span) * ones], axis=-1)
 
 
 def whitened(root: Array, values: Array) -> Array:

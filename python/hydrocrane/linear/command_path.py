@@ -79,6 +79,8 @@ def common_delay(machine: Machine) -> float:
                 f"the loops do not model; take a machine file without [valve.<name>.command]"
             )
     if len({path.delay for path in paths}) > 1:
-        told = ", ".join(f"{path.cylinder} {path.delay * 1e3:g} ms" for path in paths)
-        raise InputError(f"the commands of {machine.name} have different delays ({told}); the loops need a common one")
+        delays = ", ".join(f"{path.cylinder} {path.delay * 1e3:g} ms" for path in paths)
+        raise InputError(
+            f"the commands of {machine.name} have different delays ({delays}); the loops need a common one"
+        )
     return paths[0].delay

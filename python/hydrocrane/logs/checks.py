@@ -109,8 +109,8 @@ def checked(data: xr.Dataset, notes: Iterable[Flag] = ()) -> tuple[Flag, ...]:
             flags += _slow(time, name, signal.values, usual) or _missing(time, name, signal, usual)
         for name in [n for n in MEASURED if n in signals and n != "v"]:
             stuck = _stuck(time, name, signals)
-            told = any(flag.kind == "saturated" for flag in stuck)
-            flags += stuck if told else stuck + _clipped(time, name, signals[name].values)
+            saturated = any(flag.kind == "saturated" for flag in stuck)
+            flags += stuck if saturated else stuck + _clipped(time, name, signals[name].values)
         flags += [flag for name in PRESSURES if name in signals for flag in _coarse(time, name, signals[name])]
         flags += _hums(time, usual, signals) + _unmoving(time, signals) + _wrong_units(time, usual, signals)
     return tuple(sorted(flags, key=lambda flag: (not flag.fatal, flag.start)))
@@ -191,8 +191,8 @@ def _goes_on(x: _Signal, i: int, rows: float) -> bool:
     speeds = [np.polyfit(np.arange(part.size), part, 1) for part in (before[::-1], after)]
     # Both lines are evaluated half a row beyond their ends, where they meet if no sample is lost.
     apart = abs(float(np.polyval(speeds[0], -0.5) - np.polyval(speeds[1], -0.5)))
-    way = abs(float(speeds[1][0])) * rows
-    return way > 20.0 * (x.noise.total + abs(float(speeds[1][0]))) and apart < 0.1 * way
+    travel = abs(float(speeds[1][0])) * rows
+    return travel > 20.0 * (x.noise.total + abs(float(speeds[1][0]))) and apart < 0.1 * travel
 
 
 # --- values ---------------------------------------------------------------------------------------------------------

@@ -116,7 +116,6 @@ class _Scene:
         self.oil = np.stack(
             [_at(run, self.times, f"cylinder.{c}.p{side}") for c in run.cylinder_names for side in (1, 2)]
         )
-        self.loads = _at(run, self.times, "payload")
         self.order = [*range(len(self.times)), *[len(self.times) - 1] * max(1, fps // 2)]
         self.machine = run.machine
         self.figure = figure
@@ -135,9 +134,7 @@ class _Scene:
         self.shade = ScalarMappable(Normalize(0.0, self.machine.supply_pressure * 1e-5), FIELD)
         bar = figure.colorbar(self.shade, ax=self.axes, shrink=0.5, aspect=30, pad=0.02)
         bar.set_label("oil pressure [bar]")
-        self.load = self.axes.add_patch(Rectangle((0, 0), 0, 0, facecolor=COLOURS[1], edgecolor=INK, zorder=5.5))
-        self.rope = self.axes.plot([], [], color=INK, lw=1.2, zorder=5.4)[0]
-        self.weight = self.axes.text(0, 0, "", ha="center", va="top", zorder=5.6)
+        self.load = _HangingLoad(self.axes, _at(run, self.times, "payload"))
         self.trail = self.axes.plot([], [], color=ACCENT, lw=1.4, zorder=2)[0]
         self.plan = _Plan(self.axes, run.machine.tip(self.poses)) if "y" in run.machine.tip_axes else None
         corner: dict[str, Any] = {"transform": self.axes.transAxes, "ha": "right", "va": "top", "family": "monospace"}
@@ -153,13 +150,13 @@ class _Scene:
         for i, plate in self.plates.items():
             plate.set_xy(drawn[i][2])
         self._fill_cylinders(index, [i for i, (kind, _, _) in enumerate(drawn) if kind == "cylinder-barrel"])
-        self._hang_load(index)
+        self.load.show(index, self.tips[index])
         self.trail.set_data(self.tips[: index + 1, 0], self.tips[: index + 1, 1])
         self.clock.set_text(f"{self.times[index]:6.2f} s")
         if self.plan:
             self.plan.show(index)
         # Drawn from back to front.
-        moving = [*self.parts, *self.plates.values(), *self.rod_sides, self.rope, self.load, self.weight]
+        moving = [*self.parts, *self.plates.values(), *self.rod_sides, *self.load.parts]
         plan = self.plan.parts if self.plan else []
         return sorted([self.trail, *moving, self.clock, *plan], key=Artist.get_zorder)
 
@@ -178,14 +175,6 @@ class _Scene:
             ):
                 red, green, blue, alpha = self.shade.to_rgba(pressure * 1e-5)
                 line.set_color((red, green, blue, alpha))
-
-    def _hang_load(self, index: int) -> None:
-        """A cube of steel below the tip, with its mass."""
-        mass, (x, z) = self.loads[index], self.tips[index]
-        side = float(np.cbrt(max(mass, 0.0) / _STEEL))
-        self.load.set(xy=(x - side / 2, z - 1.5 * side), width=side, height=side, visible=mass > 0)
-        self.rope.set_data([x, x], [z, z - 0.5 * side])
-        self.weight.set(position=(x, z - 1.6 * side), text=f"{mass:.0f} kg" if mass > 0 else "")
 
 
 def _write_gif(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
@@ -238,8 +227,26 @@ def _write_mp4(scene: _Scene, path: Path, fps: int, progress: Progress) -> None:
 _WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
 
 
+class _HangingLoad:
+    """A cube of steel below the tip, with its mass."""
+
+    def __init__(self, axes: Axes, masses: Array) -> None:
+        self.masses = masses
+        self.cube = axes.add_patch(Rectangle((0, 0), 0, 0, facecolor=COLOURS[1], edgecolor=INK, zorder=5.5))
+        self.rope = axes.plot([], [], color=INK, lw=1.2, zorder=5.4)[0]
+        self.label = axes.text(0, 0, "", ha="center", va="top", zorder=5.6)
+        self.parts: list[Artist] = [self.rope, self.cube, self.label]
+
+    def show(self, index: int, tip: Array) -> None:
+        mass, (x, z) = self.masses[index], tip
+        side = float(np.cbrt(max(mass, 0.0) / _STEEL))
+        self.cube.set(xy=(x - side / 2, z - 1.5 * side), width=side, height=side, visible=mass > 0)
+        self.rope.set_data([x, x], [z, z - 0.5 * side])
+        self.label.set(position=(x, z - 1.6 * side), text=f"{mass:.0f} kg" if mass > 0 else "")
+
+
 class _Plan:
-    """A machine in space from above, in a corner of the side view: a line to the tip, and the way of the tip."""
+    """A machine in space from above, in a corner of the side view: a line to the tip, and the path of the tip."""
 
     def __init__(self, axes: Axes, tips: Array) -> None:
         self.places = tips[:, :2]

@@ -191,10 +191,10 @@ def throttle(sheet: Sheet, x: float, y: float, variable: bool = False) -> None:
 
 def check_valve(sheet: Sheet, x: float, y: float, up: bool = True) -> None:
     """A check valve in a vertical line: oil flows up, or down."""
-    way = 1.0 if up else -1.0
+    sense = 1.0 if up else -1.0
     sheet.area((x - 1.6, y - 1.2), (x + 1.6, y - 1.2), (x + 1.6, y + 1.2), (x - 1.6, y + 1.2), kind="blank")
-    sheet.circle(x, y + 0.5 * way, 1.5)
-    sheet.line((x - 2.6, y + 0.4 * way), (x, y - 1.8 * way), (x + 2.6, y + 0.4 * way), kind="symbol")
+    sheet.circle(x, y + 0.5 * sense, 1.5)
+    sheet.line((x - 2.6, y + 0.4 * sense), (x, y - 1.8 * sense), (x + 2.6, y + 0.4 * sense), kind="symbol")
 
 
 def shuttle_valve(sheet: Sheet, x: float, y: float) -> None:
@@ -427,9 +427,9 @@ def spool_valve(sheet: Sheet, x: float, y: float, regenerative: bool) -> None:
         sheet.arrow((extend + PORT, high), (extend + PORT, low))
     sheet.arrow((retract - PORT, low), (retract + PORT, high))
     sheet.arrow((retract - PORT, high), (retract + PORT, low))
-    for way in (-1.0, 1.0):
-        edge = x + way * 1.5 * CELL
-        sheet.box(edge + way * 3.0, y - 2.0, 6.0, 5.0)
-        sheet.line((edge + way * 0.8, y - 4.0), (edge + way * 5.2, y), kind="thin")
-        sheet.arrow((edge + way * 3.0 - 2.2, y - 5.6), (edge + way * 3.0 + 2.2, y + 1.6), length=1.6)
-        spring(sheet, edge, y + 3.2, way)
+    for sense in (-1.0, 1.0):
+        edge = x + sense * 1.5 * CELL
+        sheet.box(edge + sense * 3.0, y - 2.0, 6.0, 5.0)
+        sheet.line((edge + sense * 0.8, y - 4.0), (edge + sense * 5.2, y), kind="thin")
+        sheet.arrow((edge + sense * 3.0 - 2.2, y - 5.6), (edge + sense * 3.0 + 2.2, y + 1.6), length=1.6)
+        spring(sheet, edge, y + 3.2, sense)

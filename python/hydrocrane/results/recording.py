@@ -39,12 +39,12 @@ class RecordedStage:
     changes: Sequence[tuple[float, Machine]] = ()
 
     @classmethod
-    def of(cls, told: StageTable, first: Machine) -> RecordedStage:
+    def of(cls, stage: StageTable, first: Machine) -> RecordedStage:
         """From the core's record; `first` is the machine at the start of the run."""
-        machine = first.made(told["machine"])
-        controlled = told["controller"] is not None or told["own"] is not None
-        changes = tuple((time, first.made(changed)) for time, changed in told["changes"])
-        return cls(told["from"], machine, machine.made(told["controller_model"]), told["mode"], controlled, changes)
+        machine = first.made(stage["machine"])
+        controlled = stage["controller"] is not None or stage["own"] is not None
+        changes = tuple((time, first.made(changed)) for time, changed in stage["changes"])
+        return cls(stage["from"], machine, machine.made(stage["controller_model"]), stage["mode"], controlled, changes)
 
 
 @dataclass
@@ -110,7 +110,7 @@ class Recording:
             effort=raw["stats"],
             warnings=(*machine.warnings, *doubts, *(ResultWarning(*e) for e in (*raw["doubts"], *raw["warnings"]))),
             payload_changes=raw["payload_changes"],
-            stages=tuple(RecordedStage.of(told, machine) for told in raw["stages"]),
+            stages=tuple(RecordedStage.of(stage, machine) for stage in raw["stages"]),
             samples=raw["samples"],
             events=raw["events"],
             tip_error=raw["tip_error"],

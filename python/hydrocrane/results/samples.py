@@ -99,11 +99,11 @@ def distance_to_path(points: Array, path: Array) -> Array:
     # A set-point at rest repeats; one is sufficient.
     moved = np.any(np.diff(path, axis=0) != 0, axis=1)
     path = path[np.concatenate([[True], moved])]
-    begin, way = path[:-1], np.diff(path, axis=0)
-    if not len(way):
-        begin, way = path, np.zeros_like(path)
-    square = np.maximum((way**2).sum(axis=1), np.finfo(np.float64).tiny)
-    low, high = np.minimum(begin, begin + way), np.maximum(begin, begin + way)
+    begin, legs = path[:-1], np.diff(path, axis=0)
+    if not len(legs):
+        begin, legs = path, np.zeros_like(path)
+    square = np.maximum((legs**2).sum(axis=1), np.finfo(np.float64).tiny)
+    low, high = np.minimum(begin, begin + legs), np.maximum(begin, begin + legs)
     axes = range(path.shape[1])
 
     def distances(some: Array) -> Array:
@@ -113,7 +113,7 @@ def distance_to_path(points: Array, path: Array) -> Array:
         most = np.sqrt(_square(off).min(axis=1).max()) + SLACK
         near = ((high >= some.min(axis=0) - most) & (low <= some.max(axis=0) + most)).all(axis=1)
         near |= not near.any()  # Points that are no numbers are near to nothing.
-        along = way[near]
+        along = legs[near]
         off = [some[:, i, None] - begin[near, i] for i in axes]
         share = np.clip(sum(off[i] * along[:, i] for i in axes) / square[near], 0.0, 1.0)
         off = [off[i] - share * along[:, i] for i in axes]

@@ -95,14 +95,14 @@ class Course:
 
     def start(self, machine: Machine) -> float:
         """Start position of the piston (m) for a course in the middle of the stroke."""
-        way = self.travel
+        travel = self.travel
         low, high = machine.stroke_limits[0] * (1 - 2 * CLEARANCE)
-        if np.ptp(way) > high - low:
+        if np.ptp(travel) > high - low:
             raise InputError(
-                f"the experiment needs {np.ptp(way) * 1e3:.0f} mm of stroke, {machine.name} has"
+                f"the experiment needs {np.ptp(travel) * 1e3:.0f} mm of stroke, {machine.name} has"
                 f" {(high - low) * 1e3:.0f} mm between its end stops; take fewer, slower or shorter levels"
             )
-        return float(0.5 * (low + high) - 0.5 * (way.max() + way.min()))
+        return float(0.5 * (low + high) - 0.5 * (travel.max() + travel.min()))
 
     def segments(self, shift: float) -> tuple[Segment, ...]:
         """The named pieces, `shift` seconds later."""

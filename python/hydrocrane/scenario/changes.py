@@ -15,19 +15,19 @@ from hydrocrane import _core
 from hydrocrane.control.controllers import AnyController
 from hydrocrane.control.joystick import Joystick
 from hydrocrane.errors import InputError, translated
-from hydrocrane.machine.machine import Machine, MachineLike
+from hydrocrane.machine.machine import MachineLike
 from hydrocrane.machine.overrides import Override, Overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.events import Burst, Goal
-from hydrocrane.scenario.phases import Phase
+from hydrocrane.scenario.phases import LoopFields, Phase
 from hydrocrane.scenario.series import Commands, SupplyLike
 from hydrocrane.scenario.solver import Solver
 
 Pressures: TypeAlias = str | Mapping[str, tuple[float, float]]
 
 
-class CommonFields(TypedDict, total=False):
+class CommonFields(LoopFields, total=False):
     """Fields of a :class:`~hydrocrane.Scenario` except machine and seed."""
 
     joints: Mapping[str, float]
@@ -40,17 +40,10 @@ class CommonFields(TypedDict, total=False):
     solver: Solver
     name: str
     title: str
-    controller: AnyController | None
-    joystick: Joystick | None
     goals: Iterable[Goal]
-    period: float | None
-    delay: float
-    sensors: str
     sensor_faults: Iterable[SensorFault]
     bursts: Iterable[Burst]
     payload_changes: Mapping[float, float]
-    controller_model: Machine | Overrides | None
-    monitor: bool | None
     phases: Iterable[Phase]
     supply: SupplyLike | None
     recorded_by: str

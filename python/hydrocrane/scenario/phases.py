@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Protocol, TypeVar
+from dataclasses import dataclass, field, fields
+from typing import Protocol, TypedDict, TypeVar
 
 from hydrocrane._core_types import Override, StageTable
 from hydrocrane.arrays import scenario_quantity
@@ -64,34 +64,50 @@ class ScenarioStage:
     machine_overrides: Mapping[str, Override]
 
     @classmethod
-    def of(cls, told: StageTable, own: Mapping[int, AnyController]) -> ScenarioStage:
+    def of(cls, stage: StageTable, own: Mapping[int, AnyController]) -> ScenarioStage:
         """From the core's data; `own` are your controllers by their numbers."""
-        number = told["own"]
-        driver = told["controller"] if number is None else own[number]
-        return cls(driver, told["sensors"], told["mode"], told["stick_times"], dict(told["overrides"]))
+        number = stage["own"]
+        driver = stage["controller"] if number is None else own[number]
+        return cls(driver, stage["sensors"], stage["mode"], stage["stick_times"], dict(stage["overrides"]))
 
 
-# Fields of a phase that come with a controller.
-LOOP = ("period", "delay", "sensors", "controller_model", "monitor")
+class LoopFields(TypedDict, total=False):
+    """Fields of a :class:`ControlLoop`."""
+
+    controller: AnyController | None
+    joystick: Joystick | None
+    period: float | None
+    delay: float
+    sensors: str
+    controller_model: Machine | Overrides | None
+    monitor: bool | None
 
 
-class ControllerSettings(Protocol):
-    """Settings of a controller, in a scenario and in a phase."""
+@dataclass(frozen=True, kw_only=True)
+class ControlLoop:
+    """Sticks and controller with its settings, of a scenario and of a phase; described there."""
 
-    @property
-    def period(self) -> float | None: ...
-    @property
-    def delay(self) -> float: ...
-    @property
-    def sensors(self) -> str: ...
-    @property
-    def controller_model(self) -> Machine | Overrides | None: ...
-    @property
-    def monitor(self) -> bool | None: ...
+    controller: AnyController | None = None
+    joystick: Joystick | None = None
+    period: float | None = None
+    delay: float = 0.0
+    sensors: str = "ideal"
+    controller_model: Machine | Overrides | None = None
+    monitor: bool | None = None
+
+    def check_values(self) -> None:
+        if self.joystick is not None and not isinstance(self.joystick, Joystick):
+            raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
+        check_known("kind of sensors", self.sensors, SENSORS)
+        if not (self.monitor is None or isinstance(self.monitor, bool)):
+            raise InputError(f"monitor must be True, False or None; got {self.monitor!r}")
+        if self.period is not None:
+            scenario_quantity("controller.period", "period", self.period)
+        scenario_quantity("controller.delay", "delay", self.delay)
 
 
 @dataclass(frozen=True)
-class Phase:
+class Phase(ControlLoop):
     """From a given time on the crane has another controller or other sticks, or other values.
 
     A phase continues with the state, the load, the energies, the sticks and the commands under way; its
@@ -122,31 +138,13 @@ class Phase:
 
     time: float
     overrides: Overrides = field(default_factory=dict)
-    controller: AnyController | None = None
-    joystick: Joystick | None = None
-    period: float | None = None
-    delay: float = 0.0
-    sensors: str = "ideal"
-    controller_model: Machine | Overrides | None = None
-    monitor: bool | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", scenario_quantity("phase.<name>.time", "time of a phase", self.time))
         object.__setattr__(self, "overrides", plain_overrides(self.overrides))
-        if self.joystick is not None and not isinstance(self.joystick, Joystick):
-            raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
         if self.controller is None:
-            stated = [name for name in LOOP if getattr(self, name) != getattr(Phase, name)]
+            of_it = [f.name for f in fields(ControlLoop) if f.name not in ("controller", "joystick")]
+            stated = [name for name in of_it if getattr(self, name) != getattr(ControlLoop, name)]
             if stated:
                 raise InputError(f"`{stated[0]}` of a phase belongs to its controller, which it does not name")
-        check_values(self)
-
-
-def check_values(loop: ControllerSettings) -> None:
-    """Checks the settings of a controller, in a scenario and in a phase."""
-    check_known("kind of sensors", loop.sensors, SENSORS)
-    if not (loop.monitor is None or isinstance(loop.monitor, bool)):
-        raise InputError(f"monitor must be True, False or None; got {loop.monitor!r}")
-    if loop.period is not None:
-        scenario_quantity("controller.period", "period", loop.period)
-    scenario_quantity("controller.delay", "delay", loop.delay)
+        self.check_values()

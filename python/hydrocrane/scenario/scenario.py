@@ -35,14 +35,14 @@ from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import Changes, Pressures, ScenarioFields, check_agreement, later_counts, stated_fields
 from hydrocrane.scenario.events import Burst, Goal, as_bursts
 from hydrocrane.scenario.payload import payload_changes
-from hydrocrane.scenario.phases import ControllerSettings, Phase, ScenarioStage, check_values, in_order_of_time
-from hydrocrane.scenario.record_size import bytes_of, check_size, row_count
+from hydrocrane.scenario.phases import ControlLoop, Phase, ScenarioStage, in_order_of_time
+from hydrocrane.scenario.recorded_span import RecordedSpan
 from hydrocrane.scenario.series import MEASURED, Command, SupplyPressure, as_command, as_supply, split_table
 from hydrocrane.scenario.solver import FIXED_STEPS, Solver, unusual
 
 
 @dataclass(frozen=True)
-class Scenario:
+class Scenario(RecordedSpan, ControlLoop):
     """A complete description of one run.
 
     `payload`, the `period` of a named controller and the joystick's `full_speed` are also stated by the machine. The
@@ -124,8 +124,6 @@ class Scenario:
     machine: str = "rottne-f9-lab"
     joints: Mapping[str, float] = field(default_factory=dict)
     commands: Mapping[str, Command] | Sequence[ArrayLike] = field(default_factory=dict)
-    duration: float = 5.0
-    record_interval: float = 0.01
     pressures: Pressures = "equilibrium"
     payload: float | None = None
     overrides: Mapping[str, Override] = field(default_factory=dict)
@@ -133,21 +131,13 @@ class Scenario:
     name: str = "unnamed"
     title: str = ""
     seed: int = 0
-    controller: AnyController | None = None
-    joystick: Joystick | None = None
     goals: Sequence[Goal] = ()
-    period: float | None = None
-    delay: float = 0.0
-    sensors: str = "ideal"
     sensor_faults: Sequence[SensorFault] = ()
     bursts: Sequence[Burst] = ()
     payload_changes: Mapping[float, float] = field(default_factory=dict)
-    controller_model: Machine | Mapping[str, Override] | None = None
-    monitor: bool | None = None
     phases: Sequence[Phase] = ()
     supply: SupplyPressure | None = None
     recorded_by: str = ""
-    record_limit: float | str | None = field(default=None, compare=False)
     warnings: Sequence[ResultWarning] = field(default=(), compare=False)
 
     __repr__ = brief
@@ -170,9 +160,7 @@ class Scenario:
             )
         object.__setattr__(self, "seed", seed_number(self.seed))
         object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
-        scenario_quantity("scenario.duration", "duration", self.duration)
-        scenario_quantity("scenario.record-interval", "record_interval", self.record_interval)
-        bytes_of(self.record_limit)
+        self.check_record()
         if isinstance(self.commands, Mapping):
             object.__setattr__(self, "commands", {c: as_command(c, v) for c, v in self.commands.items()})
         object.__setattr__(self, "supply", as_supply(self.supply))
@@ -204,10 +192,10 @@ class Scenario:
             "scenario.payload": self.payload, "controller.delay": self.delay, **self.solver.quantities,
         }  # fmt: skip
         found = unusual({key: value for key, value in given.items() if value is not None})
-        told = {key: [warning for warning in self.warnings if f"{key} is " in warning.text] for key in given}
-        settled = [warning for key, of in told.items() if key not in found for warning in of]
+        stated = {key: [warning for warning in self.warnings if f"{key} is " in warning.text] for key in given}
+        settled = [warning for key, of in stated.items() if key not in found for warning in of]
         kept = [warning for warning in self.warnings if warning not in settled]
-        return (*kept, *(warning for key, warning in found.items() if not told[key]))
+        return (*kept, *(warning for key, warning in found.items() if not stated[key]))
 
     def changed(self, **fields: Unpack[Changes]) -> Scenario:
         """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has.
@@ -242,9 +230,7 @@ class Scenario:
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
         if self.sensor_faults and not self.has_controller:
             raise InputError("sensor_faults need a controller or a joystick: without one the sensors are not read")
-        check_values(self)
-        if self.joystick is not None and not isinstance(self.joystick, Joystick):
-            raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
+        self.check_values()
         if self.controller_model is not None:
             if not self.closed_loop:
                 raise InputError("this scenario has a `controller_model`, but no controller")
@@ -305,9 +291,9 @@ class Scenario:
         1
         """
         with translated():
-            told = _core.stages(scenario_entry(self))
+            stages = _core.stages(scenario_entry(self))
         own = own_controllers(self)
-        return [(stage["from"], ScenarioStage.of(stage, own)) for stage in told]
+        return [(stage["from"], ScenarioStage.of(stage, own)) for stage in stages]
 
     def to_toml(self, machine: str | None = None) -> str:
         """The scenario as the text of a file; :func:`hydrocrane.load_scenario` reads the same scenario from it.
@@ -403,28 +389,6 @@ class Scenario:
         """
         with translated():
             return _core.command_table(machine.core, scenario_entry(self, machine.cylinder_names))
-
-    def record_times(self) -> Array:
-        """Times at which the run is recorded, from 0 to `duration`, s.
-
-        Raises
-        ------
-        InputError
-            If the times alone would take more than `record_limit`.
-
-        Examples
-        --------
-        >>> hc.load_scenario("vertical-lift-open-loop").record_times()[:3]
-        array([0.  , 0.01, 0.02])
-        """
-        count = row_count(self.duration, self.record_interval)
-        cure, most = "a longer record_interval or a shorter duration", bytes_of(self.record_limit)
-        check_size("the times of this run", count, f"{count:.4g} numbers", cure, most)
-        times: Array = np.arange(int(count), dtype=np.float64) * self.record_interval
-        if self.duration - times[-1] > 1e-9 * self.duration:
-            return np.append(times, self.duration)
-        times[-1] = self.duration
-        return times
 
 
 _FIELDS = frozenset(f.name for f in dataclasses.fields(Scenario))
@@ -524,7 +488,7 @@ def _series(command: Command) -> tuple[Array, Array]:
     return command.time, command.spool
 
 
-def _controller(own: ControllerSettings, driver: AnyController | None, number: int) -> ControllerEntry:
+def _controller(own: ControlLoop, driver: AnyController | None, number: int) -> ControllerEntry:
     other: Machine | None = None
     changes: Pairs = []
     if isinstance(own.controller_model, Machine):

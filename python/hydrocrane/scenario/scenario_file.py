@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import TypedDict, cast
+from typing import cast
 
 from hydrocrane import _core
-from hydrocrane._core_types import ControllerTable, JoystickTable, Override, PhaseTable
+from hydrocrane._core_types import ControllerTable, JoystickTable, PhaseTable
 from hydrocrane.control.joystick import TIP_AXES, Joystick, StickFields
 from hydrocrane.errors import translated
 from hydrocrane.machine.overrides import Overrides, plain_overrides
@@ -15,7 +15,7 @@ from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
 from hydrocrane.scenario.changes import SolverFields
 from hydrocrane.scenario.events import Burst, Goal
-from hydrocrane.scenario.phases import Phase
+from hydrocrane.scenario.phases import LoopFields, Phase
 from hydrocrane.scenario.scenario import Scenario
 from hydrocrane.scenario.series import Command, SupplyPressure
 from hydrocrane.scenario.solver import Solver
@@ -64,14 +64,13 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
         name=raw["name"],
         title=raw["title"],
         seed=raw["seed"],
-        joystick=_joystick(raw["joystick"], raw["cylinders"]),
         goals=tuple(Goal(time, x, z, speed, until) for time, (x, z), speed, until in raw["goals"]),
         sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
         bursts=tuple(Burst(*burst) for burst in raw["bursts"]),
         phases=tuple(_phase(phase, raw["cylinders"]) for phase in raw["phases"]),
         recorded_by=raw["recorded_by"] or "",
         warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
-        **_loop(raw["controller"]),
+        **_loop(raw["controller"], raw["joystick"], raw["cylinders"]),
     )
 
 
@@ -87,33 +86,17 @@ class _Placed(float):
         return placed
 
 
-class LoopFields(TypedDict, total=False):
-    """Fields of a scenario or phase that come with a controller."""
-
-    controller: str
-    controller_model: dict[str, Override] | None
-    period: float | None
-    delay: float
-    sensors: str
-    monitor: bool | None
-
-
 def _phase(raw: PhaseTable, cylinders: list[str]) -> Phase:
-    stick = _joystick(raw["joystick"], cylinders)
-    return Phase(raw["time"], dict(raw["overrides"]), joystick=stick, **_loop(raw["controller"]))
+    return Phase(raw["time"], dict(raw["overrides"]), **_loop(raw["controller"], raw["joystick"], cylinders))
 
 
-def _loop(raw: ControllerTable | None) -> LoopFields:
-    if raw is None:
-        return {}
-    return {
-        "controller": raw["name"],
-        "controller_model": dict(raw["controller_model"]) or None,
-        "period": raw["period"],
-        "delay": raw["delay"],
-        "sensors": raw["sensors"],
-        "monitor": raw["monitor"],
-    }
+def _loop(raw: ControllerTable | None, stick: JoystickTable | None, cylinders: list[str]) -> LoopFields:
+    loop: LoopFields = {"joystick": _joystick(stick, cylinders)}
+    if raw is not None:
+        loop["controller"], loop["controller_model"] = raw["name"], dict(raw["controller_model"]) or None
+        loop["period"], loop["delay"] = raw["period"], raw["delay"]
+        loop["sensors"], loop["monitor"] = raw["sensors"], raw["monitor"]
+    return loop
 
 
 def _joystick(raw: JoystickTable | None, cylinders: list[str]) -> Joystick | None:

@@ -173,13 +173,13 @@ class _WindowReader:
             return "the piston rests, or its motion is not visible"
         b -= int(MARGIN * (b - a))
         began = self._began(i)
-        half_way = self._half_way(began, b)
+        half = self._half_travel(began, b)
         piece = Piece(
             time[a:b],
             self.friction[a:b],
             [part[a:b] for part in self.parts],
-            time[half_way:b],
-            self.friction[half_way:b],
+            time[half:b],
+            self.friction[half:b],
         )
         skipped = int(np.ceil((b - a) * self._left_out(abs(whole.travel))))
         first, reason = settled(piece, skipped, self._least_samples(whole.velocity))
@@ -207,10 +207,10 @@ class _WindowReader:
                 speed = motion.velocity
         return self.pieces[first][0]
 
-    def _half_way(self, began: int, b: int) -> int:
+    def _half_travel(self, began: int, b: int) -> int:
         """Sample at half of the displacement between sample `began` and sample b."""
-        way = np.abs(self.x[began:b] - self.x[began])
-        return began + int(np.argmax(way >= 0.5 * way[-1]))
+        travel = np.abs(self.x[began:b] - self.x[began])
+        return began + int(np.argmax(travel >= 0.5 * travel[-1]))
 
     def _least_samples(self, velocity: float) -> int:
         seconds = max(self.least_duration, self.least_travel / abs(velocity))

@@ -44,17 +44,17 @@ class Piece(NamedTuple):
         s, N.
     chambers : list of (n,) arrays
         p1 A1 and p2 A2, N.
-    way : (k,) array
+    later_friction : (k,) array
         Friction over the second half of the displacement since the motion began, up to the end of the piece, N.
-    way_time : (k,) array
+    later_time : (k,) array
         s.
     """
 
     time: Array
     friction: Array
     chambers: list[Array]
-    way_time: Array
-    way: Array
+    later_time: Array
+    later_friction: Array
 
 
 class WindowMotion(NamedTuple):
@@ -141,10 +141,10 @@ def settled(piece: Piece, skipped: int, least: int) -> tuple[int | None, str]:
 
 def _settling(piece: Piece) -> str:
     """Whether friction still approaches its final value, judged over the second half of the displacement so far."""
-    if piece.way.size < 8:
+    if piece.later_friction.size < 8:
         return ""
-    line = fitted_line(piece.way_time, piece.way)
-    duration = float(piece.way_time[-1] - piece.way_time[0])
+    line = fitted_line(piece.later_time, piece.later_friction)
+    duration = float(piece.later_time[-1] - piece.later_time[0])
     level = abs(float(piece.friction[piece.friction.size // 2 :].mean()))
     change = abs(line.slope) * duration
     if change <= max(HALF_WAY_SHARE * level, STEADY_ERRORS * line.slope_error * duration):

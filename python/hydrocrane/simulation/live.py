@@ -93,7 +93,7 @@ class LiveSimulator:
             self._core = _core.LiveSimulator(self.machine.core, entry, make if own else None)
         self._read_by, self._sample = 0, Sample(self.machine, self._core.signals)
         self._outcome: Outcome | None = None
-        self._told: list[Event] = []
+        self._reported: list[Event] = []
         self._warnings: tuple[ResultWarning, ...] = ()
 
     @property
@@ -154,9 +154,9 @@ class LiveSimulator:
     @property
     def events(self) -> tuple[Event, ...]:
         """Events so far, such as a goal that was reached, in order of time."""
-        self._told += [Event(time, text) for time, text in self._core.events()]
+        self._reported += [Event(time, text) for time, text in self._core.events()]
         loads = [Event(change.time, change.text) for change in self.payload_changes]
-        return tuple(sorted(self._told + loads, key=lambda event: event.time))
+        return tuple(sorted(self._reported + loads, key=lambda event: event.time))
 
     @property
     def payload_changes(self) -> tuple[PayloadChange, ...]:
@@ -316,37 +316,37 @@ class LiveSimulator:
         >>> print(again.controller, again.joystick.axes["z"][-1])
         tip 0.2
         """
-        told = self._core.record()
-        if told["end"] <= 0:
+        record = self._core.record()
+        if record["end"] <= 0:
             raise InputError("nothing has been driven yet: step first")
-        first, *later = told["stages"]
+        first, *later = record["stages"]
         driven: RunChanges = {
-            "duration": told["end"],
+            "duration": record["end"],
             "joystick": _moved(first) if self._plan.closed_loop else None,
-            "goals": [Goal(time, *place, speed, until) for time, place, speed, until in told["goals"]],
-            "payload": told["payload"],
-            "payload_changes": {load.time: load.after for load in self.payload_changes if load.time < told["end"]},
+            "goals": [Goal(time, *place, speed, until) for time, place, speed, until in record["goals"]],
+            "payload": record["payload"],
+            "payload_changes": {load.time: load.after for load in self.payload_changes if load.time < record["end"]},
             "phases": [self._phase(number, stage) for number, stage in enumerate(later)],
         }
         return self._plan.changed(**driven).changed(**changes)
 
-    def _phase(self, number: int, told: DrivenStage) -> Phase:
+    def _phase(self, number: int, stage: DrivenStage) -> Phase:
         """A stage after the first as it was driven: a phase of the scenario, or the levers after spool commands."""
         planned = self._plan.phases[number : number + 1]
-        if planned and planned[0].time == told["from"]:
-            return dataclasses.replace(planned[0], joystick=_moved(told))
-        return Phase(told["from"], controller="lever", joystick=_moved(told))
+        if planned and planned[0].time == stage["from"]:
+            return dataclasses.replace(planned[0], joystick=_moved(stage))
+        return Phase(stage["from"], controller="lever", joystick=_moved(stage))
 
     def _end(self) -> str:
         assert self._outcome is not None
         return f"the simulation ended with `{self._outcome.kind}` at {self.time:.4g} s: {self._outcome.message}"
 
 
-def _moved(told: DrivenStage) -> Joystick | None:
+def _moved(stage: DrivenStage) -> Joystick | None:
     """The joystick of a stage as it was moved."""
-    if told["stated"] is None and not told["time"].size:
+    if stage["stated"] is None and not stage["time"].size:
         return None
-    dead_zone, full_speed, ramp = told["stated"] or (0.0, None, 0.0)
-    axes = dict(zip(told["names"], told["axes"].T, strict=True))
-    linear = "linear" if told["linear"] else "hold"
-    return Joystick(told["time"], axes, told["mode"], linear, dead_zone, full_speed, ramp, told["precision"])
+    dead_zone, full_speed, ramp = stage["stated"] or (0.0, None, 0.0)
+    axes = dict(zip(stage["names"], stage["axes"].T, strict=True))
+    linear = "linear" if stage["linear"] else "hold"
+    return Joystick(stage["time"], axes, stage["mode"], linear, dead_zone, full_speed, ramp, stage["precision"])

@@ -59,7 +59,7 @@ class Local:
     Parameters
     ----------
     job, cases, board
-        What is computed, and where that is told.
+        What is computed, and where that is recorded.
     look : callable
         Called about every second.
     """
@@ -67,21 +67,21 @@ class Local:
     def __init__(self, job: Job, cases: Cases, board: Board, look: Callable[[], None]) -> None:
         self._job, self._cases, self._board, self._look = job, cases, board, look
 
-    def results(self, places: Sequence[Place], workers: int, way: str | None) -> Results:
+    def results(self, places: Sequence[Place], workers: int, scheduler: str | None) -> Results:
         """Results of the blocks in the order in which they become ready.
 
         Parameters
         ----------
-        way : {"threads", "processes"} or None
+        scheduler : {"threads", "processes"} or None
             None begins with threads, measures, and goes on with processes where these are faster.
         """
         suspect = set(self._board.deaths)
         alone = [place for place in places if suspect.intersection(self._cases.numbers(place))] if suspect else []
         rest = [place for place in places if place not in alone]
-        free = way is None and sensible(self._job)
+        free = scheduler is None and sensible(self._job)
         # A case with which a process may have ended is computed alone: if it ends again, that was the reason.
         for some, count in ((alone, 1), (rest, workers)):
-            if way == PROCESSES:
+            if scheduler == PROCESSES:
                 yield from self._in_processes(some, count)
             elif free and some is alone:
                 yield from self._in_processes_if_any(some, count)
@@ -242,9 +242,9 @@ def on_cluster(
         except (HydrocraneError, KeyboardInterrupt, GeneratorExit):
             raise
         except Exception as error:
-            told = f"{type(error).__name__}: {next(iter(str(error).splitlines()), '')}"
+            failure = f"{type(error).__name__}: {next(iter(str(error).splitlines()), '')}"
             closed = client.status in ("closing", "closed")
-            raise NotComputed("the client was closed" if closed else f"the cluster failed: {told}") from error
+            raise NotComputed("the client was closed" if closed else f"the cluster failed: {failure}") from error
         finally:
             with suppress(Exception):
                 client.cancel(list(futures))

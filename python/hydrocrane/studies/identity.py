@@ -433,7 +433,7 @@ def own_parts(job: Job) -> dict[str, str]:
     """The fingerprints of a study's own controllers and measures, where they are known."""
     parts = {f"controller {number}": fingerprint(law) for number, law in own_controllers(job.plan).items()}
     parts |= {f"measure `{measure.name}`": fingerprint(measure.own) for measure in job.measures if measure.own}
-    return {name: told for name, told in parts.items() if UNKNOWN not in told}
+    return {name: found for name, found in parts.items() if UNKNOWN not in found}
 
 
 def received(sent: bytes) -> Job:
@@ -454,10 +454,10 @@ def received(sent: bytes) -> Job:
             'module that is found there, or choose scheduler="threads"'
         ) from None
     here = own_parts(job) if parts else {}
-    for name, told in parts.items():
-        if here.get(name) != told:
+    for name, theirs in parts.items():
+        if here.get(name) != theirs:
             raise InputError(
-                f"{name} is {told}, but {here.get(name)} in the process that computes cases: a module that it uses was "
+                f"{name} is {theirs}, but {here.get(name)} in the process that computes cases: a module that it uses was "
                 "changed after it was imported, or is another one there; write the change into the module, or choose "
                 'scheduler="threads"'
             )

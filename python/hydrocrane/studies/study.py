@@ -259,8 +259,8 @@ class Study:
             # Ctrl-C may have come between the writing and the counting of a block, so the store is asked.
             raise StudyInterrupted(_stopped(total - _sizes(kept.pending()), total, kept)) from None
         except NotComputed as error:
-            told = _stopped(total - _sizes(kept.pending()), total, kept)
-            raise type(error)(f"{error}; {told}") from error
+            stopped = _stopped(total - _sizes(kept.pending()), total, kept)
+            raise type(error)(f"{error}; {stopped}") from error
 
     def _longest(self, board: Board) -> str:
         """The case that is computed for the longest time, in words; empty while all are quick."""
@@ -425,8 +425,8 @@ def _write(kept: Store, place: Place, result: BlockResult) -> None:
         kept.write(place, result)
     except OSError as error:
         done = kept.total - _sizes(kept.pending())
-        told = cannot_write(Path(str(kept.path)), error)
-        raise ResultFileError(f"{told}. {_stopped(done, kept.total, kept)}") from None
+        failure = cannot_write(Path(str(kept.path)), error)
+        raise ResultFileError(f"{failure}. {_stopped(done, kept.total, kept)}") from None
 
 
 def _limit(given: float | str | None) -> float | None:

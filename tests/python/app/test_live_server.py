@@ -10,12 +10,12 @@ import pytest
 from hydrocrane.app.serving.live_server import Handler
 
 
-def takes_gzip(wish):
-    return Handler._takes_gzip(SimpleNamespace(headers={"Accept-Encoding": wish}))
+def takes_gzip(coding):
+    return Handler._takes_gzip(SimpleNamespace(headers={"Accept-Encoding": coding}))
 
 
 @pytest.mark.parametrize(
-    ("wish", "taken"),
+    ("coding", "taken"),
     [
         ("gzip", True),
         ("br , gzip;q=0.5", True),
@@ -27,14 +27,14 @@ def takes_gzip(wish):
         ("", False),
     ],
 )
-def test_what_a_browser_takes(wish, taken):
-    assert takes_gzip(wish) is taken
+def test_what_a_browser_takes(coding, taken):
+    assert takes_gzip(coding) is taken
 
 
 @pytest.mark.parametrize(
-    "wish", [" " * 60_000 + "x", "gzip" + " " * 60_000 + "x", "," * 60_000, "gzip;q=0." + "0" * 60_000]
+    "coding", [" " * 60_000 + "x", "gzip" + " " * 60_000 + "x", "," * 60_000, "gzip;q=0." + "0" * 60_000]
 )
-def test_a_long_header_holds_nothing_up(wish):
+def test_a_long_header_holds_nothing_up(coding):
     began = time.process_time()
-    assert not takes_gzip(wish)
+    assert not takes_gzip(coding)
     assert time.process_time() - began < 0.5

@@ -79,12 +79,12 @@ def test_the_server_hands_out_the_page_with_strict_headers(ask):
 
 def test_the_server_compresses_what_a_browser_takes_compressed(ask):
     ask.server.files = {"/": ("text/html", b"crane " * 500), "/recorded.bin": ("application/octet-stream", b"0" * 500)}
-    for wish in ("gzip, deflate, br", "deflate;q=1, gzip;q=0.5"):
-        _, headers, content = ask("/", Accept_Encoding=wish)
+    for coding in ("gzip, deflate, br", "deflate;q=1, gzip;q=0.5"):
+        _, headers, content = ask("/", Accept_Encoding=coding)
         assert headers["Content-Encoding"] == "gzip" and gzip.decompress(content) == b"crane " * 500
         assert int(headers["Content-Length"]) == len(content) < 300 and headers["Vary"] == "Accept-Encoding"
-    for wish in ("identity", "gzip;q=0", "gzip;q=0.0", "xgzip"):
-        _, headers, content = ask("/", Accept_Encoding=wish)
+    for coding in ("identity", "gzip;q=0", "gzip;q=0.0", "xgzip"):
+        _, headers, content = ask("/", Accept_Encoding=coding)
         assert "Content-Encoding" not in headers and content == b"crane " * 500
     assert "Content-Encoding" not in ask("/recorded.bin", Accept_Encoding="gzip")[1]
 

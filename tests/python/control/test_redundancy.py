@@ -12,7 +12,7 @@ REST = (0.0, 0.0)
 
 
 def problem(seed: int, joints: int = 3, fast: float = 0.5):
-    """A random chain away from singular postures, wish and limits.
+    """A random chain away from singular postures, request and limits.
 
     Jacobian, velocity, weights, preferred rates, bounds; a thousandth of a singular posture is where the damping shows.
     """
@@ -57,8 +57,8 @@ def test_of_all_motions_as_fast_it_takes_the_one_of_least_effort(joints):
         rates, share = _core.resolve_rates(jacobian, tuple(velocity), REST, weights, preferred, bounds)
         stiff = 1e6
         matrix = np.vstack([np.diag(np.sqrt(weights)), stiff * jacobian])
-        wish = np.concatenate([np.sqrt(weights) * preferred, stiff * share * velocity])
-        best = lsq_linear(matrix, wish, bounds=tuple(bounds.T), method="bvls", tol=1e-14).x
+        request = np.concatenate([np.sqrt(weights) * preferred, stiff * share * velocity])
+        best = lsq_linear(matrix, request, bounds=tuple(bounds.T), method="bvls", tol=1e-14).x
 
         def effort(q, weights=weights, preferred=preferred):
             return float((weights * (q - preferred) ** 2).sum())

@@ -140,8 +140,8 @@ def driven(truth: Truth, rate: float = 100.0, *, servo: bool, supply: float = 14
 
     def slopes(t, state):
         x, v, p1, p2 = state
-        wish = np.interp(t, time, v_asked)
-        u = opening(truth, wish, supply)
+        request = np.interp(t, time, v_asked)
+        u = opening(truth, request, supply)
         if servo:
             u += 8.0 * (np.interp(t, time, x_asked) - x)
         flow1 = edge(u, supply - p1) if u > 0.0 else edge(u, p1)

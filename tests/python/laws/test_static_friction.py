@@ -360,13 +360,13 @@ def test_breakaway_readings_count_as_the_limit_of_rest():
 
 def test_points_that_may_stand_still_are_left_out():
     points = synthetic_points(ROTTNE)
-    blurred = replace(points, velocity_error=np.where(points.speed < 1.5e-4, 1e-4, points.velocity_error))
-    fit = fit_static(blurred)
+    coarse = replace(points, velocity_error=np.where(points.speed < 1.5e-4, 1e-4, points.velocity_error))
+    fit = fit_static(coarse)
     assert len(fit.rejected) == 6 and "direction unknown" in fit.rejected[0].reason
 
 
 @pytest.mark.parametrize(
-    ("wish", "said"),
+    ("request", "said"),
     [
         ({"exponents": "fre"}, "did you mean `free`"),
         ({"exponents": None}, "or a dict such as"),
@@ -380,9 +380,9 @@ def test_points_that_may_stand_still_are_left_out():
         ({"floor": -1.0}, "floor must be"),
     ],
 )
-def test_wrong_wishes_are_named(wish, said):
+def test_wrong_requests_are_named(request, said):
     with pytest.raises(hc.InputError, match=said):
-        fit_static(synthetic_points(ROTTNE), **wish)
+        fit_static(synthetic_points(ROTTNE), **request)
 
 
 def test_all_at_rest_is_an_error():

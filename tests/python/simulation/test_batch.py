@@ -209,10 +209,10 @@ def test_seeds_and_options_of_many_environments_are_those_of_one():
     observations, information = many.reset(seed=[3, None])
     first, _ = alone.reset()
     np.testing.assert_array_equal(observations[1], first)
-    wished = {"target": [4.0, 0.5], "q": POSE}
-    observations, information = many.reset(options=wished)
+    requested = {"target": [4.0, 0.5], "q": POSE}
+    observations, information = many.reset(options=requested)
     np.testing.assert_array_equal(information["target"], [[4.0, 0.5]] * 2)
-    np.testing.assert_array_equal(observations, [alone.reset(options=wished)[0]] * 2)
+    np.testing.assert_array_equal(observations, [alone.reset(options=requested)[0]] * 2)
     for env, target in ((many, [[4.0, 0.5], [3.0, 0.0]]), (alone, [4.0, 0.5])):
         _, information = env.reset(options={"target": target})
         np.testing.assert_array_equal(information["target"], target)

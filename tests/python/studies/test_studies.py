@@ -27,7 +27,7 @@ def rig_study(keys, **options):
 
 
 def own_way(run):
-    """Way of the tip, by a second hand."""
+    """Path length of the tip, by a second hand."""
     tip = np.column_stack([run.data["tip.x"], run.data["tip.z"]])
     return float(np.linalg.norm(np.diff(tip, axis=0), axis=1).sum())
 

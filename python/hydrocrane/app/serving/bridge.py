@@ -92,9 +92,9 @@ def _seen(machine: hc.Machine, obs: hc.Observation) -> list[BridgeSignal]:
     units = dict(zip(machine.state_names, machine.state_units, strict=True))
     joints = [f"joint.{joint}.{kind}" for kind in ("q", "qd") for joint in machine.joint_names]
     pressures = [f"cylinder.{cylinder}.p{side}" for cylinder in machine.cylinder_names for side in (1, 2)]
-    told = [BridgeSignal(name, units[name]) for name in joints + pressures]
+    states = [BridgeSignal(name, units[name]) for name in joints + pressures]
     return [
-        *told,
+        *states,
         *(BridgeSignal(f"tip.{axis}", "m") for axis in machine.tip_axes),
         *_readings(machine, list(obs.measured)),
     ]
@@ -241,7 +241,7 @@ def checked(part: Part, values: Sequence[float]) -> None:
 _LOOK = 0.1
 # Silence after which a program gets no more samples, and another one may take the bridge over, s.
 _SILENCE = 1.0
-# A controller's samples may be so many periods apart before it is told.
+# A controller's samples may be so many periods apart before that is reported.
 _UNEVEN = 1.5
 
 
@@ -273,7 +273,7 @@ class _Client:
     time: float = -math.inf
     sequence: int = 0
     values: tuple[float, ...] | None = None
-    told: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
 
 
 class Bridge:
@@ -416,8 +416,8 @@ class Bridge:
 
     def _tell(self, text: str, what: str) -> None:
         """Tell the program something, once."""
-        if what not in self._client.told:
-            self._client.told.add(what)
+        if what not in self._client.reported:
+            self._client.reported.add(what)
             self._send(Packet(Kind.problem, self._client.sequence, self._time(), text=text))
 
     def _refuse(self, peer: Peer, sequence: int, why: str) -> None:
@@ -436,7 +436,7 @@ class Bridge:
             for s in part.inputs
         ]
         outputs = [{"name": s.name, "unit": s.unit} for s in part.outputs]
-        told = {
+        described = {
             "program": f"hydrocrane {hc.__version__}",
             "machine": part.machine.name,
             "role": part.role,
@@ -445,7 +445,7 @@ class Bridge:
             "inputs": inputs,
             "outputs": outputs,
         }
-        return json.dumps(told)
+        return json.dumps(described)
 
 
 # Between samples of a crane under spool commands, s.

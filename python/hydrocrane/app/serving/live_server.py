@@ -140,8 +140,8 @@ class Handler(BaseHTTPRequestHandler):
         return None
 
     def _takes_gzip(self) -> bool:
-        wishes = (wish.partition(";") for wish in (self.headers.get("Accept-Encoding") or "").split(","))
-        shares = (share.partition("=")[2].strip() for name, _, share in wishes if name.strip() == "gzip")
+        codings = (coding.partition(";") for coding in (self.headers.get("Accept-Encoding") or "").split(","))
+        shares = (share.partition("=")[2].strip() for name, _, share in codings if name.strip() == "gzip")
         return any(not share or re.match(r"1|0\.0*[1-9]", share) for share in shares)
 
     def end_headers(self) -> None:

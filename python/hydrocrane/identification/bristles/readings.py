@@ -251,15 +251,15 @@ def motions(log: Log, rig: Machine, payload: float | None) -> list[PistonMotion]
     data = friction_force(log.usable("x", "p1", "p2", "command"), RigParameters.of(rig, payload=payload))
     time, velocity, friction = (np.asarray(data[name].values) for name in ("time", "velocity", "friction"))
     command = np.interp(time, log.time, log["command"])
-    way = np.where(np.abs(command) > OPEN * np.abs(command).max(), np.sign(command), 0.0)
-    edges = np.flatnonzero(np.diff(way)) + 1
+    sense = np.where(np.abs(command) > OPEN * np.abs(command).max(), np.sign(command), 0.0)
+    edges = np.flatnonzero(np.diff(sense)) + 1
     if not edges.size:
         return []
     datum = float(np.median(friction[: edges[0]]))
     x = np.interp(time, log.time, log["x"])
     found = []
     for begin, end in zip(edges, [*edges[1:], time.size], strict=True):
-        if way[begin] == 0.0:
+        if sense[begin] == 0.0:
             continue
         first = max(int(begin) - RESTING_SAMPLES, 0)
         pick = slice(first, int(end))
@@ -276,8 +276,8 @@ BEYOND = 2.0
 def goes_beyond(log: Log, rig: Machine, law: StaticMap, payload: float | None) -> bool:
     """Whether a motion of a ramp continues after break-away to more than :data:`BEYOND` Stribeck velocities."""
     for motion in motions(log, rig, payload):
-        way = np.sign(np.mean(motion.velocity))
-        if _smooth(way * motion.velocity).max() > BEYOND * law.pairs["stribeck-velocity"][0 if way > 0 else 1]:
+        sense = np.sign(np.mean(motion.velocity))
+        if _smooth(sense * motion.velocity).max() > BEYOND * law.pairs["stribeck-velocity"][0 if sense > 0 else 1]:
             return True
     return False
 
@@ -315,9 +315,9 @@ class BristleReading:
 def without_slip(law: StaticMap, motion: PistonMotion) -> Array:
     """Change of the bristle deflection (n,), m, along a motion."""
     seal = np.abs(dry(law).force(_moving(motion.velocity)))
-    way = np.sign(np.mean(motion.velocity))
+    sense = np.sign(np.mean(motion.velocity))
     # After a reversal friction still acts along the motion, and the bristles straighten faster than the piston moves.
-    held = 1.0 - np.clip(way * (motion.friction - viscous(law, motion.velocity)) / seal, -1.0, 1.0)
+    held = 1.0 - np.clip(sense * (motion.friction - viscous(law, motion.velocity)) / seal, -1.0, 1.0)
     steps = np.diff(motion.position)
     return np.concatenate([[0.0], np.cumsum(0.5 * (held[1:] + held[:-1]) * steps)])
 
@@ -329,9 +329,9 @@ def stiffness(motion: PistonMotion, law: StaticMap) -> BristleReading:
     slope, because of the position sensor's noise in the deflection.
     """
     _check(motion)
-    way = np.sign(np.mean(motion.velocity))
-    limit = float(np.abs(dry(law).force(np.array([way * 1e-8]))[0]))
-    share = _smooth(way * motion.friction) / limit
+    sense = np.sign(np.mean(motion.velocity))
+    limit = float(np.abs(dry(law).force(np.array([sense * 1e-8]))[0]))
+    share = _smooth(sense * motion.friction) / limit
     above = np.flatnonzero(share > SLIPPING)
     last = int(above[0]) if above.size else share.size
     still = np.flatnonzero(share[:last] < share[0] + RESTING)

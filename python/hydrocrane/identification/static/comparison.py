@@ -18,7 +18,7 @@ from hydrocrane.errors import InputError
 from hydrocrane.identification.solve import invert, minimise
 from hydrocrane.identification.static.fit import best_map, fit_static
 from hydrocrane.identification.static.intervals import Solved
-from hydrocrane.identification.static.maps import Exponents, Wish
+from hydrocrane.identification.static.maps import Exponents, FormRequest
 from hydrocrane.identification.static.points import DIRECTIONS, FrictionPoints
 from hydrocrane.identification.static.problem import FLOOR_SHARE, Bias, Problem, level_means, sensor_errors
 from hydrocrane.identification.static.result import StaticFit
@@ -186,8 +186,8 @@ def compare_friction(
     together = FrictionPoints.joined(list(groups.values()))
     sensors = sensor_errors(together, bias, span, linearity_error)
 
-    wish = Wish.of(exponents, held)
-    form = best_map(together, wish, None, sensors, floor=floor)[0].form
+    request = FormRequest.of(exponents, held)
+    form = best_map(together, request, None, sensors, floor=floor)[0].form
     starts = np.cumsum([0, *(points.logs for points in groups.values())])
     fits, apart = {}, []
     for (name, points), first in zip(groups.items(), starts, strict=False):
@@ -210,7 +210,7 @@ def compare_friction(
     used = FrictionPoints.joined([problem.points for problem in apart])
     used = replace(used, of_log=np.concatenate([problem.points.log for problem in apart]))
     of_used = sensor_errors(used, bias, span, linearity_error)
-    whole, _ = best_map(used, wish, form, of_used, loss="linear", floor=floor)
+    whole, _ = best_map(used, request, form, of_used, loss="linear", floor=floor)
     one = replace(_solved(whole).problem, points=used, start=_solved(whole).problem.coordinates.of_map(whole.law))
     separate, statistic, freedom = _nested_test(list(fits.values()), apart, one)
     differences = tuple(_difference(list(fits), separate, v, name, reference) for name, v in places.items())

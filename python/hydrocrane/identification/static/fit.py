@@ -27,8 +27,8 @@ from hydrocrane.identification.static.maps import (
     SPANS,
     Exponents,
     Form,
+    FormRequest,
     StaticMap,
-    Wish,
 )
 from hydrocrane.identification.static.points import FrictionPoints, RejectedPoint
 from hydrocrane.identification.static.problem import (
@@ -53,7 +53,7 @@ from hydrocrane.identification.static.warnings import warnings_of
 # Iterations of the weights, which depend on the slope of the map and on the estimated scatter.
 ROUNDS = 4
 # Difference of AICc up to which a form has substantial support (Burnham and Anderson 2002, section 2.6).
-TOLD = 2.0
+SUPPORTED = 2.0
 # Relative change of the weights at convergence.
 SETTLED = 1e-5
 
@@ -73,7 +73,7 @@ def candidates_of(
         found += [c for c in _fitted(more, problem) if c.problem.unknowns <= c.problem.points.levels.count.size]
     found.sort(key=lambda candidate: candidate.aicc)
     # Speeds that do not tell a viscous exponent of 1 from another one are no evidence for the other one.
-    near = (c for c in found if c.aicc < found[0].aicc + TOLD and c.form.viscous_exponent == LINEAR)
+    near = (c for c in found if c.aicc < found[0].aicc + SUPPORTED and c.form.viscous_exponent == LINEAR)
     first = next(near, found[0])
     return [first, *(c for c in found if c is not first)]
 
@@ -317,7 +317,7 @@ def fit_static(
     sensors = sensor_errors(points, bias, span, linearity_error)
     best, likeliest = best_map(
         points,
-        Wish.of(exponents, held),
+        FormRequest.of(exponents, held),
         form,
         sensors,
         velocity_share=velocity_share,
@@ -325,18 +325,18 @@ def fit_static(
         loss=loss,
         floor=floor,
     )
-    told = replace(
+    judged = replace(
         best,
         residual_analysis=residual_analysis(likeliest.problem, likeliest.x),
         held_out=leave_out(likeliest),
         successions=successions(likeliest.problem, likeliest.x),
     )
-    return replace(told, warnings=warnings_of(told, bool(sensors.priors)))
+    return replace(judged, warnings=warnings_of(judged, bool(sensors.priors)))
 
 
 def best_map(
     points: FrictionPoints,
-    wish: Wish,
+    request: FormRequest,
     form: Form | None,
     sensors: SensorErrors,
     *,
@@ -349,15 +349,15 @@ def best_map(
     used, rejected = usable_points(points)
 
     def problem(of: Form, among: FrictionPoints) -> Problem:
-        return problem_of(among, of, wish.held, sensors, symmetric, floor)
+        return problem_of(among, of, request.held, sensors, symmetric, floor)
 
-    forms = [form] if form else list(wish.forms(used, symmetric))
+    forms = [form] if form else list(request.forms(used, symmetric))
     kept, stray = _without_outliers(problem(_largest(forms), used), loss)
     rejected += _numbered(used, stray, points)
     candidates = candidates_of(
-        forms, () if form else wish.freedoms["stribeck-exponent"][1:], lambda of: problem(of, kept)
+        forms, () if form else request.freedoms["stribeck-exponent"][1:], lambda of: problem(of, kept)
     )
-    best, *others = (_result(points, candidate, wish, rejected, velocity_share) for candidate in candidates)
+    best, *others = (_result(points, candidate, request, rejected, velocity_share) for candidate in candidates)
     return replace(best, alternatives=tuple(others)), candidates[0]
 
 
@@ -389,7 +389,7 @@ def _numbered(used: FrictionPoints, stray: list[tuple[int, float]], points: Fric
 
 
 def _result(
-    points: FrictionPoints, candidate: Solved, wish: Wish, rejected: list[RejectedPoint], share: float
+    points: FrictionPoints, candidate: Solved, request: FormRequest, rejected: list[RejectedPoint], share: float
 ) -> StaticFit:
     """A candidate with its covariance, without warnings and alternatives."""
     problem, x, sigma = candidate.problem, candidate.x, candidate.sigma
@@ -403,7 +403,7 @@ def _result(
         points=points,
         law=StaticMap(values.ravel(), candidate.form.lorentzian),
         form=candidate.form,
-        form_text=candidate.form.text(wish.held),
+        form_text=candidate.form.text(request.held),
         unknowns=problem.unknowns,
         aicc=candidate.aicc,
         offsets=tuple(map(float, x[problem.unknowns :][: len(problem.sensors.offsets)])),

@@ -277,7 +277,7 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Wish:
+class FormRequest:
     """The request for the exponents.
 
     Attributes
@@ -292,7 +292,7 @@ class Wish:
     freedoms: dict[str, tuple[str, ...]]
 
     @classmethod
-    def of(cls, exponents: Exponents, held: Mapping[str, ArrayLike] | None = None) -> Wish:
+    def of(cls, exponents: Exponents, held: Mapping[str, ArrayLike] | None = None) -> FormRequest:
         """Checked from the arguments of :func:`~hydrocrane.identification.fit_static`."""
         values = {name: _value(name, value) for name, value in {**EXPONENTS, **(held or {})}.items()}
         if isinstance(exponents, str):

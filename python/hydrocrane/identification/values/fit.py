@@ -182,8 +182,8 @@ class Setup:
                 records[-1] = replace(records[-1], unmodelled=self._friction_at_rest(records[-1], moves))
             motions.append((motion.every(every), {name: moving[::every] for name, moving in moves.items()}))
             notes += [*records[-1].notes, _at_rest(log, moves, self.at_rest), *swapped_pressures(self.machine, log)]
-        told = [joint_signals(self.machine, log) for log in windows]
-        joints = [f"joint.{j}.q" for i, j in enumerate(self.machine.joint_names) if all(row[i] for row in told)]
+        measured = [joint_signals(self.machine, log) for log in windows]
+        joints = [f"joint.{j}.q" for i, j in enumerate(self.machine.joint_names) if all(row[i] for row in measured)]
         pressures = [f"cylinder.{c}.p{side}" for c in self.machine.cylinder_names for side in (1, 2)]
         inputs = [*joints, *(name for name in pressures if all(name in log for log in windows))]
         keys = self._keys(_signals(records), inputs)

@@ -34,7 +34,7 @@ FORCE = "cylinder.{}.pressure_force"
 CLEAR, LEAST_SPEED = 3.0, 5e-4
 # Displacement after a reversal within which the friction of a piston reaches its static map, m: bristles bend, seals
 # roll.
-WAY = 1e-3
+TRAVEL = 1e-3
 LEAST_READINGS = 20
 # Memory of the filter as a share of a period of its bandwidth.
 MEMORY = 0.5
@@ -218,7 +218,7 @@ def measured_forces(
             sign * area * log[s] for sign, area, s in zip((1, -1), machine.piston_areas[c], signals, strict=True)
         )
         still = np.abs(speed[:, c]) < np.maximum(CLEAR * error[:, c], LEAST_SPEED)
-        still |= _way_since_turn(log.time, speed[:, c]) < WAY
+        still |= _travel_since_turn(log.time, speed[:, c]) < TRAVEL
         doubtful = lost | _at_an_end(machine, c, motion.q)
         doubtful[[0, -1]] = True
         moves[name] = ~maximum_filter1d(still, 2 * memory + 1)
@@ -252,8 +252,8 @@ def _at_an_end(machine: Machine, c: int, q: Array) -> np.ndarray:
     return np.asarray((stroke < low + zone) | (stroke > high - zone))
 
 
-def _way_since_turn(time: Array, speed: Array) -> Array:
+def _travel_since_turn(time: Array, speed: Array) -> Array:
     """(m,) displacement of a piston since its last reversal, m; before the first reversal, since the start."""
-    way = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(speed[1:] + speed[:-1]) * np.diff(time))])
+    travel = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(speed[1:] + speed[:-1]) * np.diff(time))])
     turned = np.concatenate([[True], np.sign(speed[1:]) != np.sign(speed[:-1])])
-    return way - np.maximum.accumulate(np.where(turned, way, 0.0))
+    return travel - np.maximum.accumulate(np.where(turned, travel, 0.0))
