@@ -133,8 +133,8 @@ mod tests {
         let (plain, block) = (written(&lever(false)).expect("small"), written(&lever(true)).expect("small"));
         assert_eq!((joints(&plain), joints(&block)), (Ok(2), Ok(2)));
         let found = [&plain, &block].map(|block| read::<2, _>(block, Parameters::clone).expect("sound"));
-        let told = Lever::new(0.01, [0.05, 0.02]);
-        assert!(found.iter().all(|found| matches!(&found.controller, Kind::Lever(lever) if *lever == told)));
+        let expected = Lever::new(0.01, [0.05, 0.02]);
+        assert!(found.iter().all(|found| matches!(&found.controller, Kind::Lever(lever) if *lever == expected)));
         let monitors = found.map(|found| format!("{:?}", found.monitor));
         assert_eq!(monitors, [None, lever(true).monitor].map(|monitor| format!("{monitor:?}")));
         for i in 0..block.len() {

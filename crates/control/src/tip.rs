@@ -4,7 +4,8 @@
 //! (set-point, redundancy, scaling that keeps the direction) -> modelled load forces -> spool commands.
 
 use crate::estimate::{
-    chamber_estimate::Pressures, model_error::Straying, observer, readings::Readings, standstill::Standstill,
+    chamber_estimate::Pressures, model_error::Straying, observer, readings::Readings, standstill::Sinking,
+    standstill::Standstill,
 };
 use crate::interface::controller::{copied_by_clone, Controller, Fault, Goal, Measurement, Stick};
 use crate::interface::notice::{Aim, Cause, Indices, News, Notice};
@@ -13,10 +14,10 @@ use crate::interface::signal::Signal;
 use crate::model::controller_model::{ControllerModel, Posture};
 use crate::model::{feed_forward::Moment, oil_modes::OilModes, slewing::SLEW};
 use crate::reference::holding::Hold;
+use crate::reference::request::Request;
 use crate::reference::set_point::{Means, Reference, STANDING};
 use crate::reference::slow_down::checked;
 use crate::reference::wanted::Wanted;
-use crate::reference::wish::Wish;
 use crate::regulate::damping::Damping;
 use crate::regulate::drive::{Demand, Drive};
 pub use crate::regulate::tip_settings::Settings;
@@ -24,7 +25,7 @@ use crate::regulate::weighing::Weighing;
 #[cfg(feature = "std")]
 use crate::{
     estimate::valve_learning::LearntValve,
-    interface::{controller::Told, notice::Names},
+    interface::{controller::Report, notice::Names},
     reference::reach,
 };
 use hydrocrane_num::{Real, Vec2, Vec3};
@@ -55,7 +56,7 @@ struct State<const N: usize> {
     /// Whether the forces of all cylinders are known at this sample.
     forces_known: bool,
     /// How far the tip may be from where the joint sensors see it, m.
-    blur: f64,
+    uncertainty: f64,
     /// Since the set-point stopped, s.
     still: f64,
     standstill: Standstill,
@@ -66,14 +67,12 @@ struct State<const N: usize> {
     asked: [f64; 2],
     /// On the way to a goal.
     travel: Option<Travel>,
-    /// How long cylinders have been sinking that the supply pressure cannot lift, s, and whether that was told since the last motion.
-    sinking: f64,
-    told_sinking: bool,
-    /// How long the stick has led back to a tip that is too far behind, s.
-    led_back: f64,
+    sinking: Sinking,
+    /// How long the reversed stick has pointed back to a tip that is too far behind, s.
+    reversed: f64,
     /// Off its path.
     straying: Straying,
-    /// What whoever holds the stick should know and has not been told.
+    /// What whoever holds the stick should know and has not been given yet.
     news: News,
 }
 
@@ -82,7 +81,7 @@ const SINKING: f64 = 0.2;
 /// Share of the speed asked for that counts as nothing left of it.
 const BLOCKED: f64 = 0.1;
 /// Time after which a tip counts as held, s: longer than half a swing of a boom on its oil.
-const LED_BACK: f64 = 1.5;
+const HELD: f64 = 1.5;
 
 /// Distance of the tip from its set-point at which this stands, in those at which it begins to wait.
 const FARTHEST: f64 = 3.0;
@@ -175,16 +174,15 @@ impl<const N: usize> State<N> {
             weighing: Weighing::new(n.mechanics.bodies.iter().map(|body| body.mass).sum(), s.period),
             slowest: f64::INFINITY,
             forces_known: true,
-            blur: 0.0,
+            uncertainty: 0.0,
             still: s.settling,
             standstill: Standstill::default(),
             unheld: [false; N],
             yielding: [false; N],
             asked: [0.0; 2],
             travel: None,
-            sinking: 0.0,
-            told_sinking: false,
-            led_back: 0.0,
+            sinking: Sinking::default(),
+            reversed: 0.0,
             straying: Straying::default(),
             news: News::default(),
         }
@@ -195,20 +193,20 @@ impl<const N: usize> State<N> {
         hydrocrane_num::array::from_fn(|c| f(&self.drives[c]))
     }
 
-    /// Starts the set-point anew where the stick has long led back to a tip that does not come: the ground holds it.
+    /// Starts the set-point anew where the reversed stick has long pointed back to a tip that does not come: the ground holds it.
     fn follow_the_stick_back(
         &mut self,
         model: &ControllerModel<N>,
         s: &Settings<N>,
-        wish: &Wish<N>,
+        request: &Request<N>,
         lag: Vec3<f64>,
         now: &Means<N>,
         waiting: f64,
     ) {
-        let led_back = waiting < BLOCKED && self.reference.towards(&s.shape, wish).dot(lag) < 0.0;
-        self.led_back = if led_back { self.led_back + s.period } else { 0.0 };
-        if self.led_back >= LED_BACK {
-            self.led_back = 0.0;
+        let reversed = waiting < BLOCKED && self.reference.towards(&s.shape, request).dot(lag) < 0.0;
+        self.reversed = if reversed { self.reversed + s.period } else { 0.0 };
+        if self.reversed >= HELD {
+            self.reversed = 0.0;
             self.follow_anew(model, s, now);
         }
     }
@@ -219,23 +217,23 @@ impl<const N: usize> State<N> {
         self.drives.iter_mut().for_each(Drive::follow_anew);
     }
 
-    /// Finds out why the tip stands though it is told to move. `waiting`: share of the wish that is left.
+    /// Finds out why the tip stands though it shall move. `waiting`: share of the request that is left.
     fn look_for_standstill(
         &mut self,
         model: &ControllerModel<N>,
         s: &Settings<N>,
-        wish: &Wish<N>,
+        request: &Request<N>,
         now: &Means<N>,
         waiting: f64,
     ) {
-        let speed = |wish: &Wish<N>| self.reference.towards(&s.shape, wish).norm();
-        let asked = speed(wish);
+        let speed = |request: &Request<N>| self.reference.towards(&s.shape, request).norm();
+        let asked = speed(request);
         // A goal is given up only where the tip hardly gets any nearer.
         let least = if self.travel.is_some() { asked.min(CREEPING / BLOCKED) } else { asked };
         if !self.standstill.watch(least, self.reference.pace, s.period) {
             return;
         }
-        let open = self.reference.slowed(&s.shape, *wish);
+        let open = self.reference.slowed(&s.shape, *request);
         let barred = speed(&open) < BLOCKED * asked;
         let obstacles = self.reference.obstacles(model, &s.shape, &open, &now.piston, BLOCKED);
         let (overloaded, limited) = self.sorted(&obstacles);
@@ -245,8 +243,8 @@ impl<const N: usize> State<N> {
                 self.follow_anew(model, s, now);
             }
             Cause::Load(overloaded)
-        } else if self.reference.leave.share < BLOCKED {
-            Cause::Holding(self.reference.leave.joint)
+        } else if self.reference.step_limit.share < BLOCKED {
+            Cause::Holding(self.reference.step_limit.joint)
         } else if waiting < BLOCKED {
             Cause::Lag
         } else if barred {
@@ -259,16 +257,16 @@ impl<const N: usize> State<N> {
     }
 
     /// What the operator asks for: by the sticks, or the velocity that leads to the goal.
-    fn wish(&mut self, s: &Settings<N>, stick: Wanted<N>) -> Wish<N> {
-        let wish = match stick {
-            Wanted::Goal(goal) => return Wish::Tip(self.towards_goal(s, goal)),
+    fn request(&mut self, s: &Settings<N>, stick: Wanted<N>) -> Request<N> {
+        let request = match stick {
+            Wanted::Goal(goal) => return Request::Tip(self.towards_goal(s, goal)),
             Wanted::Velocity(velocity) => self.reference.asked(velocity, &s.lever_speeds),
-            Wanted::Levers(levers) => Wish::Joints(self.reference.lever_rates(&s.shape, &s.lever_speeds, &levers)),
+            Wanted::Levers(levers) => Request::Joints(self.reference.lever_rates(&s.shape, &s.lever_speeds, &levers)),
         };
         if let Some(travel) = self.travel.take().filter(|travel| !travel.over) {
-            self.news.tell(Notice::GivenUp { place: travel.goal.name(), cancelled: wish.is_zero() });
+            self.news.tell(Notice::GivenUp { place: travel.goal.name(), cancelled: request.is_zero() });
         }
-        wish
+        request
     }
 
     /// The velocity that leads to a goal in the plane, m/s.
@@ -303,21 +301,19 @@ impl<const N: usize> State<N> {
     /// Tells once of cylinders that the supply pressure cannot hold at rest.
     fn look_for_sinking(&mut self, s: &Settings<N>) {
         let sinking: Indices = (0..N).filter(|&c| self.drives[c].sinks()).collect();
-        self.sinking = if sinking.is_empty() { 0.0 } else { self.sinking + s.period };
-        if self.sinking < LED_BACK {
+        if !self.sinking.lasted(sinking.is_empty(), s.period, HELD) {
             return;
         }
-        self.sinking = 0.0;
         // Else the tip would go back some time later, when a swing lets the supply pressure win.
         sinking.iter().for_each(|c| self.drives[c].stay());
-        if !core::mem::replace(&mut self.told_sinking, true) {
+        if !core::mem::replace(&mut self.sinking.reported, true) {
             self.news.tell(Notice::Sinks(sinking));
         }
     }
 
     /// Tells that the tip was off its path, though it may come later or sooner, and which error of the model is likely.
     fn look_for_straying(&mut self, s: &Settings<N>, lag: Vec3<f64>, measured: &Posture<N>) {
-        let (velocity, most) = (self.reference.velocity(), STRAYED * s.lag_limit + self.blur);
+        let (velocity, most) = (self.reference.velocity(), STRAYED * s.lag_limit + self.uncertainty);
         let velocity = Some(velocity).filter(|velocity| velocity.norm() > STANDING);
         let Some(off) = self.straying.watch(lag, velocity, most, self.still > 0.0, s.period) else { return };
         let share = |c: &usize| self.drives[*c].error().square() * measured.tip_per_stroke(*c).square();
@@ -331,7 +327,7 @@ impl<const N: usize> State<N> {
     fn look_for_arrival(&mut self, tip: [f64; 2]) {
         let Some(Travel { goal, .. }) = self.travel.take_if(|travel| travel.over) else { return };
         let off = (Vec2::<f64>::c(goal.place) - Vec2::c(tip)).norm();
-        let there = off < THERE.max(self.blur);
+        let there = off < THERE.max(self.uncertainty);
         let aim = Aim::Place(goal.place);
         self.news.tell(if there { Notice::Arrived(goal.name()) } else { Notice::Stands(Cause::Lag, aim) });
     }
@@ -391,7 +387,7 @@ impl<const N: usize> State<N> {
             self.drives[c].measure(&moment, piston_counts[c], !missing, self.slowest, observing);
         }
         // Half a count of each joint, and the half that a piston at rest goes to the boundary of its count.
-        self.blur = (0..N).map(|i| measured.tip_per_joint(i) * counts[i]).sum::<f64>();
+        self.uncertainty = (0..N).map(|i| measured.tip_per_joint(i) * counts[i]).sum::<f64>();
         let stiffness = self.of_each(Drive::stiffness);
         let force = self.of_each(Drive::carrying);
         let weighed_before = self.payload;
@@ -406,9 +402,9 @@ impl<const N: usize> State<N> {
         self.slowest = modes.slowest();
         let holding = model.holding(&at, &mass, self.payload, &stiffness);
         self.look_for_runaways(&holding);
-        let wish = self.wish(s, stick);
-        self.asked = if let Wish::Tip([x, z, _]) = wish { [x, z] } else { [0.0; 2] };
-        let moving = self.reference.moving(&wish) || self.corrects(s, &measured, &counts);
+        let request = self.request(s, stick);
+        self.asked = if let Request::Tip([x, z, _]) = request { [x, z] } else { [0.0; 2] };
+        let moving = self.reference.moving(&request) || self.corrects(s, &measured, &counts);
         self.still = if moving { 0.0 } else { self.still + s.period };
         let rest = self.still >= s.settling;
         let target: [f64; N];
@@ -423,16 +419,16 @@ impl<const N: usize> State<N> {
             self.look_for_arrival(measured.tip);
         } else {
             let held = self.reference.posture.stroke;
-            (self.sinking, self.told_sinking) = (0.0, false);
-            let ways = self.of_each(|drive| drive.commanded().under_way());
-            self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() + ways[c] - held[c]);
+            self.sinking = Sinking::default();
+            let under_way = self.of_each(|drive| drive.commanded().under_way());
+            self.settled = hydrocrane_num::array::from_fn(|c| self.drives[c].position() + under_way[c] - held[c]);
             let observed = measured.joints_at(q, &self.of_each(Drive::position));
             // An observer that is slow for a slow swing loses a tip that moves, which the sensors see but for half a count.
             let unknown = counts.map(|count| HALF_A_COUNT * count);
             let seen: [f64; N] =
                 hydrocrane_num::array::from_fn(|i| q[i] + (observed[i] - q[i]).clamp(-unknown[i], unknown[i]));
             // Both where the commands under way will have brought the joints.
-            let strokes = hydrocrane_num::array::from_fn(|c| measured.stroke[c] + ways[c]);
+            let strokes = hydrocrane_num::array::from_fn(|c| measured.stroke[c] + under_way[c]);
             let [observed, seen] = [observed, seen].map(|joints| measured.joints_at(&joints, &strokes));
             let tip = measured.tip_at(q, &seen);
             let lag = self.reference.lag(tip, seen[SLEW]);
@@ -451,15 +447,15 @@ impl<const N: usize> State<N> {
                 held,
                 payload: self.payload,
                 slowest_mode: self.slowest,
-                blur: self.blur,
+                uncertainty: self.uncertainty,
                 full_speed: self.of_each(Drive::full_speed_unloaded),
                 near_region: s.shape.keep_out.distance(tip) < s.shape.keep_out.margin + SINKING,
                 correctable: holding.map(|hold| s.drive.position * hold.bearable(s.drive.position)),
                 following: ((FARTHEST - lag.norm() / s.lag_limit) / (FARTHEST - 1.0)).clamp(0.0, 1.0),
             };
-            self.reference.advance(model, &s.shape, wish.scaled(waiting), &now);
-            self.look_for_standstill(model, s, &wish, &now, waiting);
-            self.follow_the_stick_back(model, s, &wish, lag, &now, waiting);
+            self.reference.advance(model, &s.shape, request.scaled(waiting), &now);
+            self.look_for_standstill(model, s, &request, &now, waiting);
+            self.follow_the_stick_back(model, s, &request, lag, &now, waiting);
             self.look_for_straying(s, lag, &measured);
             target = self.reference.posture.stroke;
         }
@@ -568,7 +564,7 @@ impl<const N: usize> Controller for Tip<N> {
             return Some("goals lie in a plane, and this crane slews; move it with the sticks".to_string());
         }
         let keep_out = &self.settings.shape.keep_out;
-        let margin = keep_out.margin + self.state.as_ref().map_or(0.0, |state| state.blur);
+        let margin = keep_out.margin + self.state.as_ref().map_or(0.0, |state| state.uncertainty);
         reach::refusal(&self.model, keep_out, margin, place)
     }
 
@@ -591,9 +587,9 @@ impl<const N: usize> Controller for Tip<N> {
     }
 
     #[cfg(feature = "std")]
-    fn notices(&mut self) -> Vec<Told> {
+    fn notices(&mut self) -> Vec<Report> {
         let news = self.take_notices();
-        let told = |notice: &Notice| Told { text: notice.text(&self.names), alarm: notice.alarm() };
-        news.iter().map(told).collect()
+        let report = |notice: &Notice| Report { text: notice.text(&self.names), alarm: notice.alarm() };
+        news.iter().map(report).collect()
     }
 }

@@ -87,12 +87,12 @@ impl<'a> Bounds<'a> {
         let (mut speeds, mut mass, mut bias) = (vec![0.0; 2 * n], vec![0.0; n * n], vec![0.0; n]);
         self.model.piston_speeds(q, self.payload, &mut speeds);
         self.model.equations(q, &vec![0.0; n], self.payload, &mut mass, &mut bias);
-        let rate = |i: usize, way: usize| {
-            let v = speeds[2 * i + way];
+        let rate = |i: usize, sense: usize| {
+            let v = speeds[2 * i + sense];
             lever_arm[i].signum() * v / lever_arm[i].abs().max(self.least_gain[i])
         };
-        let energy = |ways: usize| {
-            let qd: Vec<f64> = (0..n).map(|i| rate(i, ways >> i & 1)).collect();
+        let energy = |senses: usize| {
+            let qd: Vec<f64> = (0..n).map(|i| rate(i, senses >> i & 1)).collect();
             let twice: f64 =
                 (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| qd[i] * mass[i * n + j] * qd[j]).sum();
             0.5 * twice

@@ -71,6 +71,28 @@ pub struct Figures {
     /// Drives that ended before their time, by the kind of their outcome.
     pub ended: BTreeMap<String, u32>,
     pub first_end: Option<String>,
+    #[serde(flatten)]
+    pub pressures: Peaks,
+    /// Farthest that a joint was beyond its limits, as a share of its range.
+    pub beyond: f64,
+    pub ledger_share: f64,
+    /// J
+    pub ledger_residual: f64,
+    /// Whether laws as the thesis printed them jump, so that no adaptive run judges the drives.
+    pub printed: bool,
+    #[serde(flatten)]
+    pub agreement: Agreement,
+    pub steps: Steps,
+    /// Drives that the other core drove too, those that end there in the same bits, and the largest distance of tips' ends, mm.
+    pub compared: u32,
+    pub identical: Option<u32>,
+    pub end_difference: Option<f64>,
+    pub ends: Vec<End>,
+}
+
+/// Pressures of the drives of one case.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Peaks {
     /// Highest and lowest pressure, bar.
     pub peak: f64,
     pub lowest: f64,
@@ -79,13 +101,11 @@ pub struct Figures {
     pub rest_share: f64,
     /// The drive with the highest share.
     pub peak_drive: u64,
-    /// Farthest that a joint was beyond its limits, as a share of its range.
-    pub beyond: f64,
-    pub ledger_share: f64,
-    /// J
-    pub ledger_residual: f64,
-    /// Whether laws as the thesis printed them jump, so that no adaptive run judges the drives.
-    pub printed: bool,
+}
+
+/// How well the drives of one case agree with adaptive runs.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Agreement {
     /// Largest distance of the tip from the adaptive run's, mm, and its drive.
     pub tip: f64,
     pub tip_drive: u64,
@@ -100,12 +120,6 @@ pub struct Figures {
     pub nudged: f64,
     pub unjudged: u32,
     pub first_unjudged: Option<String>,
-    pub steps: Steps,
-    /// Drives that the other core drove too, those that end there in the same bits, and the largest distance of tips' ends, mm.
-    pub compared: u32,
-    pub identical: Option<u32>,
-    pub end_difference: Option<f64>,
-    pub ends: Vec<End>,
 }
 
 /// What one drive came to.
@@ -292,23 +306,12 @@ impl Figures {
             seconds: options.seconds,
             ended: BTreeMap::new(),
             first_end: None,
-            peak: 0.0,
-            lowest: MOST,
-            bound_share: 0.0,
-            rest_share: 0.0,
-            peak_drive: 0,
+            pressures: Peaks { lowest: MOST, ..Peaks::default() },
             beyond: 0.0,
             ledger_share: 0.0,
             ledger_residual: 0.0,
             printed: false,
-            tip: 0.0,
-            tip_drive: 0,
-            tip_far: 0,
-            tightened: 0,
-            sensitive: 0,
-            nudged: 0.0,
-            unjudged: 0,
-            first_unjudged: None,
+            agreement: Agreement::default(),
             steps: Steps::default(),
             compared: 0,
             identical: None,
@@ -325,12 +328,12 @@ impl Figures {
             self.first_end.get_or_insert_with(first);
         }
         let low = judged.course.signals.iter().zip(&judged.course.low).filter(|(name, _)| is_chamber(name));
-        self.lowest = low.map(|(_, p)| figure(p / BAR)).fold(self.lowest, f64::min);
-        self.peak = self.peak.max(figure(judged.peak / BAR));
-        if judged.bound_share > self.bound_share {
-            (self.bound_share, self.peak_drive) = (figure(judged.bound_share), number);
+        self.pressures.lowest = low.map(|(_, p)| figure(p / BAR)).fold(self.pressures.lowest, f64::min);
+        self.pressures.peak = self.pressures.peak.max(figure(judged.peak / BAR));
+        if judged.bound_share > self.pressures.bound_share {
+            (self.pressures.bound_share, self.pressures.peak_drive) = (figure(judged.bound_share), number);
         }
-        self.rest_share = self.rest_share.max(figure(judged.rest_share));
+        self.pressures.rest_share = self.pressures.rest_share.max(figure(judged.rest_share));
         self.beyond = self.beyond.max(figure(judged.beyond));
         if figure(judged.gap.share) > self.ledger_share {
             (self.ledger_share, self.ledger_residual) = (figure(judged.gap.share), figure(judged.gap.residual));
@@ -338,19 +341,19 @@ impl Figures {
         match &judged.tip {
             None => self.printed = true,
             Some(Ok(apart)) => {
-                if figure(apart.most * 1e3) > self.tip {
-                    (self.tip, self.tip_drive) = (figure(apart.most * 1e3), number);
+                if figure(apart.most * 1e3) > self.agreement.tip {
+                    (self.agreement.tip, self.agreement.tip_drive) = (figure(apart.most * 1e3), number);
                 }
-                self.tightened += u32::from(apart.tightened);
+                self.agreement.tightened += u32::from(apart.tightened);
                 if let Some((nudged, explained)) = apart.nudged {
-                    self.sensitive += u32::from(explained);
-                    self.tip_far += u32::from(!explained);
-                    self.nudged = self.nudged.max(figure(1e3 * nudged));
+                    self.agreement.sensitive += u32::from(explained);
+                    self.agreement.tip_far += u32::from(!explained);
+                    self.agreement.nudged = self.agreement.nudged.max(figure(1e3 * nudged));
                 }
             }
             Some(Err(why)) => {
-                self.unjudged += 1;
-                self.first_unjudged.get_or_insert_with(|| format!("drive {number}: {why}"));
+                self.agreement.unjudged += 1;
+                self.agreement.first_unjudged.get_or_insert_with(|| format!("drive {number}: {why}"));
             }
         }
         self.steps.add(&judged.course.steps);
@@ -378,8 +381,8 @@ impl Figures {
             let first = self.first_end.as_deref().unwrap_or_default();
             faults.push(format!("{} of {} drives ended: {first}", kinds.join(", "), self.drives));
         }
-        if self.bound_share > MARGIN {
-            let (peak, share) = (self.peak, self.bound_share);
+        if self.pressures.bound_share > MARGIN {
+            let (peak, share) = (self.pressures.peak, self.pressures.bound_share);
             faults.push(format!("{peak:.0} bar, {share:.2} times what supply and load can make"));
         }
         if self.ledger_share > LEDGER_SHARE {
@@ -389,9 +392,9 @@ impl Figures {
                 100.0 * self.ledger_share
             ));
         }
-        if self.tip_far > 0 || self.unjudged > 0 {
-            let why = self.first_unjudged.as_deref().unwrap_or_default();
-            let (far, tip, unjudged) = (self.tip_far, self.tip, self.unjudged);
+        if self.agreement.tip_far > 0 || self.agreement.unjudged > 0 {
+            let why = self.agreement.first_unjudged.as_deref().unwrap_or_default();
+            let (far, tip, unjudged) = (self.agreement.tip_far, self.agreement.tip, self.agreement.unjudged);
             faults.push(format!("{far} tips up to {tip:.1} mm from the adaptive run, {unjudged} not judged {why}"));
         }
         let compared = self.compared;

@@ -358,14 +358,14 @@ impl Component {
         if duration == 0.0 {
             return Ok(Status::Ok);
         }
-        let told = self.part.step(duration)?;
-        Ok(self.warned(&told))
+        let news = self.part.step(duration)?;
+        Ok(self.warned(&news))
     }
 
     /// Sends the warnings of the simulation.
-    fn warned(&self, told: &[String]) -> Status {
-        told.iter().for_each(|text| self.tell(Status::Warning, text));
-        if told.is_empty() {
+    fn warned(&self, news: &[String]) -> Status {
+        news.iter().for_each(|text| self.tell(Status::Warning, text));
+        if news.is_empty() {
             Status::Ok
         } else {
             Status::Warning

@@ -190,11 +190,11 @@ impl ControllerPart {
         if fault.is_some() {
             self.command.fill(0.0);
         }
-        let mut told: Vec<String> = going.controller.notices().into_iter().map(|told| told.text).collect();
-        told.extend(fault.clone().filter(|_| fault != going.fault));
+        let mut news: Vec<String> = going.controller.notices().into_iter().map(|news| news.text).collect();
+        news.extend(fault.clone().filter(|_| fault != going.fault));
         (going.fault, going.samples) = (fault, going.samples + 1);
         self.going = Some(going);
-        Ok(told)
+        Ok(news)
     }
 
     /// Time of the next sample since the beginning, s.
@@ -294,15 +294,15 @@ impl Part for ControllerPart {
     /// Samples that are due before the end of the step see the inputs as they are; the first is due at the beginning.
     fn step(&mut self, duration: f64) -> Result<Vec<String>, Fault> {
         let (end, early) = (self.time + duration, ROUNDING * self.period);
-        let mut told = Vec::new();
+        let mut news = Vec::new();
         while self.due() < end - early {
             let due = self.due();
             // A sample at the beginning of the step has the time that the plant has there, to the last bit.
             let now = if (due - self.time).abs() <= early { self.time } else { due };
-            told.extend(self.sample(now)?);
+            news.extend(self.sample(now)?);
         }
         self.time = end;
-        Ok(told)
+        Ok(news)
     }
 
     fn time(&self) -> f64 {

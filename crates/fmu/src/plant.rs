@@ -113,8 +113,8 @@ impl PlantPart {
             all.push(pose.starting(self.pose(i)?));
         }
         for (i, name) in layout.names.iter().enumerate() {
-            let told = [".q", ".qd", ".p1", ".p2", "mains.p"].iter().any(|end| name.ends_with(end));
-            let usage = if told { Use::Output } else { Use::Local };
+            let shown = [".q", ".qd", ".p1", ".p2", "mains.p"].iter().any(|end| name.ends_with(end));
+            let usage = if shown { Use::Output } else { Use::Local };
             let state = Variable::new(name, Kind::State(i), usage, layout.units[i], layout.long_names[i].as_str());
             all.push(state.about(layout.scales[i]));
         }
@@ -390,9 +390,9 @@ impl Part for PlantPart {
         }
         let Motion::Stepped(simulator) = &mut self.motion else { return Err(NOT_STEPPED.to_string().into()) };
         let outcome = simulator.step_for(&self.commands, duration);
-        let told = simulator.warnings().iter().map(in_words).collect();
+        let news = simulator.warnings().iter().map(in_words).collect();
         match outcome.kind {
-            OutcomeKind::Completed => Ok(told),
+            OutcomeKind::Completed => Ok(news),
             kind => Err(Fault::Impossible(format!("{} at {} s: {}", kind.name(), self.time(), outcome.message))),
         }
     }

@@ -136,6 +136,6 @@ fn names_of(line: &str, delimiter: u8, width: usize) -> Vec<String> {
             None => joined.push(word.clone()),
         }
     }
-    let ways = [by(b','), by(b';'), by(b'\t'), words.clone(), gaps, joined];
-    ways.into_iter().find(|names| names.len() == width).unwrap_or(words)
+    let splits = [by(b','), by(b';'), by(b'\t'), words.clone(), gaps, joined];
+    splits.into_iter().find(|names| names.len() == width).unwrap_or(words)
 }

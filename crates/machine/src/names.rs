@@ -109,9 +109,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_name_is_told_with_one_that_is() {
+    fn what_is_no_name_is_reported_with_one_that_is() {
         let long = "ü".repeat(MOST_LETTERS + 1);
-        for (name, told, nearest) in [
+        for (name, words, nearest) in [
             ("", "at least one", "`crane-2`"),
             ("a b", "a space", "`a-b`"),
             ("x*/ system(\"id\"); /*", "`*`", "`x-system-id`"),
@@ -134,7 +134,7 @@ mod tests {
             (&long, "65 letters", "`üü"),
         ] {
             let (fault, cure) = name_fault(name).unwrap_or_else(|| panic!("`{name}` was taken"));
-            assert!(fault.contains(told) && cure.contains(nearest), "{name}: {fault}; {cure}");
+            assert!(fault.contains(words) && cure.contains(nearest), "{name}: {fault}; {cure}");
             let nearest = cure.rsplit('`').nth(1).expect("one");
             assert_eq!(name_fault(nearest), None, "{cure}");
         }

@@ -52,10 +52,7 @@ pub struct Scenario {
     pub machine: String,
     /// Overrides of the machine's values, by dotted key.
     pub overrides: Vec<(String, OverrideValue)>,
-    /// Point mass at the tip, kg; `None`: the machine's.
-    pub payload: Option<f64>,
-    /// Payload from a time (s) on, kg: loads picked up and released.
-    pub payload_changes: Vec<(f64, f64)>,
+    pub load: Load,
     pub duration: f64,
     pub record_interval: f64,
     pub initial: Initial,
@@ -70,17 +67,38 @@ pub struct Scenario {
     pub goals: Vec<Goal>,
     /// Changes during the run, in order of time; phases after the duration have no effect.
     pub phases: Vec<Phase>,
-    pub sensor_faults: Vec<SensorFault>,
-    /// Hoses that burst.
-    pub bursts: Vec<Burst>,
+    pub faults: Faults,
     pub solver: Solver,
     pub seed: u64,
-    /// Version of hydrocrane that recorded it, if it is a drive of the cockpit.
-    pub recorded_by: Option<String>,
-    /// [`Machine::contents`] of the file that it was recorded on; the machine must have the same.
-    pub recorded_on: Option<String>,
+    pub recorded: Recorded,
     /// Allowed but unusual values of the file, in the order in which they are read.
     pub warnings: Vec<Unusual>,
+}
+
+/// The load at the tip.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Load {
+    /// Point mass at the start, kg; `None`: the machine's.
+    pub payload: Option<f64>,
+    /// Payload from a time (s) on, kg: loads picked up and released.
+    pub changes: Vec<(f64, f64)>,
+}
+
+/// What fails during the run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Faults {
+    pub sensors: Vec<SensorFault>,
+    /// Hoses that burst.
+    pub bursts: Vec<Burst>,
+}
+
+/// Origin of a drive of the cockpit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Recorded {
+    /// Version of hydrocrane that recorded it.
+    pub by: Option<String>,
+    /// [`Machine::contents`] of the file that it was recorded on; the machine must have the same.
+    pub on: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -201,26 +219,30 @@ fn build(source: &Source, overrides: &[(String, OverrideValue)], given: &[(Strin
         title: head.line("title")?.into(),
         machine: machine_source.name,
         overrides: plain(machine_overrides),
-        payload,
-        payload_changes: payload_changes(&root)?,
+        load: Load { payload, changes: payload_changes(&root)? },
         duration: head.quantity("duration")?,
         record_interval: head.quantity_or_default("record-interval")?,
         initial: initial::read(&root, &machine)?,
         commands: command::read(&root, &machine, &files)?,
         supply: supply::read(&root, &machine, &files)?,
         cylinders: machine.cylinders.iter().map(|cylinder| cylinder.name.clone()).collect(),
-        sensor_faults: sensor_fault::read(&root, &machine, first_controller.as_ref())?,
+        faults: Faults {
+            sensors: sensor_fault::read(&root, &machine, first_controller.as_ref())?,
+            bursts: burst::read(&root, &machine)?,
+        },
         controller,
         joystick,
         goals: goal::read(&root)?,
         phases,
-        bursts: burst::read(&root, &machine)?,
         solver: solver(&root)?,
         seed: seed(&head)?,
-        recorded_by: head.optional("recorded-by")?.map(|field| field.text().map(str::to_string)).transpose()?,
-        recorded_on: head.optional("recorded-on")?.map(|field| field.text().map(str::to_string)).transpose()?,
+        recorded: Recorded { by: optional_text(&head, "recorded-by")?, on: optional_text(&head, "recorded-on")? },
         warnings: log.unusual(),
     })
+}
+
+fn optional_text(table: &Reader, key: &str) -> Result<Option<String>> {
+    table.optional(key)?.map(|field| field.text().map(str::to_string)).transpose()
 }
 
 /// Checks that values in `root` that replace those of the machine agree with the `overrides`.

@@ -110,7 +110,7 @@ mod tests {
         machine.sensors.iter_mut().for_each(|sensor| sensor.place = nowhere());
         // What is written as a file is what the file states.
         machine.supply.rated = machine.supply.pressure;
-        for held in machine.cylinders.iter_mut().flat_map(|cylinder| cylinder.holding.iter_mut().flatten()) {
+        for held in machine.cylinders.iter_mut().flat_map(|cylinder| cylinder.ports.holding.iter_mut().flatten()) {
             if let HoldingKind::Counterbalance(valve) = &mut held.kind {
                 valve.place = nowhere();
             }

@@ -89,6 +89,18 @@ enum Change<'a> {
     Other(&'a [f64]),
 }
 
+/// Sizes of steps, past and to come.
+struct Sizes {
+    /// Of the next attempt.
+    next: f64,
+    /// Of the last accepted step under the same right-hand side, with its error norm.
+    last: Option<(f64, f64)>,
+    /// Of the first whole step after the last restart.
+    first: Option<f64>,
+    /// Whether no whole step was taken since a restart.
+    restarted: bool,
+}
+
 /// A method with its state over time.
 pub struct Stepper {
     method: Box<dyn Method>,
@@ -101,8 +113,7 @@ pub struct Stepper {
     global_error: Option<Vec<f64>>,
     /// Whether laws jump: a step over a jump has the same error, however short it is.
     jumps: bool,
-    /// Size of the next attempt.
-    h: f64,
+    sizes: Sizes,
     /// Last accepted interval.
     from: f64,
     target: Target,
@@ -110,12 +121,6 @@ pub struct Stepper {
     allowed: Vec<f64>,
     /// Restart of the next step; `None`: the step has begun.
     restart: Option<Restart>,
-    /// Size and error norm of the last accepted step under the same right-hand side.
-    last: Option<(f64, f64)>,
-    /// Size of the first whole step after the last restart.
-    first: Option<f64>,
-    /// Whether no whole step was taken since a restart.
-    restarted: bool,
     pub accepted: u64,
     pub rejected: u64,
     /// Attempts and time (s) at which the watch for slow progress last restarted.
@@ -137,14 +142,11 @@ impl Stepper {
             quadratures: Quadratures::new(x.len(), quadratures),
             global_error: None,
             jumps: false,
-            h: 0.0,
+            sizes: Sizes { next: 0.0, last: None, first: None, restarted: true },
             from: t,
             target: Target::new(x.len()),
             allowed: vec![0.0; x.len()],
             restart: Some(Restart::State),
-            last: None,
-            first: None,
-            restarted: true,
             accepted: 0,
             rejected: 0,
             mark: (0, t),
@@ -202,14 +204,14 @@ impl Stepper {
         self.restart = Some(Restart::State);
         self.quadratures.restart();
         self.judged = NOT_JUDGED;
-        self.h = self.first.unwrap_or(0.0);
-        self.restarted = true;
+        self.sizes.next = self.sizes.first.unwrap_or(0.0);
+        self.sizes.restarted = true;
     }
 
     /// Restarts after a small change of commands: the step size is kept as a first guess.
     pub fn refresh(&mut self) {
         self.restart = Some(self.restart.map_or(Restart::State, |restart| restart.max(Restart::Input)));
-        self.last = None;
+        self.sizes.last = None;
     }
 
     /// Takes one accepted step, at most to `limit`.
@@ -221,15 +223,15 @@ impl Stepper {
         if self.control == StepControl::Even {
             return self.even_step(system, limit);
         }
-        if self.h == 0.0 {
-            self.h = self.first_step(system);
+        if self.sizes.next == 0.0 {
+            self.sizes.next = self.first_step(system);
         }
         let least = least_step(self.t);
         let remaining = limit - self.t;
         let mut failure = StepFailure::TooSmall;
         let mut rejected_before = false;
         loop {
-            let wanted = self.h.min(self.tolerances.max_step);
+            let wanted = self.sizes.next.min(self.tolerances.max_step);
             let h = portion(remaining, wanted);
             if h < least && h < remaining {
                 return Err(failure);
@@ -238,21 +240,21 @@ impl Stepper {
             if norm <= 1.0 {
                 let most = if rejected_before { 1.0 } else { GROW };
                 let next = h * self.growth(h, norm).clamp(SHRINK, most);
-                self.last = Some((h, norm));
+                self.sizes.last = Some((h, norm));
                 // A step cut short by the limit has no information for the next restart.
-                if self.restarted && h >= wanted {
-                    self.first = Some(h);
-                    self.restarted = false;
+                if self.sizes.restarted && h >= wanted {
+                    self.sizes.first = Some(h);
+                    self.sizes.restarted = false;
                 }
                 self.take(system, h, limit);
                 // A step cut short by the limit does not disprove the size that was wanted.
-                self.h = if h < wanted { next.max(wanted) } else { next };
+                self.sizes.next = if h < wanted { next.max(wanted) } else { next };
                 return Ok(());
             }
             rejected_before = true;
             self.rejected += 1;
             let factor = SAFETY * portable::pow(norm, -1.0 / self.estimate_order());
-            self.h = h * if norm.is_finite() { factor.clamp(SHRINK, 1.0) } else { SHRINK };
+            self.sizes.next = h * if norm.is_finite() { factor.clamp(SHRINK, 1.0) } else { SHRINK };
         }
     }
 
@@ -267,7 +269,7 @@ impl Stepper {
         }
         let gross = self.judged.1;
         let least = self.least_part();
-        let mut h = if self.h > 0.0 { equal_part(whole, self.h) } else { whole };
+        let mut h = if self.sizes.next > 0.0 { equal_part(whole, self.sizes.next) } else { whole };
         loop {
             let mut failure = StepFailure::NotFinite;
             let norm = match self.reach(system, h) {
@@ -282,7 +284,7 @@ impl Stepper {
                 if norm > 1.0 {
                     self.unresolved.get_or_insert(self.t);
                 }
-                self.h =
+                self.sizes.next =
                     (h * (SAFETY * portable::pow(norm, -1.0 / self.estimate_order())).clamp(SHRINK, GROW)).max(least);
                 self.take(system, h, limit);
                 return Ok(());
@@ -305,7 +307,7 @@ impl Stepper {
     /// steps, because errors oscillate with the crane and answering each at once would reject every other step.
     /// An error so small that it allows twice the step is answered at once.
     fn growth(&self, h: f64, norm: f64) -> f64 {
-        match self.last {
+        match self.sizes.last {
             Some((last_h, last_norm)) if norm > (SAFETY / DOUBLE).powi(self.method.estimate_order() as i32) => {
                 SAFETY * portable::pow(norm * last_norm, -0.25 / self.estimate_order()) * (last_h / h).sqrt().sqrt()
             }
@@ -457,18 +459,23 @@ impl Stepper {
     /// All data that determine the next steps of the same `system`, without integrals.
     pub fn archive(&mut self, system: &dyn System, archive: &mut Archive) {
         archive.numbers(&mut self.x);
-        for number in
-            [&mut self.t, &mut self.h, &mut self.from, &mut self.mark.1, &mut self.judged.0, &mut self.judged.1]
-        {
+        for number in [
+            &mut self.t,
+            &mut self.sizes.next,
+            &mut self.from,
+            &mut self.mark.1,
+            &mut self.judged.0,
+            &mut self.judged.1,
+        ] {
             archive.number(number);
         }
         for whole in [&mut self.accepted, &mut self.rejected, &mut self.mark.0] {
             archive.whole(whole);
         }
-        archive.flag(&mut self.restarted);
-        archive.option(&mut self.first, Archive::number);
+        archive.flag(&mut self.sizes.restarted);
+        archive.option(&mut self.sizes.first, Archive::number);
         archive.option(&mut self.unresolved, Archive::number);
-        archive.option(&mut self.last, |archive, (size, norm)| {
+        archive.option(&mut self.sizes.last, |archive, (size, norm)| {
             archive.number(size);
             archive.number(norm);
         });

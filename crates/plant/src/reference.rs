@@ -202,10 +202,11 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
             c0 * opening * root + valve.leakage * leaking * dp
         };
         // What the line to a port takes, Pa, of the flow into the cylinder.
-        let over_line = |port: usize, q: f64| match c.lines[port].as_ref().and_then(|line| line.resistance.as_ref()) {
-            Some(of) => of.laminar * q + of.turbulent * q * q.abs(),
-            None => 0.0,
-        };
+        let over_line =
+            |port: usize, q: f64| match c.ports.lines[port].as_ref().and_then(|line| line.resistance.as_ref()) {
+                Some(of) => of.laminar * q + of.turbulent * q * q.abs(),
+                None => 0.0,
+            };
         // What it, or it and a further `resistance`, leave of a drop to an edge of this opening behind or before them, by halving.
         let left_by = |port: usize, resistance: f64, opening: f64, whole: f64| {
             if over_line(port, 1.0) + resistance == 0.0 {
@@ -226,7 +227,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let left = |port: usize, opening: f64, whole: f64| left_by(port, 0.0, opening, whole);
         // Flow per root of the pressure drop over the hole of a hose.
         let hole = |port: usize| {
-            let leak = c.leaks[port].as_ref();
+            let leak = c.ports.leaks[port].as_ref();
             leak.map_or(0.0, |of| of.discharge_coefficient * of.opening * (2.0 / m.fluid.density).sqrt())
         };
         let (ps, pt) = (mains_pressure, tank_pressure);
@@ -248,7 +249,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         // What a port's load-holding valve leaves of the edge to the tank of this `opening` in series with it; the pressure of the fed
         // port opens the valve, and a hose that leaks lies beside the edge.
         let held = |port: usize, opening: f64| {
-            let valve = c.holding[port].as_ref()?;
+            let valve = c.ports.holding[port].as_ref()?;
             let (pc, pilot) = ([pa, pb][port], if (port == 0) == (xs < 0.0) { fed_pressure } else { pt });
             let full = valve.nominal_flow / valve.nominal_pressure_drop.sqrt();
             let along = |own: f64, other: f64| own / (own * own + other * other + (1e-9 * full).powi(2)).sqrt();
@@ -300,7 +301,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         // A check valve before the edges, or that of a port's load-holding valve.
         let holds = |port: usize| {
-            let held = c.holding[port].as_ref();
+            let held = c.ports.holding[port].as_ref();
             held.is_some_and(|held| !matches!(held.kind, HoldingKind::HoseBurst(_)))
         };
         let checked = |port: usize, flow: f64| if valve.load_check || holds(port) { flow.max(0.0) } else { flow };
@@ -332,7 +333,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         // Flow from the supply into a hose, flow out of its hole, and how far its pressure lies below that of the chamber.
         let spilled = |port: usize| {
             let (p, fed) = ([pa, pb][port], share * from_supply[port]);
-            let Some(_) = &c.leaks[port] else { return (fed, 0.0, 0.0) };
+            let Some(_) = &c.ports.leaks[port] else { return (fed, 0.0, 0.0) };
             let p_tr = 0.1e5;
             let root = match p {
                 p if p <= 0.0 => 0.0,
@@ -356,7 +357,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let from_supply = spilled.map(|(fed, ..)| fed);
         // Through relief and anti-cavitation valve of a port to the tank.
         let through = |port: usize| {
-            let (valves, p) = (&c.port_valves[port], [pa, pb][port]);
+            let (valves, p) = (&c.ports.valves[port], [pa, pb][port]);
             let relieved = valves
                 .relief
                 .as_ref()
@@ -371,7 +372,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         // Through the cross-over relief valves from port A to port B.
         let over = |port: usize, drop: f64| {
-            c.crossover[port]
+            c.ports.crossover[port]
                 .as_ref()
                 .map_or(0.0, |v| v.nominal_flow / v.overpressure * rounded(drop - v.setting, 0.5e5))
         };
@@ -407,7 +408,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         let bulk = |p: f64| bulk_modulus(&m.fluid, p);
         let half = c.stroke / 2.0;
         // Capacity of a chamber with its line: volume per pressure.
-        let capacity = |side: usize, p: f64, volume: f64| match &c.lines[side] {
+        let capacity = |side: usize, p: f64, volume: f64| match &c.ports.lines[side] {
             Some(line) => (volume + line.volume + line.compliance * p) / bulk(p) + line.compliance,
             None => volume / bulk(p),
         };
@@ -416,16 +417,17 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         dx[s] = (q_a - q_int - a1 * v) / capacity(0, p1, volumes[0]);
         dx[s + 1] = (a2 * v - q_b + q_int - q_ext) / capacity(1, p2, volumes[1]);
         let limited = |value: f64, limit: Option<f64>| limit.map_or(value, |l| value.clamp(-l, l));
-        let w = valve.natural_frequency;
-        dx[s + 2] = limited(vs, valve.velocity_limit);
-        dx[s + 3] = limited(w * w * (u[i] - xs) - 2.0 * valve.damping_ratio * w * vs, valve.acceleration_limit);
+        let w = valve.spool.natural_frequency;
+        dx[s + 2] = limited(vs, valve.spool.velocity_limit);
+        dx[s + 3] =
+            limited(w * w * (u[i] - xs) - 2.0 * valve.spool.damping_ratio * w * vs, valve.spool.acceleration_limit);
 
         let f = &c.friction;
-        let way = usize::from(v < 0.0);
-        let stribeck = f.coulomb[way]
-            + (f.breakaway[way] - f.coulomb[way])
-                * (-(v / f.stribeck_velocity[way]).abs().powf(f.stribeck_exponent[way])).exp();
-        let viscous = f.viscous[way] * v.abs().powf(f.viscous_exponent[way]).copysign(v);
+        let sense = usize::from(v < 0.0);
+        let stribeck = f.coulomb[sense]
+            + (f.breakaway[sense] - f.coulomb[sense])
+                * (-(v / f.stribeck_velocity[sense]).abs().powf(f.stribeck_exponent[sense])).exp();
+        let viscous = f.viscous[sense] * v.abs().powf(f.viscous_exponent[sense]).copysign(v);
         let friction = match f.model {
             FrictionModel::Static => (v / f.smoothing_velocity.unwrap_or(1e-3)).tanh() * stribeck + viscous,
             FrictionModel::LuGre => {
@@ -459,7 +461,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
     }
 
     // Against gravity, in the frame of the base.
-    let up = turn([0.0, 1.0], -m.slope);
+    let up = turn([0.0, 1.0], -m.environment.slope);
     if let Some(ground) = &m.ground {
         let at = world(&m.tip);
         let v = (0..n).fold([0.0; 2], |sum, j| add(sum, scale(velocity(j, at), qd[j])));
@@ -506,7 +508,7 @@ pub fn state_derivative(m: &Machine, x: &[f64], u: &[f64], payload: f64) -> Opti
         };
         (0..n).map(joint_force).collect::<Vec<f64>>()
     };
-    let bias = needed(&vec![0.0; n], qd, scale(up, m.gravity));
+    let bias = needed(&vec![0.0; n], qd, scale(up, m.environment.gravity));
     let still = vec![0.0; n];
     let columns: Vec<Vec<f64>> = (0..n)
         .map(|k| {

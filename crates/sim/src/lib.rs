@@ -44,5 +44,5 @@ pub use runs::phases::{simulate_phases, Driver, Phase, PhasedRun};
 pub use runs::run::{simulate, simulate_sampled, SampledRun};
 pub use runs::sampled::{Event, SampledPlan, Samples, FAILURES_IN_A_ROW};
 pub use runs::simulator::Simulator;
-pub use tip_rates::{resolve_rates, RateWish};
+pub use tip_rates::{resolve_rates, RateRequest};
 pub use warning::Warning;

@@ -115,11 +115,11 @@ impl Cockpit {
             events.push(json!({ "time": event.time, "text": event.text }));
         }
         let (_, loads) = drive.playback.live.loads();
-        for load in &loads[drive.loads_told..] {
+        for load in &loads[drive.loads_sent..] {
             let text = format!("the tip carries {} kg in place of {} kg", load.mass[1], load.mass[0]);
             events.push(json!({ "time": load.time, "text": text }));
         }
-        drive.loads_told = loads.len();
+        drive.loads_sent = loads.len();
         for warning in drive.playback.warnings() {
             let Warning { time, kind, text, cure } = warning;
             events.push(json!({ "time": time, "text": text, "warning": kind, "cure": cure }));

@@ -31,7 +31,7 @@ pub fn of(drive: &Drive) -> Value {
         "sensors": !machine.sensors.is_empty(),
         "continued": drive.continued(),
         "replay-until": drive.replayed.then_some(drive.scenario.duration),
-        "recorded-by": drive.scenario.recorded_by,
+        "recorded-by": drive.scenario.recorded.by,
         "request": request,
         "joints": joints(drive),
         "cylinders": cylinders(drive),

@@ -27,7 +27,7 @@ pub struct Drive {
     /// Requests that are equivalent to the remaining stages of the replay.
     coming: VecDeque<Request>,
     pub ticks: u64,
-    pub loads_told: usize,
+    pub loads_sent: usize,
     /// Whether a phase of a replay has begun since the last call of [`crate::Cockpit::events`].
     pub changed: bool,
 }
@@ -74,8 +74,8 @@ impl Drive {
         let now = &self.playback.now().stage;
         let (machine, overrides) = request.machine(&own_overrides(&self.scenario, now))?;
         offered::check(&machine, &request.controller)?;
-        let faults = self.scenario.sensor_faults.clone();
-        let mut wanted = Scenario { sensor_faults: faults, ..request.scenario(&machine, &overrides, &self.pose)? };
+        let mut wanted = request.scenario(&machine, &overrides, &self.pose)?;
+        wanted.faults.sensors.clone_from(&self.scenario.faults.sensors);
         // Settings without a knob remain those of the replay.
         if let (Some(own), Some(choice)) = (&now.controller, &mut wanted.controller) {
             choice.model.clone_from(&own.model);
@@ -136,7 +136,7 @@ fn started(
     let pose = stated_pose(&scenario, machine, &assembly.x0);
     assembly.doubts = [implausible(&machine.warnings), implausible(&scenario.warnings), assembly.doubts].concat();
     let playback = Playback::new(assembly).map_err(Problem::plain)?;
-    Ok(Drive { request, playback, pose, scenario, replayed, coming, ticks: 0, loads_told: 0, changed: false })
+    Ok(Drive { request, playback, pose, scenario, replayed, coming, ticks: 0, loads_sent: 0, changed: false })
 }
 
 /// The pose that the scenario states; `found`, where the crane stands, may rest on an end stop.

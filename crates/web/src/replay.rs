@@ -53,7 +53,7 @@ fn unread(scenario: &Scenario) -> Option<&str> {
 pub fn own_overrides(scenario: &Scenario, stage: &Stage) -> Vec<(String, OverrideValue)> {
     let all = stage.machine_overrides();
     if CHAINS {
-        without_hoses(&scenario.bursts, all)
+        without_hoses(&scenario.faults.bursts, all)
     } else {
         all
     }
@@ -68,8 +68,12 @@ fn request(scenario: &Scenario, stage: &Stage, machine: &str, text: Option<&str>
         text: text.map(str::to_string),
         overrides: own_overrides(scenario, stage).iter().map(|(key, value)| (key.clone(), json_of(value))).collect(),
         joints: joints.iter().map(|(joint, q)| (joint.clone(), Value::from(*q))).collect(),
-        payload: scenario.payload,
-        bursts: if CHAINS { json!(scenario.bursts.iter().map(Burst::entry).collect::<Vec<_>>()) } else { Value::Null },
+        payload: scenario.load.payload,
+        bursts: if CHAINS {
+            json!(scenario.faults.bursts.iter().map(Burst::entry).collect::<Vec<_>>())
+        } else {
+            Value::Null
+        },
         // Levers are available while spool commands are repeated.
         controller: match (choice, stage.stick_mode()) {
             (_, StickMode::Height) => HEIGHT.to_string(),

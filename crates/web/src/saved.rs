@@ -3,7 +3,7 @@
 use crate::drive::{Drive, TICK};
 use crate::problem::Problem;
 use crate::replay::own_overrides;
-use hydrocrane_machine::scenario::{Goal, Interpolation, Joystick, Phase, Scenario};
+use hydrocrane_machine::scenario::{Goal, Interpolation, Joystick, Load, Phase, Recorded, Scenario};
 use hydrocrane_machine::{Machine, OverrideValue};
 use hydrocrane_sim::{PlayedStage, Sticks};
 
@@ -37,15 +37,19 @@ pub fn scenario(drive: &Drive) -> Result<String, Problem> {
         // The user's machine file is expected beside the scenario.
         machine: if request.text.is_some() { format!("./{}", request.machine) } else { request.machine.clone() },
         overrides: overrides(first),
-        payload: Some(payload),
-        payload_changes: loads.iter().filter(|load| load.time < end).map(|load| (load.time, load.mass[1])).collect(),
+        load: Load {
+            payload: Some(payload),
+            changes: loads.iter().filter(|load| load.time < end).map(|load| (load.time, load.mass[1])).collect(),
+        },
         duration: end,
         controller: first.stage.controller.clone(),
         joystick: first.stage.controller.is_some().then(|| joystick(sticks)),
         goals: goals(live.sticks(), end),
         phases,
-        recorded_by: Some(env!("CARGO_PKG_VERSION").into()),
-        recorded_on: request.text.is_some().then(|| request.plain_machine()).transpose()?.map(|own| own.contents()),
+        recorded: Recorded {
+            by: Some(env!("CARGO_PKG_VERSION").into()),
+            on: request.text.is_some().then(|| request.plain_machine()).transpose()?.map(|own| own.contents()),
+        },
         ..begun.clone()
     };
     let machines: Vec<&Machine> = parts.iter().map(|(played, _)| played.model.machine()).collect();

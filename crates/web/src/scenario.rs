@@ -3,7 +3,8 @@
 use crate::problem::Problem;
 use crate::request::Request;
 use hydrocrane_machine::scenario::{
-    ControllerChoice, Initial, Interpolation, Joystick, Pressures, Scenario, SensorQuality, Solver, StickMode,
+    ControllerChoice, Faults, Initial, Interpolation, Joystick, Load, Pressures, Recorded, Scenario, SensorQuality,
+    Solver, StickMode,
 };
 use hydrocrane_machine::{Machine, OverrideValue};
 use hydrocrane_sim::assembly::RunSettings;
@@ -50,8 +51,7 @@ impl Request {
             // The user's machine file is expected beside the scenario.
             machine: if self.text.is_some() { format!("./{}", self.machine) } else { self.machine.clone() },
             overrides: overrides.to_vec(),
-            payload: self.payload,
-            payload_changes: Vec::new(),
+            load: Load { payload: self.payload, changes: Vec::new() },
             duration: f64::INFINITY,
             record_interval: 0.01,
             initial: Initial { joints, places: Vec::new(), pressures: Pressures::Equilibrium },
@@ -62,12 +62,10 @@ impl Request {
             joystick: Some(joystick),
             goals: Vec::new(),
             phases: Vec::new(),
-            sensor_faults: Vec::new(),
-            bursts,
+            faults: Faults { sensors: Vec::new(), bursts },
             solver: solver(),
             seed: self.seed,
-            recorded_by: None,
-            recorded_on: None,
+            recorded: Recorded::default(),
             warnings: Vec::new(),
         })
     }

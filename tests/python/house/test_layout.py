@@ -398,6 +398,33 @@ def test_what_can_be_changed_of_a_scenario_is_what_it_has():
     assert set(changes.RunChanges.__annotations__) == (fields | settings) - {"machine"}
 
 
+# A struct, a class of data or a class that its constructor fills: more values than this belong in groups with names.
+MOST_FIELDS = 20
+STRUCT = re.compile(r"^([ \t]*)(?:pub(?:\([^)]*\))? )?struct (\w+)[^;{(]*\{\n(.*?)^\1\}", re.MULTILINE | re.DOTALL)
+FIELD = re.compile(r"^\s*(?:pub(?:\([^)]*\))? )?(?:r#)?\w+:\s", re.MULTILINE)
+
+
+def fields_of(node: ast.ClassDef) -> int:
+    """Annotated fields of a class, and attributes that its methods set."""
+    stated = {entry.target.id for entry in node.body
+              if isinstance(entry, ast.AnnAssign) and isinstance(entry.target, ast.Name)}  # fmt: skip
+    stores = [at for at in ast.walk(node) if isinstance(at, ast.Attribute) and isinstance(at.ctx, ast.Store)]
+    return len(stated | {at.attr for at in stores if isinstance(at.value, ast.Name) and at.value.id == "self"})
+
+
+def test_no_struct_has_many_fields():
+    counts = {}
+    for path in source_files("crates", ".rs"):
+        for _, name, body in STRUCT.findall(without_comments(path.read_text(encoding="utf-8"))):
+            counts[f"{name_of(path)}: {name}"] = len(FIELD.findall(body))
+    for path in source_files("python/hydrocrane", ".py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                counts[f"{name_of(path)}: {node.name}"] = fields_of(node)
+    assert len(counts) > 800, "the search finds structs and classes"
+    assert not {place: count for place, count in counts.items() if count > MOST_FIELDS}
+
+
 def test_a_class_has_its_name_for_itself():
     """No two files have a class of the same name, so that a name in a message, a page or a search means one thing."""
     places: dict[str, list[str]] = {}

@@ -54,7 +54,7 @@ pub struct Evidence {
     /// How surely it tells anything, 0 to 1.
     pub share: f64,
     /// Speed that the resolution of the joint sensor hides, m/s.
-    pub blur: f64,
+    pub uncertainty: f64,
     /// dv/dF, m/(s N)
     pub per_force: f64,
     /// Speed at full opening, m/s.

@@ -6,14 +6,14 @@
 //!     -c v_model'          the valve answers later by the time c
 //!     -c (F/k)'            the oil gives way 1 + c times as far under the force F
 //! each alone, by least squares over the last seconds of motion, all behind the same lags. A further lag makes ways of
-//! the speeds: what has become a way is what the tip is off by.
+//! the speeds: what has become a distance is what the tip is off by.
 
 use hydrocrane_num::{Real, Vec3};
 
 /// Time over which ways are summed, s, and over which they count, s: a start, a stop or a turn lies within it.
 const TIME: f64 = 0.5;
 const MEMORY: f64 = 2.0;
-/// Share of the squared ways that an error alone explains where it counts as the likely one.
+/// Share of the squared distances that an error alone explains where it counts as the likely one.
 const EXPLAINED: f64 = 0.5;
 /// Share of its speed that the flow of a valve differs by in good order. A crane that swings on soft oil leaves its path without more.
 const TOLERANCE: f64 = 0.05;
@@ -42,7 +42,7 @@ pub struct Straying {
     off: f64,
     /// Since it was off by more than it may, s.
     since: f64,
-    told: bool,
+    reported: bool,
 }
 
 impl Straying {
@@ -65,15 +65,15 @@ impl Straying {
             self.off = self.off.max(off);
         }
         self.since += if self.off > 0.0 { period } else { 0.0 };
-        if self.off == 0.0 || self.told || !(over || self.since >= MEMORY) {
+        if self.off == 0.0 || self.reported || !(over || self.since >= MEMORY) {
             return None;
         }
-        self.told = true;
+        self.reported = true;
         Some(self.off)
     }
 }
 
-/// Speeds of a piston (m/s) at one sample and the way that its oil gives, F/k (m), behind the same lags.
+/// Speeds of a piston (m/s) at one sample and the travel that its oil gives, F/k (m), behind the same lags.
 #[derive(Debug, Clone, Copy)]
 pub struct Compared {
     pub found: f64,
@@ -169,7 +169,7 @@ mod tests {
     }
 
     /// F/k as the model has it.
-    fn way(t: f64) -> f64 {
+    fn travel(t: f64) -> f64 {
         2e-3 * (2.3 * t).sin()
     }
 
@@ -177,12 +177,12 @@ mod tests {
         (f(t + 1e-5) - f(t - 1e-5)) / 2e-5
     }
 
-    /// What is told of a motion with this speed of the valve, `given` of the oil and speed beyond what winds it, at each time.
+    /// What is reported of a motion with this speed of the valve, `given` of the oil and speed beyond what winds it, at each time.
     fn likely(found: impl Fn(f64) -> f64, given: impl Fn(f64) -> f64) -> Likely {
         let mut error = ModelError::new(PERIOD);
         for k in 0..300 {
             let t = PERIOD * f64::from(k);
-            let now = Compared { found: found(t), model: speed(t), compression: slope(way, t), given: given(t) };
+            let now = Compared { found: found(t), model: speed(t), compression: slope(travel, t), given: given(t) };
             error.compare(&now, true);
         }
         error.likely()
@@ -191,18 +191,18 @@ mod tests {
     #[test]
     fn each_single_error_is_named_with_its_size() {
         let near = |found: f64, size: f64| (found / size - 1.0).abs() < 0.1;
-        let flow = likely(|t| 0.7 * speed(t), way);
+        let flow = likely(|t| 0.7 * speed(t), travel);
         assert!(matches!(flow, Likely::Flow(c) if near(c, 0.7)), "{flow:?}");
-        let late = likely(|t| speed(t - 0.03), way);
+        let late = likely(|t| speed(t - 0.03), travel);
         assert!(matches!(late, Likely::Late(time) if near(time, 0.03)), "{late:?}");
-        let soft = likely(|t| speed(t) - 1.5 * slope(way, t), way);
+        let soft = likely(|t| speed(t) - 1.5 * slope(travel, t), travel);
         assert!(matches!(soft, Likely::Soft(c) if near(c, 2.5)), "{soft:?}");
         let more = |t: f64| 5e-3 * (1.1 * t).cos();
-        assert_eq!(likely(|t| speed(t) - slope(more, t), |t| way(t) + more(t)), Likely::Force);
+        assert_eq!(likely(|t| speed(t) - slope(more, t), |t| travel(t) + more(t)), Likely::Force);
     }
 
     #[test]
-    fn a_tip_beside_its_path_is_told_once_when_its_motion_is_over() {
+    fn a_tip_beside_its_path_is_reported_once_when_its_motion_is_over() {
         let (mut straying, along) = (Straying::default(), Some(Vec3::c([0.2, 0.0, 0.0])));
         let mut watch =
             |lag: [f64; 2], over: bool| straying.watch(Vec3::c([lag[0], 0.0, lag[1]]), along, 0.01, over, PERIOD);
@@ -210,14 +210,14 @@ mod tests {
         assert_eq!((watch([0.5, -0.02], false), watch([0.5, 0.0], false)), (None, None));
         assert_eq!((watch([0.0, 0.0], true), watch([0.0, 0.03], true)), (Some(0.02), None));
         let (mut going_on, long) = (Straying::default(), (2.0 / PERIOD) as usize + 2);
-        let told =
+        let reported =
             (0..long).filter_map(|_| going_on.watch(Vec3::c([0.0, 0.0, 0.03]), along, 0.01, false, PERIOD)).count();
-        assert_eq!(told, 1);
+        assert_eq!(reported, 1);
     }
 
     #[test]
     fn what_no_single_error_explains_is_not_named() {
-        assert_eq!(likely(|t| speed(t) + 0.05 * (9.0 * t).sin(), way), Likely::Unknown);
+        assert_eq!(likely(|t| speed(t) + 0.05 * (9.0 * t).sin(), travel), Likely::Unknown);
         let unmoved = ModelError::new(PERIOD);
         assert_eq!(unmoved.likely(), Likely::Unknown);
     }

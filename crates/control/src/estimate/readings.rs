@@ -46,11 +46,11 @@ mod tests {
 
     #[test]
     fn counts_show_and_continuous_readings_have_none() {
-        let way = |k: i32| 0.3 * (0.02 * f64::from(k)).sin();
+        let course = |k: i32| 0.3 * (0.02 * f64::from(k)).sin();
         let count = 2e-3;
-        let counted = found((0..400).map(|k| (way(k) / count).round() * count));
+        let counted = found((0..400).map(|k| (course(k) / count).round() * count));
         assert!((counted / count - 1.0).abs() < 1e-9, "{counted}");
-        assert!(found((0..400).map(way)) < 1e-4);
+        assert!(found((0..400).map(course)) < 1e-4);
         assert_eq!(found([0.0; 5].into_iter()), 0.0);
     }
 }

@@ -28,12 +28,12 @@ const SWING: f64 = 1e-3;
 /// Time after which a piston is held where it is, and over which that place and its creep are averaged, s.
 const COMING: f64 = 2.0;
 const AVERAGED: f64 = 0.5;
-/// Way of the tip in a count from which on the boundary of the count is held, m.
+/// Travel of the tip in a count from which on the boundary of the count is held, m.
 const COARSE: f64 = 1e-3;
 /// Time in which a piston goes half a count, s, and after which it no longer looks for the boundary so fast, s.
 const APPROACH: f64 = 2.5;
 const PATIENCE: f64 = 5.0;
-/// Way of the tip by which a piston that is not held has sunk, m: half of what is promised for one that is.
+/// Travel of the tip by which a piston that is not held has sunk, m: half of what is promised for one that is.
 const SUNK: f64 = 5e-4;
 
 /// A piston at rest at one sample.
@@ -45,7 +45,7 @@ pub struct Resting {
     pub measured: f64,
     /// Resolution of the measurement, m.
     pub count: f64,
-    /// Way of the tip per way of the piston.
+    /// Travel of the tip per travel of the piston.
     pub tip_per_stroke: f64,
     /// Lowest natural frequency of the crane on its oil, rad/s.
     pub slowest: f64,
@@ -175,7 +175,7 @@ mod tests {
             farthest = if k < 200 { 0.0 } else { farthest.max(y - rest.place()) };
         }
         // Of the creep, two averages have seen a part in 2 s. Three poles p: e = b (t + p t^2) exp(-p t), the most at p t = (1 + 5^0.5)/2; at
-        // first the average of the place is behind by the way of half a second.
+        // first the average of the place is behind by the travel of half a second.
         let (times, most) = (COMING / AVERAGED, 0.5 * (1.0 + 5f64.sqrt()));
         let left = 1.0 - LASTING * (1.0 - (1.0 + times) * (-times).exp());
         let foreseen = left * creep * most * (1.0 + most) * (-most).exp() / (FASTEST / 3.0) + AVERAGED * creep;

@@ -19,7 +19,7 @@ pub struct Measurement<'a> {
     pub p: &'a [[f64; 2]],
 }
 
-/// A place that the tip is told to go to.
+/// A place that the tip shall go to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goal {
     /// (x, z), m
@@ -125,7 +125,7 @@ pub(crate) use copied_by_clone;
 /// What a controller tells whoever runs the machine.
 #[cfg(feature = "std")]
 #[derive(Debug, Clone, PartialEq)]
-pub struct Told {
+pub struct Report {
     pub text: String,
     /// What the run is warned of.
     pub alarm: Option<Alarm>,
@@ -197,7 +197,7 @@ pub trait Controller: Send {
     }
     /// What has happened since the last call that whoever runs the machine should know.
     #[cfg(feature = "std")]
-    fn notices(&mut self) -> Vec<Told> {
+    fn notices(&mut self) -> Vec<Report> {
         Vec::new()
     }
 }

@@ -51,7 +51,7 @@ pub enum Cause {
     Range(Indices),
 }
 
-/// What the tip was told to do.
+/// What the tip shall do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aim {
     /// To move as the stick says.
@@ -62,9 +62,9 @@ pub enum Aim {
 
 #[cfg(feature = "std")]
 impl Cause {
-    /// For whoever told the tip to move.
+    /// For whoever moves the tip.
     pub fn text(&self, names: &Names, aim: Aim) -> String {
-        let (why, cure) = self.told(names);
+        let (why, cure) = self.explained(names);
         match aim {
             Aim::Stick => {
                 let cure = if cure.is_empty() { String::new() } else { format!("; {cure}") };
@@ -78,7 +78,7 @@ impl Cause {
     }
 
     /// Why, and what whoever holds the stick can do.
-    fn told(&self, names: &Names) -> (String, &'static str) {
+    fn explained(&self, names: &Names) -> (String, &'static str) {
         match self {
             Cause::Load(cylinders) => {
                 let (what, verb) = (listed("cylinder", &names.cylinders, *cylinders), "cannot lift this here");
@@ -108,7 +108,7 @@ const ANOTHER_WAY: &str = "steer another way";
 /// Something that `tip` tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Notice {
-    /// The tip stands though it is told to move.
+    /// The tip stands though it shall move.
     Stands(Cause, Aim),
     /// A goal is given up, cancelled or for the stick.
     GivenUp {
@@ -257,7 +257,8 @@ mod tests {
         let late = Notice::Strays(0.0105, 1, Likely::Late(0.0321)).text(&names);
         assert!(late.contains("10 mm off") && late.contains("`tilt`: its valve answers some 32 ms later"), "{late}");
         assert!(Notice::Sinks(of(&[0])).text(&names).contains("sinks slowly: cylinder `lift` cannot hold it here"));
-        let told = Notice::Stands(Cause::Region, Aim::Place([1.0, -0.5])).text(&names);
-        assert!(told.starts_with("the tip stops before its goal (1.000, -0.500) m: a keep-out region lies ahead; give"));
+        let explained = Notice::Stands(Cause::Region, Aim::Place([1.0, -0.5])).text(&names);
+        assert!(explained
+            .starts_with("the tip stops before its goal (1.000, -0.500) m: a keep-out region lies ahead; give"));
     }
 }

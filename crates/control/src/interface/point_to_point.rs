@@ -51,7 +51,7 @@ impl Travel {
             self.speed = 0.0;
         }
         let share = if left > 0.0 { self.speed / left } else { 0.0 };
-        now.left.map(|way| way * share)
+        now.left.map(|left| left * share)
     }
 }
 
@@ -102,9 +102,9 @@ mod tests {
         for _ in 0..(30.0 / period) as usize {
             let stop = place + kept * (lags[0] + lags[1]) * period / (1.0 - kept);
             let stretch = Stretch { left: [length - stop, 0.0], ..stretch };
-            let wish = travel.velocity(&stretch)[0];
+            let request = travel.velocity(&stretch)[0];
             let before = lags[1];
-            lags[0] += (1.0 - kept) * (wish - lags[0]);
+            lags[0] += (1.0 - kept) * (request - lags[0]);
             lags[1] += (1.0 - kept) * (lags[0] - lags[1]);
             place += lags[1] * period;
             rows.push([place, lags[1], (lags[1] - before) / period]);

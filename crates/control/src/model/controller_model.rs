@@ -103,7 +103,7 @@ pub struct Posture<const N: usize> {
     pub tip: [f64; 2],
     /// Rows x and z.
     pub jacobian: [[f64; N]; 2],
-    /// Way of the tip across the plane per angle of the slewing joint, m; zero for a crane that moves in the plane.
+    /// Travel of the tip across the plane per angle of the slewing joint, m; zero for a crane that moves in the plane.
     pub across: f64,
     /// Piston position per cylinder, m.
     pub stroke: [f64; N],
@@ -112,7 +112,7 @@ pub struct Posture<const N: usize> {
 }
 
 impl<const N: usize> Posture<N> {
-    /// Way of the tip per way of a joint, m/rad or m/m.
+    /// Travel of the tip per travel of a joint, m/rad or m/m.
     pub fn tip_per_joint(&self, joint: usize) -> f64 {
         let [x, z] = self.jacobian;
         if cfg!(feature = "chains") && joint == SLEW && self.across > 0.0 {
@@ -122,7 +122,7 @@ impl<const N: usize> Posture<N> {
         }
     }
 
-    /// Way of the tip per way of a piston.
+    /// Travel of the tip per travel of a piston.
     pub fn tip_per_stroke(&self, cylinder: usize) -> f64 {
         self.tip_per_joint(cylinder) / self.lever_arm[cylinder].abs()
     }

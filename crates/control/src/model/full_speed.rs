@@ -37,7 +37,7 @@ impl<const N: usize> ControllerModel<N> {
         fastest.fold(0.0, f64::max).min(if followed > 0.0 { followed } else { f64::INFINITY })
     }
 
-    /// Distance of the tip at which the set-point waits, where nobody states one, m: a share of the longest way from a joint that turns to the
+    /// Distance of the tip at which the set-point waits, where nobody states one, m: a share of the longest line from a joint that turns to the
     /// tip, with all joints at their limits; of one that slides, of its range.
     pub fn lag_limit(&self) -> f64 {
         let corner = |k: usize| hydrocrane_num::array::from_fn(|i| self.joint_limits[i][k >> i & 1]);

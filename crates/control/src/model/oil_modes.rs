@@ -53,11 +53,11 @@ impl<const N: usize> OilModes<N> {
         (of_motion, hydrocrane_num::array::from_fn(|i| self.momenta[i][m] * self.shapes[i][m]))
     }
 
-    /// Length of the way of the tip per modal amount.
+    /// Length of the travel of the tip per modal amount.
     pub fn reach(&self, posture: &Posture<N>) -> [f64; N] {
         hydrocrane_num::array::from_fn(|m| {
-            let way = |r: usize| (0..N).map(|i| posture.jacobian[r][i] * self.shapes[i][m]).sum::<f64>();
-            posture.velocity([way(0), way(1)], self.shapes[SLEW][m]).norm()
+            let moved = |r: usize| (0..N).map(|i| posture.jacobian[r][i] * self.shapes[i][m]).sum::<f64>();
+            posture.velocity([moved(0), moved(1)], self.shapes[SLEW][m]).norm()
         })
     }
 }

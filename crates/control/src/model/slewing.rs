@@ -20,7 +20,7 @@ pub(crate) struct InPlane<const N: usize> {
     pub tip: Vec2<f64>,
     /// Derivatives of the tip's place by the joints.
     pub columns: [Vec2<f64>; N],
-    /// Way of the tip across the plane per angle of the slewing joint, m.
+    /// Travel of the tip across the plane per angle of the slewing joint, m.
     pub across: f64,
 }
 

@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_period_that_is_too_short_is_told() {
+    fn a_period_that_is_too_short_is_reported() {
         let slow = valves()[2];
         assert_eq!(slow.too_short(0.01), None);
         let least = slow.too_short(5e-4).expect("too short");

@@ -1,7 +1,7 @@
 //! A controller behind the monitor of its sensors, where there is a heap.  theory: docs/theory/control/plausibility.md
 
 use crate::estimate::valve_learning::LearntValve;
-use crate::interface::controller::{Alarm, Controller, Fault, Measurement, Stick, Told};
+use crate::interface::controller::{Alarm, Controller, Fault, Measurement, Report, Stick};
 use crate::interface::notice::Names;
 use crate::model::controller_model::ControllerModel;
 use crate::monitor::plausibility::Monitor;
@@ -80,12 +80,12 @@ impl<const N: usize> Controller for Monitored<N> {
         self.known.controller.learnt()
     }
 
-    fn notices(&mut self) -> Vec<Told> {
+    fn notices(&mut self) -> Vec<Report> {
         let (news, recovery) = (self.safe_state.take_news(), self.safe_state.monitor().recovery_time());
-        let told = news.iter().map(|notice| Told {
+        let reports = news.iter().map(|notice| Report {
             text: notice.text(&self.names, recovery),
             alarm: matches!(notice, SensorNotice::Stops(..)).then_some(Alarm::SensorStop),
         });
-        told.chain(self.known.controller.notices()).collect()
+        reports.chain(self.known.controller.notices()).collect()
     }
 }

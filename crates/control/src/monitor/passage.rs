@@ -18,8 +18,8 @@ pub(crate) struct Track {
     pub changed: [Standing; 2],
     /// The sample before, s.
     pub earlier: Option<(f64, Moment)>,
-    /// Bits that readings have told against each pressure sensor since, and the piston position at the last of them, m.
-    pub told: [f64; 2],
+    /// Bits that readings speak against each pressure sensor since, and the piston position at the last of them, m.
+    pub against: [f64; 2],
     pub stirred: [f64; 2],
 }
 

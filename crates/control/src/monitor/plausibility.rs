@@ -26,7 +26,7 @@ pub struct Settings<const N: usize> {
     /// Piston displacement that an unchanged position reading must have missed, m.
     pub frozen: [f64; N],
     /// What one repeated pressure reading tells while the piston moves, bits: up to 1, none where noise hides no step of the sensor.
-    pub told: [[f64; 2]; N],
+    pub against: [[f64; 2]; N],
     /// Change of a pressure that its reading need not show, Pa.
     pub resolution: [[f64; 2]; N],
     /// Time for which control goes on without a reading, s.
@@ -50,7 +50,7 @@ pub struct Settings<const N: usize> {
 hydrocrane_num::stored!([const N: usize] Settings<N> {
     jump: [f64; N],
     frozen: [f64; N],
-    told: [[f64; 2]; N],
+    against: [[f64; 2]; N],
     resolution: [[f64; 2]; N],
     ride_through: f64,
     recovery_time: f64,
@@ -70,7 +70,7 @@ type Wrong = ArrayVec<(Signal, Kind), PER_CYLINDER>;
 pub const INTERVAL: f64 = 0.01;
 
 /// Bits that make a repeated pressure reading a fault: one false alarm in 10^9 readings in motion, 115 days of them at 100 Hz.
-const MOST_TOLD: f64 = 30.0;
+const MOST_AGAINST: f64 = 30.0;
 /// Share of the displacement that counts as a jump beyond which a piston counts as moving: with its default, 1 % of its fastest motion.
 const STIR: f64 = 0.04;
 
@@ -156,7 +156,7 @@ impl<const N: usize> Monitor<N> {
             // What its reading did meanwhile tells nothing of the others.
             if let Some(track) = &mut tracks[signal.cylinder()] {
                 track.changed = [Standing { moment: track.moment, load: track.load }; 2];
-                (track.told, track.stirred) = ([0.0; 2], [track.moment.stroke; 2]);
+                (track.against, track.stirred) = ([0.0; 2], [track.moment.stroke; 2]);
             }
             back.push(Returned { signal, kind, from });
             false
@@ -170,7 +170,7 @@ impl<const N: usize> Monitor<N> {
         // One unreadable joint must not hide the strokes of the others.
         let strokes = model.strokes(&q.map(|q| if q.is_finite() { q } else { 0.0 }));
         // Only a coarse reading is explained by the load.
-        let coarse = self.settings.told.iter().flatten().any(|bits| *bits < 1.0);
+        let coarse = self.settings.against.iter().flatten().any(|bits| *bits < 1.0);
         let load = if coarse { model.cylinder_force(&q, &[0.0; N], model.payload) } else { [f64::NAN; N] };
         let (mut found, mut bad, before) = (OfSignals::new(), 0, self.tracks);
         for c in 0..N {
@@ -371,7 +371,7 @@ impl<const N: usize> Monitor<N> {
             missed: [OilDisplacement::NOTHING; 2],
             changed: [now; 2],
             earlier: None,
-            told: [0.0; 2],
+            against: [0.0; 2],
             stirred: [moment.stroke; 2],
         };
         let before = *self.tracks[c].get_or_insert(first);
@@ -384,11 +384,11 @@ impl<const N: usize> Monitor<N> {
         let mut track = Track { missed: missed_now, earlier: Some((before.t, before.moment)), ..first };
         for side in (0..2).filter(|&i| moment.p[i] == before.moment.p[i]) {
             track.changed[side] = before.changed[side];
-            let way = (moment.stroke - before.stirred[side]).abs();
-            let moves = way > scatter + STIR * self.settings.jump[c];
-            (track.stirred[side], track.told[side]) = match moves {
-                true => (moment.stroke, self.told(&model.cylinders[c], (c, side), &before, &now)),
-                false => (before.stirred[side], before.told[side]),
+            let travel = (moment.stroke - before.stirred[side]).abs();
+            let moves = travel > scatter + STIR * self.settings.jump[c];
+            (track.stirred[side], track.against[side]) = match moves {
+                true => (moment.stroke, self.against(&model.cylinders[c], (c, side), &before, &now)),
+                false => (before.stirred[side], before.against[side]),
             };
         }
         self.tracks[c] = Some(track);
@@ -470,18 +470,18 @@ impl<const N: usize> Monitor<N> {
         // A vacuum reads zero for as long as it lasts.
         let vacuum = now.moment.p[side].abs() <= self.settings.trust[c].pressure[side];
         let travel = now.moment.stroke - now.changed[side].moment.stroke;
-        let frozen = !vacuum && now.told[side] > MOST_TOLD;
+        let frozen = !vacuum && now.against[side] > MOST_AGAINST;
         frozen.then_some((Signal::Pressure(c, side), Kind::Frozen(travel)))
     }
 
     /// Bits against a pressure sensor whose reading has repeated in motion, with those `before`.
-    fn told(&self, cylinder: &CylinderModel, (c, side): (usize, usize), before: &Track, now: &Standing) -> f64 {
-        let (own, told) = (self.settings.told[c][side], before.told[side]);
+    fn against(&self, cylinder: &CylinderModel, (c, side): (usize, usize), before: &Track, now: &Standing) -> f64 {
+        let (own, against) = (self.settings.against[c][side], before.against[side]);
         match own < 1.0 && self.explained(cylinder, c, side, now, &before.changed[side]) {
-            false => told + 1.0,
+            false => against + 1.0,
             // Without noise a reading tells nothing while its step explains it.
             true if own == 0.0 => 0.0,
-            true => told + own,
+            true => against + own,
         }
     }
 

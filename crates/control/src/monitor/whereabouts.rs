@@ -44,11 +44,11 @@ impl Whereabouts {
 
     /// Whether the piston can be at `stroke` (m), read within `scatter` (m); its pressures can rise to `highest` (Pa).
     pub fn reach(&self, stroke: f64, scatter: f64, c: &CylinderModel, fluid: &Fluid<f64>, highest: f64) -> bool {
-        let (way, by_flow) = (Interval::at(stroke - self.moment.stroke), self.moved.widened(scatter, 0.0));
+        let (travel, by_flow) = (Interval::at(stroke - self.moment.stroke), self.moved.widened(scatter, 0.0));
         // Motion in order never needs what the oil gives way.
-        by_flow.gap(&way) == 0.0 || {
+        by_flow.gap(&travel) == 0.0 || {
             let p = self.moment.p.map(|p| if p.is_finite() { p } else { 0.0 });
-            by_flow.plus(compressed(c, fluid, self.moment.stroke, p, highest)).gap(&way) == 0.0
+            by_flow.plus(compressed(c, fluid, self.moment.stroke, p, highest)).gap(&travel) == 0.0
         }
     }
 }

@@ -25,23 +25,23 @@ const SWING: f64 = 2.2;
 /// Share of the forces from full pressure on the one side to full pressure on the other that a stop may always take: where a load
 /// leaves nothing, the tip still creeps.
 const LEAST: f64 = 0.02;
-/// Share h that every joint has at the end of its way, unless it is no worse than here, and that way, in v/w.
+/// Share h that every joint has at the end of its travel, unless it is no worse than here, and that travel, in v/w.
 const HELD: f64 = 0.9;
 const WAY_HELD: f64 = 3.0;
-/// Way of a stop, in v/w.
+/// Travel of a stop, in v/w.
 const STOPPED: f64 = 2.0;
 /// Halvings that find the share.
 const HALVINGS: usize = 10;
 
-/// A stage of a stop behind two lags: way since the stick was released, in v/w, and share of the speed that is left.
+/// A stage of a stop behind two lags: travel since the stick was released, in v/w, and share of the speed that is left.
 struct Stage {
-    way: f64,
+    travel: f64,
     speed: f64,
 }
 
 /// The beginning, the steepest deceleration (1/w after it, at 2/e of the speed) and the end.
 const STAGES: [Stage; 3] =
-    [Stage { way: 0.0, speed: 1.0 }, Stage { way: 0.9, speed: 0.736 }, Stage { way: 2.0, speed: 0.0 }];
+    [Stage { travel: 0.0, speed: 1.0 }, Stage { travel: 0.9, speed: 0.736 }, Stage { travel: 2.0, speed: 0.0 }];
 
 /// Largest share of these rates that is borne.
 fn most_borne<const N: usize>(rates: &[f64; N], borne: impl Fn(&[f64; N]) -> bool) -> f64 {
@@ -78,12 +78,12 @@ impl<const N: usize> ControllerModel<N> {
     /// Whether the cylinders bear the deceleration of a motion that is `at` a place at one of its stages.
     fn brakes(&self, at: &At<N>, rates: &[f64; N], payload: f64, bandwidth: f64, stage: &Stage) -> bool {
         let ahead: At<N>;
-        let there = if stage.way == 0.0 {
+        let there = if stage.travel == 0.0 {
             at
         } else {
             ahead = self.at(&hydrocrane_num::array::from_fn(|i| {
                 let [low, high] = self.joint_limits[i];
-                (at.q[i] + stage.way / bandwidth * rates[i]).clamp(low.min(at.q[i]), high.max(at.q[i]))
+                (at.q[i] + stage.travel / bandwidth * rates[i]).clamp(low.min(at.q[i]), high.max(at.q[i]))
             }));
             &ahead
         };

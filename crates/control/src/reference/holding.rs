@@ -39,7 +39,7 @@ const STEP: f64 = 1e-5;
 
 /// What is left of a step of the reference so that it does not lead to where the oil cannot hold a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Leave {
+pub struct StepLimit {
     pub share: f64,
     /// Joint that takes most of it.
     pub joint: usize,
@@ -118,13 +118,20 @@ impl<const N: usize> ControllerModel<N> {
     /// For a step of the reference from where it is `at` to `next`, on which h may fall by the share `most` of its way to where the reference
     /// stands. Of the reference's h and that of the crane itself, `held`, the lower one counts: a joint that is ahead of its
     /// reference must not be led on.
-    pub fn leave(&self, [at, next]: [&At<N>; 2], held: &[f64; N], payload: f64, oil: &[f64; N], most: f64) -> Leave {
-        let mut least = Leave { share: 1.0, joint: 0 };
+    pub fn step_limit(
+        &self,
+        [at, next]: [&At<N>; 2],
+        held: &[f64; N],
+        payload: f64,
+        oil: &[f64; N],
+        most: f64,
+    ) -> StepLimit {
+        let mut least = StepLimit { share: 1.0, joint: 0 };
         let [here, there] = [at, next].map(|at| self.held(at, payload, oil));
         for joint in (0..N).filter(|&i| there[i] < here[i]) {
             let share = most * (here[joint].min(held[joint]) - STANDING).max(0.0) / (here[joint] - there[joint]);
             if share < least.share {
-                least = Leave { share, joint };
+                least = StepLimit { share, joint };
             }
         }
         least

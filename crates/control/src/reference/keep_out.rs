@@ -63,11 +63,11 @@ pub struct Caution {
     /// Most of k, 1/s.
     pub rate: f64,
     /// How far the tip may be from where the sensors see it, m: added to the margin.
-    pub blur: f64,
+    pub uncertainty: f64,
 }
 
 impl Caution {
-    pub const NONE: Caution = Caution { rate: f64::INFINITY, blur: 0.0 };
+    pub const NONE: Caution = Caution { rate: f64::INFINITY, uncertainty: 0.0 };
 }
 
 /// How a border is neared: margin, m, and k, 1/s.
@@ -146,8 +146,8 @@ impl Region {
 
     /// Signed distance to the nearest point of the border, and the way out there.
     pub fn clearance(&self, place: [f64; 2]) -> Clearance {
-        let ways = self.ways(place);
-        let nearest = ways.min_by(|a, b| a.distance.total_cmp(&b.distance));
+        let clearances = self.clearances(place);
+        let nearest = clearances.min_by(|a, b| a.distance.total_cmp(&b.distance));
         let away = nearest.unwrap_or(Clearance { distance: f64::INFINITY, normal: [0.0; 2] });
         if self.contains(place) && away.distance > TOUCHING {
             return Clearance { distance: -away.distance, normal: away.normal.map(|n| -n) };
@@ -156,8 +156,8 @@ impl Region {
     }
 
     /// The way from each edge, its distance without a sign.
-    fn ways(&self, place: [f64; 2]) -> impl Iterator<Item = Clearance> + '_ {
-        self.edges.iter().map(move |edge| edge.way(place))
+    fn clearances(&self, place: [f64; 2]) -> impl Iterator<Item = Clearance> + '_ {
+        self.edges.iter().map(move |edge| edge.clearance(place))
     }
 
     /// What must not be neared further: every edge from outside, the nearest one from inside.
@@ -169,14 +169,14 @@ impl Region {
         if self.contains(place) {
             return keep.share(&self.clearance(place), velocity);
         }
-        self.ways(place).map(|way| keep.share(&way, velocity)).fold(1.0, f64::min)
+        self.clearances(place).map(|clearance| keep.share(&clearance, velocity)).fold(1.0, f64::min)
     }
 }
 
 impl KeepOut {
     /// `velocity` slowed down so that the regions are not neared too fast from `place`.
     pub fn slowed(&self, place: [f64; 2], velocity: [f64; 2], caution: &Caution) -> [f64; 2] {
-        let approach = Approach { margin: self.margin + caution.blur, rate: self.rate.min(caution.rate) };
+        let approach = Approach { margin: self.margin + caution.uncertainty, rate: self.rate.min(caution.rate) };
         let share = self.regions.iter().map(|r| r.slowest(&approach, place, velocity)).fold(1.0, f64::min);
         velocity.map(|v| share * v)
     }
@@ -188,10 +188,10 @@ impl KeepOut {
 
     /// A place at this `margin` (m), the shortest way from `place` out of its nearest region; `None` where another region is there.
     pub fn outside(&self, place: [f64; 2], margin: f64) -> Option<[f64; 2]> {
-        let ways = self.regions.iter().map(|region| region.clearance(place));
-        let way = ways.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
-        let step = (margin - way.distance).max(0.0);
-        let there = [place[0] + step * way.normal[0], place[1] + step * way.normal[1]];
+        let clearances = self.regions.iter().map(|region| region.clearance(place));
+        let clearance = clearances.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+        let step = (margin - clearance.distance).max(0.0);
+        let there = [place[0] + step * clearance.normal[0], place[1] + step * clearance.normal[1]];
         (self.distance(there) >= margin - 1e-6).then_some(there)
     }
 }
@@ -220,7 +220,7 @@ impl Edge {
 
     /// From the nearest point of the edge. Along its length the direction is that of the edge's normal, free of rounding, so
     /// that motion along a straight border nears nothing.
-    fn way(&self, place: [f64; 2]) -> Clearance {
+    fn clearance(&self, place: [f64; 2]) -> Clearance {
         let to = [place[0] - self.from[0], place[1] - self.from[1]];
         let along = to[0] * self.along[0] + to[1] * self.along[1];
         if along > 0.0 && along < self.length {
@@ -281,7 +281,7 @@ mod tests {
     #[test]
     fn caution_widens_the_margin_and_slows_the_approach() {
         let keep = notched();
-        let caution = Caution { rate: 0.5, blur: 0.01 };
+        let caution = Caution { rate: 0.5, uncertainty: 0.01 };
         let v = keep.slowed([1.0, 1.25], [0.0, -0.6], &caution);
         assert!((v[1] + 0.5 * 0.19).abs() < 1e-12, "{v:?}");
         assert_eq!(keep.slowed([1.0, 1.055], [0.0, -0.6], &caution), [0.0, 0.0]);

@@ -6,7 +6,7 @@ pub mod keep_out;
 #[cfg(feature = "std")]
 pub mod reach;
 pub mod redundancy;
+pub(crate) mod request;
 pub mod set_point;
 pub mod slow_down;
 pub(crate) mod wanted;
-pub(crate) mod wish;

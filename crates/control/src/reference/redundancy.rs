@@ -84,7 +84,7 @@ struct Room {
 
 impl Room {
     /// What joints take of this `way`: by its length and the speeds that each joint alone would give the tip there.
-    fn faded<const N: usize>(&self, jacobian: &[[f64; N]; 2], bounds: &[[f64; 2]; N], way: [f64; 2]) -> f64 {
+    fn faded<const N: usize>(&self, jacobian: &[[f64; N]; 2], bounds: &[[f64; 2]; N], direction: [f64; 2]) -> f64 {
         let Some(edge) = self.edge else { return 1.0 };
         let mut all = 0.0;
         for (i, bounds) in bounds.iter().enumerate() {
@@ -93,7 +93,7 @@ impl Room {
             all += low.abs().max(high.abs()) * portable::sqrt(dot(column, column));
         }
         // Where nothing moves the tip there is no share either.
-        let used = self.share * portable::sqrt(dot(way, way)) / (BARRED * all).max(f64::MIN_POSITIVE);
+        let used = self.share * portable::sqrt(dot(direction, direction)) / (BARRED * all).max(f64::MIN_POSITIVE);
         (self.share * used.min(1.0)).min(1.0)
     }
 }
@@ -123,16 +123,16 @@ fn at_edge([low, high]: [f64; 2], n: [f64; 2], column: [f64; 2]) -> [f64; 2] {
 }
 
 /// Largest share of `way` that joints within `bounds` can add to `from`, which they can do.
-fn room(jacobian: [&[f64]; 2], bounds: &[[f64; 2]], from: [f64; 2], way: [f64; 2]) -> Room {
+fn room(jacobian: [&[f64]; 2], bounds: &[[f64; 2]], from: [f64; 2], direction: [f64; 2]) -> Room {
     let column = |i: usize| [jacobian[0][i], jacobian[1][i]];
     let mut room = Room { share: f64::INFINITY, edge: None };
     for i in 0..bounds.len() {
         let [x, z] = column(i);
         // The edges beside the column, and where all are parallel the ends of it.
         for n in [[-z, x], [z, -x], [x, z], [-x, -z]] {
-            let towards = dot(n, way);
+            let towards = dot(n, direction);
             // A column along the way bounds nothing.
-            if towards <= ALONG * portable::sqrt(dot(n, n) * dot(way, way)) {
+            if towards <= ALONG * portable::sqrt(dot(n, n) * dot(direction, direction)) {
                 continue;
             }
             let mut farthest = 0.0;

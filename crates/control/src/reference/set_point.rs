@@ -12,11 +12,11 @@
 
 use crate::model::controller_model::{ControllerModel, Posture};
 use crate::model::slewing::SLEW;
-use crate::reference::holding::Leave;
+use crate::reference::holding::StepLimit;
 use crate::reference::keep_out::{Caution, KeepOut};
 use crate::reference::redundancy::{level, level_within, resolve, resolve_steadily, Motion, Preference, Task};
+use crate::reference::request::{Lags, Request};
 use crate::reference::slow_down::joint_rates;
-use crate::reference::wish::{Lags, Wish};
 use crate::valve::compression::MOST_COMPRESSION;
 use hydrocrane_num::{portable, Real, Vec2, Vec3};
 
@@ -92,7 +92,7 @@ pub struct Means<const N: usize> {
     /// Lowest natural frequency of the crane on its oil, rad/s.
     pub slowest_mode: f64,
     /// How far the tip may be from where the joint sensors see it, m.
-    pub blur: f64,
+    pub uncertainty: f64,
     /// Full speeds of the pistons without a load, m/s.
     pub full_speed: [f64; N],
     /// Share of its speed that a tip far away leaves to the set-point.
@@ -131,7 +131,7 @@ pub struct Reference<const N: usize> {
     /// Speed of the set-point over the last period, m/s.
     pub pace: f64,
     /// What the oil that holds the joints left of the last step.
-    pub leave: Leave,
+    pub step_limit: StepLimit,
     /// Of each lag of the stick at the last sample, rad/s.
     bandwidth: f64,
     /// Share of its speed that a tip far away has left at the last sample.
@@ -168,7 +168,7 @@ impl<const N: usize> Reference<N> {
             posture,
             scale: 1.0,
             pace: 0.0,
-            leave: Leave { share: 1.0, joint: 0 },
+            step_limit: StepLimit { share: 1.0, joint: 0 },
             bandwidth: f64::INFINITY,
             followed: 1.0,
             tip: posture.tip,
@@ -212,13 +212,13 @@ impl<const N: usize> Reference<N> {
 
     /// What asks for this velocity of the tip in the plane and across it, m/s. The slewing joint is asked for no more than its piston has at
     /// full lever, `full` retracting and extending, m/s.
-    pub fn asked(&self, [x, z, across]: [f64; 3], full: &[[f64; 2]; N]) -> Wish<N> {
+    pub fn asked(&self, [x, z, across]: [f64; 3], full: &[[f64; 2]; N]) -> Request<N> {
         if across == 0.0 || !self.slews() {
-            return Wish::Tip([x, z, 0.0]);
+            return Request::Tip([x, z, 0.0]);
         }
         let lever_arm = self.posture.lever_arm[SLEW];
         let most = full[SLEW][usize::from(across * lever_arm > 0.0)] / lever_arm.abs().max(LEAST_LEVER_ARM);
-        Wish::Tip([x, z, (across / self.posture.across).max(-most).min(most)])
+        Request::Tip([x, z, (across / self.posture.across).max(-most).min(most)])
     }
 
     /// From the tip, which is at this place of the plane (m) with the slewing joint at `slew` (rad), to the set-point, in the plane and
@@ -228,22 +228,22 @@ impl<const N: usize> Reference<N> {
         self.posture.velocity([x - tip[0], z - tip[1]], self.q[SLEW] - slew)
     }
 
-    /// Velocity of the tip in the plane and across it that a wish leads to where nothing slows it down, m/s.
-    pub fn towards(&self, shape: &Shape<N>, wish: &Wish<N>) -> Vec3<f64> {
-        self.moved(self.wished(shape, wish))
+    /// Velocity of the tip in the plane and across it that a request leads to where nothing slows it down, m/s.
+    pub fn towards(&self, shape: &Shape<N>, request: &Request<N>) -> Vec3<f64> {
+        self.moved(self.requested(shape, request))
     }
 
     /// The same with the rate of the slewing joint, rad/s.
-    fn wished(&self, shape: &Shape<N>, wish: &Wish<N>) -> [f64; 3] {
-        match wish {
-            Wish::Tip(velocity) => *velocity,
-            Wish::Joints(rates) => self.of_tip(level(&self.posture.jacobian, rates, shape.height_joint)),
+    fn requested(&self, shape: &Shape<N>, request: &Request<N>) -> [f64; 3] {
+        match request {
+            Request::Tip(velocity) => *velocity,
+            Request::Joints(rates) => self.of_tip(level(&self.posture.jacobian, rates, shape.height_joint)),
         }
     }
 
     /// Whether the set-point still moves or shall move.
-    pub fn moving(&self, wish: &Wish<N>) -> bool {
-        !wish.is_zero() || self.speed().min(self.pace) > STANDING
+    pub fn moving(&self, request: &Request<N>) -> bool {
+        !request.is_zero() || self.speed().min(self.pace) > STANDING
     }
 
     /// Where the set-point comes to rest when the stick is released now, if nothing slows it down, m.
@@ -255,15 +255,16 @@ impl<const N: usize> Reference<N> {
         hydrocrane_num::array::from_fn(|r| self.set_point[r] + time * (first[r] + second[r]))
     }
 
-    /// Moves on by one period towards a wish.
-    pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, wish: Wish<N>, now: &Means<N>) {
+    /// Moves on by one period towards a request.
+    pub fn advance(&mut self, model: &ControllerModel<N>, shape: &Shape<N>, request: Request<N>, now: &Means<N>) {
         // The stick as well as its lags: lags wound up at a border would hold the tip there after the stick has turned away.
-        self.caution = Caution { rate: shape.slow_down(shape.bandwidth(now.slowest_mode, 0.0)), blur: now.blur };
+        self.caution =
+            Caution { rate: shape.slow_down(shape.bandwidth(now.slowest_mode, 0.0)), uncertainty: now.uncertainty };
         self.tip = self.near_set_point(shape, now);
-        let wish = self.slowed(shape, wish);
-        let bandwidth = shape.bandwidth(now.slowest_mode, self.used(model, shape, &wish, now));
+        let request = self.slowed(shape, request);
+        let bandwidth = shape.bandwidth(now.slowest_mode, self.used(model, shape, &request, now));
         self.bandwidth = bandwidth;
-        let shaped = self.shape_stick(shape, wish, bandwidth);
+        let shaped = self.shape_stick(shape, request, bandwidth);
         let follow = 1.0 - portable::exp(-bandwidth * self.period);
         for i in (0..N).filter(|&i| self.joint_lags.is_none() && !self.leaders[i]) {
             // What a count leaves unknown is no jump of the joint: followed without a lag, it would kick the oil through the others.
@@ -284,9 +285,9 @@ impl<const N: usize> Reference<N> {
         let Motion { rates, scale } = self.motion(shape, &slowed, &self.correction(shape, now), &prefer);
         let next = model.at(&hydrocrane_num::array::from_fn(|i| self.q[i] + rates[i] * self.period));
         let most = self.caution.rate * self.period;
-        let leave = model.leave([&at, &next], &now.held, now.payload, &now.stiffness, most);
+        let limit = model.step_limit([&at, &next], &now.held, now.payload, &now.stiffness, most);
         // It comes back slowly: where only some directions are open, it would jump with every correction of the path.
-        self.leave = Leave { share: leave.share.min(self.leave.share + most), ..leave };
+        self.step_limit = StepLimit { share: limit.share.min(self.step_limit.share + most), ..limit };
         let pistons = hydrocrane_num::array::from_fn(|i| posture.lever_arm[i] * rates[i]);
         // A slow crane that stops at once swings on its oil: the set-point loses its speed as behind its lags.
         let slow = shape.slows(now);
@@ -301,7 +302,7 @@ impl<const N: usize> Reference<N> {
             self.joint_lags = self.joint_lags.map(|lags| lags.scaled(left));
         }
         self.followed = now.following.max(if slow { self.followed + kept - 1.0 } else { 0.0 });
-        let share = self.leave.share.min(model.pump_share(&pistons, &now.pressures)).min(held).min(self.followed);
+        let share = self.step_limit.share.min(model.pump_share(&pistons, &now.pressures)).min(held).min(self.followed);
         let (rates, scale) = (rates.map(|rate| rate * share), scale * share);
         for (place, velocity) in self.set_point.iter_mut().zip([velocity.x, velocity.z]) {
             *place += scale * velocity * self.period;
@@ -317,15 +318,15 @@ impl<const N: usize> Reference<N> {
         (self.rates, self.scale, self.pace, self.posture) = (rates, scale, scale * speed, posture);
     }
 
-    /// Largest share of a piston's full speed that the motion at hand or the wished one uses; only where it counts.
-    fn used(&self, model: &ControllerModel<N>, shape: &Shape<N>, wish: &Wish<N>, now: &Means<N>) -> f64 {
+    /// Largest share of a piston's full speed that the motion at hand or the requested one uses; only where it counts.
+    fn used(&self, model: &ControllerModel<N>, shape: &Shape<N>, request: &Request<N>, now: &Means<N>) -> f64 {
         if shape.bandwidth(now.slowest_mode, 1.0) == shape.stick_bandwidth {
             return 0.0;
         }
         let prefer = self.preference(model, shape, &self.posture, &now.piston, 0.0);
-        let wished = self.motion(shape, wish, &Correction::NONE, &prefer).rates;
+        let requested = self.motion(shape, request, &Correction::NONE, &prefer).rates;
         let used = |i: usize| {
-            let rate = wished[i].abs().max(self.rates[i].abs());
+            let rate = requested[i].abs().max(self.rates[i].abs());
             (rate * self.posture.lever_arm[i] / now.full_speed[i]).abs()
         };
         (0..N).map(used).fold(0.0, f64::max)
@@ -361,16 +362,16 @@ impl<const N: usize> Reference<N> {
         hydrocrane_num::array::from_fn(|i| preferred[i] + share * (kept * self.rates[i] - preferred[i]))
     }
 
-    /// A wish slowed down before regions to keep out of.
-    pub fn slowed(&self, shape: &Shape<N>, wish: Wish<N>) -> Wish<N> {
-        match wish {
-            Wish::Tip([x, z, slew]) => {
+    /// A request slowed down before regions to keep out of.
+    pub fn slowed(&self, shape: &Shape<N>, request: Request<N>) -> Request<N> {
+        match request {
+            Request::Tip([x, z, slew]) => {
                 let left = self.kept_out(shape, [x, z]);
-                Wish::Tip([left[0], left[1], slew * share(left, [x, z])])
+                Request::Tip([left[0], left[1], slew * share(left, [x, z])])
             }
-            Wish::Joints(_) => {
-                let [x, z, _] = self.wished(shape, &wish);
-                wish.scaled(share(self.kept_out(shape, [x, z]), [x, z]))
+            Request::Joints(_) => {
+                let [x, z, _] = self.requested(shape, &request);
+                request.scaled(share(self.kept_out(shape, [x, z]), [x, z]))
             }
         }
     }
@@ -379,7 +380,7 @@ impl<const N: usize> Reference<N> {
     /// covers, m.
     fn near_set_point(&self, shape: &Shape<N>, now: &Means<N>) -> [f64; 2] {
         let off = Vec2::<f64>::c(now.tip) - Vec2::c(self.set_point);
-        let covered = TOLERATED + now.blur;
+        let covered = TOLERATED + now.uncertainty;
         if !shape.slows(now) || off.norm() <= covered {
             return self.set_point;
         }
@@ -404,11 +405,17 @@ impl<const N: usize> Reference<N> {
         Correction { velocity, all: all / rate }
     }
 
-    /// Rates of the joints for a wish and a correction of the path.
-    fn motion(&self, shape: &Shape<N>, wish: &Wish<N>, correction: &Correction, prefer: &Preference<N>) -> Motion<N> {
+    /// Rates of the joints for a request and a correction of the path.
+    fn motion(
+        &self,
+        shape: &Shape<N>,
+        request: &Request<N>,
+        correction: &Correction,
+        prefer: &Preference<N>,
+    ) -> Motion<N> {
         let jacobian = &self.posture.jacobian;
-        match *wish {
-            Wish::Tip(velocity) => {
+        match *request {
+            Request::Tip(velocity) => {
                 let led = self.led(correction, prefer);
                 let correction = hydrocrane_num::array::from_fn(|r| {
                     let led: f64 = (0..N).map(|i| jacobian[r][i] * led[i]).sum();
@@ -419,7 +426,7 @@ impl<const N: usize> Reference<N> {
                 let Motion { rates, scale } = self.resolved(resolve_steadily, velocity, correction, &prefer);
                 Motion { rates: hydrocrane_num::array::from_fn(|i| led[i] + rates[i]), scale }
             }
-            Wish::Joints(rates) => {
+            Request::Joints(rates) => {
                 level_within(jacobian, &rates, shape.height_joint, correction.velocity[1], &prefer.bounds)
             }
         }
@@ -469,28 +476,28 @@ impl<const N: usize> Reference<N> {
         })
     }
 
-    /// Joints whose bound alone keeps the tip from moving as wished, each with the rate (rad/s or m/s) that it
+    /// Joints whose bound alone keeps the tip from moving as requested, each with the rate (rad/s or m/s) that it
     /// would have without; zero for all others. Less than the share `least` of the velocity counts as standing.
     pub fn obstacles(
         &self,
         model: &ControllerModel<N>,
         shape: &Shape<N>,
-        wish: &Wish<N>,
+        request: &Request<N>,
         piston: &[[f64; 2]; N],
         least: f64,
     ) -> [f64; N] {
         let prefer = self.preference(model, shape, &self.posture, piston, 0.0);
         let nothing = Correction::NONE;
-        if self.motion(shape, wish, &nothing, &prefer).scale >= least {
+        if self.motion(shape, request, &nothing, &prefer).scale >= least {
             return [0.0; N];
         }
         hydrocrane_num::array::from_fn(|i| {
             let mut bounds = prefer.bounds;
             bounds[i] = UNBOUNDED;
             let prefer = Preference { bounds, ..prefer };
-            let freed = match *wish {
-                Wish::Tip(velocity) => self.resolved(resolve, velocity, [0.0; 2], &prefer),
-                Wish::Joints(_) => self.motion(shape, wish, &nothing, &prefer),
+            let freed = match *request {
+                Request::Tip(velocity) => self.resolved(resolve, velocity, [0.0; 2], &prefer),
+                Request::Joints(_) => self.motion(shape, request, &nothing, &prefer),
             };
             if freed.scale >= least {
                 freed.rates[i]
@@ -500,21 +507,21 @@ impl<const N: usize> Reference<N> {
         })
     }
 
-    /// The wish behind its lags, each of this `bandwidth`, rad/s.
-    fn shape_stick(&mut self, shape: &Shape<N>, wish: Wish<N>, bandwidth: f64) -> Wish<N> {
+    /// The request behind its lags, each of this `bandwidth`, rad/s.
+    fn shape_stick(&mut self, shape: &Shape<N>, request: Request<N>, bandwidth: f64) -> Request<N> {
         let share = 1.0 - portable::exp(-bandwidth * self.period);
-        match wish {
-            Wish::Tip(velocity) => {
+        match request {
+            Request::Tip(velocity) => {
                 if self.joint_lags.take().is_some() {
                     self.lags = Lags::at(self.of_tip(self.rates));
                 }
-                Wish::Tip(self.lags.follow(velocity, share))
+                Request::Tip(self.lags.follow(velocity, share))
             }
-            Wish::Joints(rates) => {
+            Request::Joints(rates) => {
                 let mut lags = self.joint_lags.unwrap_or_else(|| Lags::at(self.as_asked(shape.height_joint)));
                 let rates = lags.follow(rates, share);
                 self.joint_lags = Some(lags);
-                Wish::Joints(rates)
+                Request::Joints(rates)
             }
         }
     }

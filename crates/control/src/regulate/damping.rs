@@ -59,9 +59,9 @@ const MEDIAN: f64 = 0.6745;
 const WATCHED: f64 = 6.0;
 const WATCHED_FOR: f64 = 0.3;
 const FADED: f64 = 0.02;
-/// Multiple of what counts as quiet from which on a swing that goes on is told: 5.6 mm/s, and well above what noise makes of a quiet mode.
-const TOLD: f64 = 8.0;
-/// The same, and the share that must be gone, once it has been told: it is followed until it dies out or is no longer damped.
+/// Multiple of what counts as quiet from which on a swing that goes on is reported: 5.6 mm/s, and well above what noise makes of a quiet mode.
+const REPORTED: f64 = 8.0;
+/// The same, and the share that must be gone, once it has been reported: it is followed until it dies out or is no longer damped.
 const SWINGS: f64 = 2.0;
 const DYING: f64 = 0.3;
 /// Time after the set-point has moved in which a loop that oscillates shows, s: later, noise of hours would tell of one some time.
@@ -108,11 +108,11 @@ impl Watch {
             return false;
         }
         let excited = self.moved[0].max(self.moved[1]);
-        let (told, faded) = if self.trust < 1.0 { (SWINGS, DYING) } else { (TOLD, FADED) };
+        let (reported, faded) = if self.trust < 1.0 { (SWINGS, DYING) } else { (REPORTED, FADED) };
         // What closed valves would have taken, and what it has grown by.
         let needed = FADED * self.before + (self.largest - self.before).max(0.0);
         let enough = self.given.re.square() + self.given.im.square() > needed.square();
-        let goes_on = enough && self.largest > (1.0 - faded) * self.before && self.largest > told * quiet + excited;
+        let goes_on = enough && self.largest > (1.0 - faded) * self.before && self.largest > reported * quiet + excited;
         // Once, it may have begun late.
         let keeps_on = goes_on && self.went_on;
         // Less where it grows fast.

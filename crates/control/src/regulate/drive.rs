@@ -4,7 +4,7 @@
 //! v_c = v_ref + k_p (x_ref - x^ - x_u) - d^ + v_w + v_d
 //!
 //! and the command that brings the spool to where it gives the speed v_c at the measured pressures. The spool comes there late
-//! ([`crate::model::valve_answer`]): x^ is where the piston is, x_u the way that it still has to go by the commands that are under way. v_w compresses the oil for the force that comes
+//! ([`crate::model::valve_answer`]): x^ is where the piston is, x_u the travel that is left to it by the commands that are under way. v_w compresses the oil for the force that comes
 //! ([`crate::valve::compression`]); v_d damps the modes of the crane on its oil ([`crate::regulate::damping`]).
 //!
 //! At rest the piston is held where it has stopped: v_c = k_h (x_ref - x^) as far as that is beyond a band, and what holds it
@@ -24,12 +24,11 @@ use crate::estimate::valve_learning::{Learning, LearntValve, Sample, ValveFit, N
 use crate::model::controller_model::CylinderModel;
 use crate::model::feed_forward::{Ahead, Capacity, Moment, Steady, SupplyPressures};
 use crate::reference::holding::Hold;
+use crate::regulate::drive_state::{DriveModel, Plan, Seen, Shares, RANGE_RATE};
 pub use crate::regulate::tip_settings::DriveGains;
 use crate::valve::commanded::Commanded;
 use crate::valve::compression::{Bounds, Compression, MOST_COMPRESSION};
-use crate::valve::opening::Edges;
 use crate::valve::overlap::Overlap;
-use hydrocrane_num::portable;
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
 /// What the piston shall do over the coming period.
@@ -48,7 +47,7 @@ pub struct Demand {
     pub damping: f64,
     /// Stand still: correct gently.
     pub rest: bool,
-    /// Way of the tip per way of the piston.
+    /// Travel of the tip per travel of the piston.
     pub tip_per_stroke: f64,
     /// How the oil holds the joint that the cylinder moves.
     pub hold: Hold,
@@ -56,12 +55,10 @@ pub struct Demand {
 
 #[derive(Debug, Clone, Copy)]
 pub struct Drive {
-    cylinder: CylinderModel,
-    fluid: Fluid<f64>,
-    supply_pressures: SupplyPressures,
-    steady: Steady,
+    model: DriveModel,
     gains: DriveGains,
     period: f64,
+    shares: Shares,
     /// Where no pressure is measured.
     estimate: Option<ChamberEstimate>,
     /// dv/dF behind the two lags of the observer, m/(s N).
@@ -74,74 +71,26 @@ pub struct Drive {
     rest: Option<Rest>,
     /// Speed without what holds a piston against creep or compresses the oil, m/s.
     motion: f64,
-    /// Resolution of the measured position, m.
-    count: f64,
-    /// Lowest natural frequency of the crane on its oil, rad/s.
-    slowest: f64,
     /// What the last command asked for, if anything can be learnt of it.
     sample: Option<Sample>,
-    /// Shares by which the low-passes of the pressures and of the load go on in a period.
-    pressure_share: f64,
-    load_share: f64,
-    edges: Edges,
     overlap: Overlap,
-    /// Openings that commands reach, retracting and extending, as shares of the whole.
-    reach: [f64; 2],
-    /// Friction at the start of a motion, retracting and extending, N.
-    starting_friction: [f64; 2],
-    /// Low-passed pressures with the measured position, and what they allow.
-    moment: Moment,
-    capacity: Capacity,
-    /// Speed with closed edges that is made up for, m/s: behind a low-pass, since what leaks also damps the modes on the oil.
-    leaks: f64,
-    force: f64,
-    /// Way that the oil has given since the start, m.
-    given: f64,
+    seen: Seen,
     /// F - F_ref behind a low-pass, N.
     excess: f64,
     compression: Compression,
-    /// Planned load of the last sample, N, and behind a low-pass how fast it grows, N/s.
-    load: f64,
-    growth: f64,
-    /// Friction without its viscous part, N: planned, and of the piston as observed.
-    dry_friction: f64,
-    seal: f64,
-    /// Observed piston speed, m/s.
-    speed: f64,
-    /// Speed that the reference asked for, and speeds that it may plan with, m/s; share by which these may fall in a period.
-    asked: f64,
-    range: [f64; 2],
-    range_share: f64,
-    growth_share: f64,
-    return_share: f64,
-    /// Speeds at full stroke and the pressures of the last samples, m/s: one wrong pressure is no shortage.
-    momentary: [f64; 2],
-    momentary_share: f64,
-    /// Force that the reference leaves for corrections, N.
-    spare: f64,
+    plan: Plan,
     commanded: Commanded,
     /// Share of its corrections that the joint bears.
     bearable: f64,
 }
 
-/// Corner of the low-pass on the difference between the load and the planned one, rad/s.
-const LOAD_BANDWIDTH: f64 = 5.0;
 /// Bandwidth of the observer in lowest natural frequencies of the crane on its oil: what swings is no missing speed.
 const OBSERVER_PER_MODE: f64 = 0.2;
-/// Rate at which the speed to plan with falls, rad/s.
-const RANGE_RATE: f64 = 5.0;
-/// Corner of the low-pass on the growth of a load, rad/s, and time for which it goes on while that speed falls, s.
-const GROWTH_RATE: f64 = 10.0;
+/// Time for which a load goes on growing while the speed to plan with falls, s.
 const GROWN: f64 = 2.0 / RANGE_RATE;
-/// Rate at which it comes back, rad/s.
-const RETURN_RATE: f64 = 2.0;
 /// How far beyond the forces that the supply pressure gives the oil is compressed at most, as a share of their span: a valve that still asks for more
 /// stays open until the chamber has all that there is.
 const BEYOND_SUPPLY: f64 = 0.04;
-/// Corner of the low-pass on the speeds at the measured pressures, rad/s.
-const MOMENTARY_RATE: f64 = 20.0;
-/// Share of the forces between full pressure on the one side and on the other that the reference leaves for corrections.
-const SPARE: f64 = 0.04;
 /// Share of the position gain that holds a piston at rest.
 const HOLDING: f64 = 0.25;
 /// Corner of the low-pass on that speed in lowest natural frequencies of the crane on its oil.
@@ -174,27 +123,14 @@ impl Drive {
             moment.p = estimate.p;
         }
         let force = cylinder.chambers.force(moment.p[0], moment.p[1]);
-        let share = |corner: f64| 1.0 - portable::exp(-corner * period);
         let steady = Steady::new(&cylinder, &supply_pressures);
         let commanded = Commanded::at(&cylinder, period, load);
         let capacity = cylinder.capacity(&fluid, &supply_pressures, &moment);
         let mut drive = Drive {
-            cylinder,
-            fluid,
-            supply_pressures,
-            steady,
-            asked: 0.0,
-            range: [0.0; 2],
-            range_share: share(RANGE_RATE),
-            growth_share: share(GROWTH_RATE),
-            return_share: share(RETURN_RATE),
-            momentary: [0.0; 2],
-            momentary_share: share(MOMENTARY_RATE),
-            spare: SPARE * steady.span(),
-            seal: 0.0,
-            speed: 0.0,
+            model: DriveModel::new(cylinder, fluid, supply_pressures, steady),
             gains,
             period,
+            shares: Shares::new(&gains, period),
             estimate,
             per_force: [0.0; 2],
             observer: Observer::at(moment.stroke),
@@ -203,30 +139,17 @@ impl Drive {
             fit: NOMINAL,
             rest: None,
             motion: 0.0,
-            count: 0.0,
-            slowest: f64::INFINITY,
             sample: None,
-            pressure_share: share(gains.pressure),
-            load_share: share(LOAD_BANDWIDTH),
-            edges: Edges::of(&cylinder),
             overlap: Overlap::of(&cylinder, period),
-            reach: [-1.0, 1.0].map(|sense| cylinder.reach(sense)),
-            starting_friction: [-FRICTION_SPEED, FRICTION_SPEED].map(|v| cylinder.steady_friction(v)),
-            moment,
-            leaks: capacity.closed,
-            capacity,
-            force,
-            given: 0.0,
+            seen: Seen::at(moment, capacity, force),
             excess: force - load,
             compression: Compression::default(),
-            load,
-            growth: 0.0,
-            dry_friction: 0.0,
+            plan: Plan { load, ..Plan::default() },
             commanded,
             bearable: 1.0,
         };
-        drive.momentary = [-1.0, 1.0].map(|sense| drive.full_speed(sense, drive.steady_speed(sense)));
-        drive.range = drive.range_now();
+        drive.plan.momentary = [-1.0, 1.0].map(|sense| drive.full_speed(sense, drive.steady_speed(sense)));
+        drive.plan.range = drive.range_now();
         drive
     }
 
@@ -239,37 +162,39 @@ impl Drive {
     /// of the crane on its oil at the last sample, rad/s; `observing`: the gains for it, those of all drives.
     pub fn measure(&mut self, now: &Moment, count: f64, seen: bool, slowest: f64, observing: observer::Gains) {
         self.observing = observing;
-        let before = self.force;
+        let before = self.seen.force;
         let p = self.take_pressures(now, count);
-        for (slow, p) in self.moment.p.iter_mut().zip(p) {
-            *slow += self.pressure_share * (p - *slow);
+        for (slow, p) in self.seen.moment.p.iter_mut().zip(p) {
+            *slow += self.shares.pressure * (p - *slow);
         }
-        self.moment.stroke = now.stroke;
-        (self.count, self.slowest) = (count, slowest);
-        self.capacity = self.cylinder.capacity(&self.fluid, &self.supply_pressures, &self.when_it_acts());
-        self.leaks += observing.lag_share * (self.capacity.closed - self.leaks);
+        self.seen.moment.stroke = now.stroke;
+        (self.seen.count, self.seen.slowest) = (count, slowest);
+        self.seen.capacity =
+            self.model.cylinder.capacity(&self.model.fluid, &self.model.supply_pressures, &self.when_it_acts());
+        self.seen.leaks += observing.lag_share * (self.seen.capacity.closed - self.seen.leaks);
         // Pressures that are estimated follow from the model.
-        self.given += if self.estimate.is_none() { (self.force - before) / self.capacity.stiffness } else { 0.0 };
+        self.seen.given +=
+            if self.estimate.is_none() { (self.seen.force - before) / self.seen.capacity.stiffness } else { 0.0 };
         let before = self.observer.position;
         self.observer.update(now.stroke, self.commanded.expected, &self.observing, self.bearable, count);
-        self.speed = (self.observer.position - before) / self.period;
-        self.seal = self.cylinder.dry_friction(self.speed, self.seal, self.period);
+        self.seen.speed = (self.observer.position - before) / self.period;
+        self.seen.seal = self.model.cylinder.dry_friction(self.seen.speed, self.seen.seal, self.period);
         if let Some(sample) = &mut self.sample {
-            let [low, high] = self.cylinder.free;
+            let [low, high] = self.model.cylinder.free;
             sample.usable &= seen && (low..=high).contains(&now.stroke);
             let (missing, lag_share) = (self.observer.disturbance, self.observing.lag_share);
-            let explained = self.learning.learn(sample, missing, self.given, lag_share);
+            let explained = self.learning.learn(sample, missing, self.seen.given, lag_share);
             self.observer.explain(explained);
         }
         let momentary = [-1.0, 1.0].map(|sense| self.full_speed(sense, self.steady_speed(sense)));
-        for (slow, now) in self.momentary.iter_mut().zip(momentary) {
-            *slow += self.momentary_share * (now - *slow);
+        for (slow, now) in self.plan.momentary.iter_mut().zip(momentary) {
+            *slow += self.shares.momentary * (now - *slow);
         }
         // What comes back after a shortage comes back slowly: other joints have taken over.
-        let (now, before) = (self.range_now(), self.range);
-        self.range = hydrocrane_num::array::from_fn(|s| {
+        let (now, before) = (self.range_now(), self.plan.range);
+        self.plan.range = hydrocrane_num::array::from_fn(|s| {
             if now[s].abs() > before[s].abs() {
-                before[s] + self.return_share * (now[s] - before[s])
+                before[s] + self.shares.back * (now[s] - before[s])
             } else {
                 now[s]
             }
@@ -279,14 +204,20 @@ impl Drive {
     /// Pressures at a sample, measured or estimated; keeps the force.
     fn take_pressures(&mut self, now: &Moment, count: f64) -> [f64; 2] {
         let Some(estimate) = &mut self.estimate else {
-            self.force = self.cylinder.chambers.force(now.p[0], now.p[1]);
+            self.seen.force = self.model.cylinder.chambers.force(now.p[0], now.p[1]);
             // A transmitter reads zero for any vacuum.
-            return now.p.map(|p| if p == 0.0 { self.fluid.vacuum } else { p });
+            return now.p.map(|p| if p == 0.0 { self.model.fluid.vacuum } else { p });
         };
-        let Drive { fluid, supply_pressures, period, .. } = *self;
-        let around = Surroundings { fluid, supply_pressures, period };
-        estimate.advance(&self.cylinder, &around, &self.observing, (now.stroke, count), self.capacity.stiffness);
-        self.force = estimate.force;
+        let DriveModel { fluid, supply_pressures, .. } = self.model;
+        let around = Surroundings { fluid, supply_pressures, period: self.period };
+        estimate.advance(
+            &self.model.cylinder,
+            &around,
+            &self.observing,
+            (now.stroke, count),
+            self.seen.capacity.stiffness,
+        );
+        self.seen.force = estimate.force;
         estimate.p
     }
 
@@ -295,23 +226,23 @@ impl Drive {
     fn when_it_acts(&self) -> Moment {
         let time = self.commanded.answer.valve.lag() + 1.0 / self.gains.pressure;
         let ahead = Ahead { time, force: self.commanded.force_to_come(), spool: self.commanded.spool };
-        self.cylinder.ahead(&self.fluid, &self.supply_pressures, &self.moment, &ahead)
+        self.model.cylinder.ahead(&self.model.fluid, &self.model.supply_pressures, &self.seen.moment, &ahead)
     }
 
     /// What the last sample, whose position has the resolution `count` (m), tells of the load; asked for once a sample.
     pub fn evidence(&mut self, count: f64) -> Evidence {
         let (expected, full, usable) = self.sample.map_or((0.0, 1.0, false), |s| (s.expected, s.full, s.usable));
-        let now = if usable { self.steady.per_force(expected, self.true_load()) } else { 0.0 };
+        let now = if usable { self.model.steady.per_force(expected, self.true_load()) } else { 0.0 };
         let share = self.observing.lag_share;
         self.per_force[0] += share * (now - self.per_force[0]);
         self.per_force[1] += share * (self.per_force[0] - self.per_force[1]);
         Evidence {
             missing: self.observer.disturbance,
             share: if usable { self.bearable } else { 0.0 },
-            blur: count * share / self.period,
+            uncertainty: count * share / self.period,
             per_force: self.per_force[1],
             full,
-            span: self.steady.span(),
+            span: self.model.steady.span(),
         }
     }
 
@@ -331,18 +262,18 @@ impl Drive {
 
     /// Loads that the supply pressure can move both ways, lowest and highest, N.
     pub fn movable(&self) -> [f64; 2] {
-        let [low, high] = self.steady.movable();
-        [low - self.starting_friction[0], high - self.starting_friction[1]]
+        let [low, high] = self.model.steady.movable();
+        [low - self.model.starting_friction[0], high - self.model.starting_friction[1]]
     }
 
     /// Cylinder force as measured or estimated, N.
     pub fn force(&self) -> f64 {
-        self.force
+        self.seen.force
     }
 
     /// Cylinder force without the friction of the piston as observed, N.
     pub fn carrying(&self) -> f64 {
-        self.force - self.seal - self.cylinder.friction.viscous(self.speed)
+        self.seen.force - self.seen.seal - self.model.cylinder.friction.viscous(self.seen.speed)
     }
 
     /// What the valve was asked for and has given.
@@ -352,17 +283,17 @@ impl Drive {
 
     /// Cylinder force with the friction at the speed of `d`, N.
     fn planned(&self, d: &Demand) -> f64 {
-        d.load + d.inertia + self.dry_friction(d) + self.cylinder.friction.viscous(d.speed)
+        d.load + d.inertia + self.dry_friction(d) + self.model.cylinder.friction.viscous(d.speed)
     }
 
     /// Planned friction without its viscous part, N.
     fn dry_friction(&self, d: &Demand) -> f64 {
-        self.cylinder.dry_friction(d.speed, self.dry_friction, self.period)
+        self.model.cylinder.dry_friction(d.speed, self.plan.dry_friction, self.period)
     }
 
     /// Chamber pressures behind a low-pass, measured or estimated, Pa.
     pub fn pressures(&self) -> [f64; 2] {
-        self.moment.p
+        self.seen.moment.p
     }
 
     /// Observed piston position, m.
@@ -377,7 +308,7 @@ impl Drive {
 
     /// Mean of the steady speeds at full stroke without a load, m/s.
     pub fn full_speed_unloaded(&self) -> f64 {
-        self.steady.speed_unloaded()
+        self.model.steady.speed_unloaded()
     }
 
     /// Whether the supply pressure can move the load towards `sense` (+1 or -1).
@@ -387,19 +318,19 @@ impl Drive {
 
     /// Lowest and highest piston speed that the reference may plan with, m/s; zero where the supply pressure cannot move the load.
     pub fn range(&self) -> [f64; 2] {
-        self.range
+        self.plan.range
     }
 
     fn range_now(&self) -> [f64; 2] {
         [-1.0, 1.0].map(|s| {
             // More than the steady speed would not last, and what the valve was seen to lack is not there either.
-            let momentary = s * self.momentary[usize::from(s > 0.0)];
+            let momentary = s * self.plan.momentary[usize::from(s > 0.0)];
             // A load that grows will have grown until a piston stops that can go no further.
-            let more = s * (self.spare + GROWN * (s * self.growth).max(0.0));
+            let more = s * (self.model.spare + GROWN * (s * self.plan.growth).max(0.0));
             let lasting = momentary.min(s * self.speed_under(more, s)) * self.widest(s);
             let possible = self.gains.reserve * lasting + (s * self.observer.disturbance).min(0.0);
             // A range that vanished from one sample to the next would stop a moving piston at once.
-            s * possible.max((1.0 - self.range_share) * s * self.asked).max(0.0)
+            s * possible.max((1.0 - self.shares.range) * s * self.plan.asked).max(0.0)
         })
     }
 
@@ -410,22 +341,22 @@ impl Drive {
 
     /// Steady speed at full stroke under the load and a force `more`, N.
     fn speed_under(&self, more: f64, sense: f64) -> f64 {
-        self.steady.speed(self.true_load() + self.starting_friction[usize::from(sense > 0.0)] + more, sense)
+        self.model.steady.speed(self.true_load() + self.model.starting_friction[usize::from(sense > 0.0)] + more, sense)
     }
 
     /// The planned load, put right by what the pressures say of it, N.
     fn true_load(&self) -> f64 {
-        self.load + self.excess
+        self.plan.load + self.excess
     }
 
     /// Stiffness of the oil between closed edges, N/m.
     pub fn stiffness(&self) -> f64 {
-        self.capacity.stiffness
+        self.seen.capacity.stiffness
     }
 
     /// Signed speed at full stroke at the present pressures; `steady` is the magnitude of the steady one.
     fn full_speed(&self, sense: f64, steady: f64) -> f64 {
-        let now = sense * self.capacity.full[usize::from(sense > 0.0)];
+        let now = sense * self.seen.capacity.full[usize::from(sense > 0.0)];
         sense * now.max(LEAST_SHARE * steady)
     }
 
@@ -434,30 +365,30 @@ impl Drive {
         let g = self.gains;
         let planned = self.planned(d);
         // A reference that jumps, at a limit or a singular pose, is not worth a slammed spool.
-        let most = MOST_COMPRESSION * self.steady.speed_unloaded();
-        let ([low, high], beyond) = (self.steady.forces(), BEYOND_SUPPLY * self.steady.span());
+        let most = MOST_COMPRESSION * self.model.steady.speed_unloaded();
+        let ([low, high], beyond) = (self.model.steady.forces(), BEYOND_SUPPLY * self.model.steady.span());
         let forces = [low - beyond, high + beyond];
-        let within = Bounds { forces, speed: most, force_per_speed: self.period * self.capacity.stiffness };
+        let within = Bounds { forces, speed: most, force_per_speed: self.period * self.seen.capacity.stiffness };
         let compression = self.compression.speed(planned + d.weighed, d.newly_weighed, &within);
         // At a dead centre a load can be no number.
-        let growth = Some((d.load - self.load) / self.period).filter(|growth| growth.is_finite()).unwrap_or(0.0);
-        self.growth += self.growth_share * (growth - self.growth);
-        (self.load, self.dry_friction) = (d.load, self.dry_friction(d));
-        self.asked = d.speed;
+        let growth = Some((d.load - self.plan.load) / self.period).filter(|growth| growth.is_finite()).unwrap_or(0.0);
+        self.plan.growth += self.shares.growth * (growth - self.plan.growth);
+        (self.plan.load, self.plan.dry_friction) = (d.load, self.dry_friction(d));
+        self.plan.asked = d.speed;
         self.bearable = d.hold.bearable(g.position);
         if self.estimate.is_none() {
             let error = self.carrying() - self.commanded.needed[1] - self.excess;
             // A force that the supply pressure limits says nothing of the load.
-            self.excess += self.load_share * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
+            self.excess += self.shares.load * if error * (d.load + self.excess) < 0.0 { 0.1 * error } else { error };
         }
         let one_way = !(self.able(1.0) && self.able(-1.0));
         let spring = compression + d.damping * if one_way { ONE_WAY } else { 1.0 };
 
         let was_at_rest = self.rest.is_some();
         // At rest a wrong guess would kick the oil or have the piston creep; in motion it is found soon.
-        let Capacity { closed, full, .. } = self.capacity;
+        let Capacity { closed, full, .. } = self.seen.capacity;
         let mean = 0.5 * (full[1] - full[0]);
-        let fit = if d.rest { self.learning.certain(self.leaks, mean) } else { self.learning.fit };
+        let fit = if d.rest { self.learning.certain(self.seen.leaks, mean) } else { self.learning.fit };
         if let Some(sample) = self.sample.filter(|_| d.rest != was_at_rest) {
             let explained = fit.speed(&sample) - self.fit.speed(&sample);
             self.learning.explain(explained);
@@ -485,8 +416,8 @@ impl Drive {
         let gained = [-1.0, 1.0].map(|sense| self.gained(sense));
         let opening = if self.yields() { 0.0 } else { self.opening_for(motion + spring, &gained) };
         let needed = self.opening_for(motion + compression, &gained);
-        let shares = [0, 1].map(|side| self.capacity.shares(side, gained[side]));
-        let (c, fit, edges) = (&self.cylinder, self.fit, &self.edges);
+        let shares = [0, 1].map(|side| self.seen.capacity.shares(side, gained[side]));
+        let (c, fit, edges) = (&self.model.cylinder, self.fit, &self.model.edges);
         let spool_of = |opening| edges.spool(c, &shares, fit.asked(opening));
         let spool = self.overlap.spool(opening, needed, d.rest, edges.begin(&shares), spool_of);
         let command = c.chain.command(spool).clamp(-c.stroke, c.stroke);
@@ -516,24 +447,24 @@ impl Drive {
         let now = Resting {
             stroke: d.stroke,
             observed: self.observer.position + self.commanded.under_way(),
-            measured: self.moment.stroke,
-            count: self.count,
+            measured: self.seen.moment.stroke,
+            count: self.seen.count,
             tip_per_stroke: d.tip_per_stroke,
-            slowest: self.slowest,
+            slowest: self.seen.slowest,
         };
         // An observer that had to be slowed down for a slow swing has not forgotten the motion yet.
-        let settled = OBSERVER_PER_MODE * self.slowest >= self.gains.observer;
+        let settled = OBSERVER_PER_MODE * self.seen.slowest >= self.gains.observer;
         let creep = if settled { self.observer.disturbance } else { 0.0 };
         let rest = self.rest.get_or_insert_with(|| Rest::at(now, creep));
         let against_creep = rest.step(now, self.period);
-        let (behind, band) = (rest.place() - now.observed, rest_band.max(self.count));
+        let (behind, band) = (rest.place() - now.observed, rest_band.max(self.seen.count));
         let beyond = behind - behind.clamp(-band, band);
         if beyond != 0.0 && rest.coming() && !self.able(beyond.signum()) {
             // Else it would go some time later, when a swing lets the supply pressure win.
             self.stay();
         }
         // A place that changes must not kick the oil, nor must the end of the correction of every error.
-        let share = (HOLDING_PER_MODE * self.slowest * self.period).min(1.0);
+        let share = (HOLDING_PER_MODE * self.seen.slowest * self.period).min(1.0);
         self.motion += share * (HOLDING * position * beyond - self.motion);
         self.motion + against_creep
     }
@@ -562,19 +493,19 @@ impl Drive {
 
     /// What was learnt of the valve.
     pub fn learnt(&self) -> LearntValve {
-        let (fit, c) = (&self.learning.fit, &self.cylinder);
-        LearntValve { chain: fit.chain(&c.chain, self.edges.closed_zone(), c.stroke), leakage: fit.leakage }
+        let (fit, c) = (&self.learning.fit, &self.model.cylinder);
+        LearntValve { chain: fit.chain(&c.chain, self.model.edges.closed_zone(), c.stroke), leakage: fit.leakage }
     }
 
     /// Largest opening towards `sense` (+1 or -1), as a share of the whole.
     fn widest(&self, sense: f64) -> f64 {
-        let widest = sense * self.fit.opening(sense * self.reach[usize::from(sense > 0.0)]);
+        let widest = sense * self.fit.opening(sense * self.model.reach[usize::from(sense > 0.0)]);
         widest.clamp(0.0, 1.0)
     }
 
     /// Opening that gives `speed` (m/s), as a signed share of the whole; `gained` as below, retracting and extending.
     fn opening_for(&self, speed: f64, gained: &[Option<f64>; 2]) -> f64 {
-        let closed = self.fit.leakage * self.leaks;
+        let closed = self.fit.leakage * self.seen.leaks;
         let sense = if speed < closed { -1.0 } else { 1.0 };
         match gained[usize::from(sense > 0.0)] {
             Some(gained) if speed != closed => sense * ((speed - closed) / gained).min(self.widest(sense)),
@@ -586,13 +517,10 @@ impl Drive {
     fn gained(&self, sense: f64) -> Option<f64> {
         let steady = self.steady_speed(sense);
         // Where the load would push the piston back in the end, the valve is opened for no motion, but it may fill a chamber for a moment.
-        let now = sense * self.capacity.full[usize::from(sense > 0.0)];
-        let fills = self.estimate.is_none() && now > FILLING * self.steady.speed_unloaded();
+        let now = sense * self.seen.capacity.full[usize::from(sense > 0.0)];
+        let fills = self.estimate.is_none() && now > FILLING * self.model.steady.speed_unloaded();
         let full = if steady > 0.0 || !fills { self.full_speed(sense, steady) } else { sense * now };
-        let gained = full - self.capacity.closed;
+        let gained = full - self.seen.capacity.closed;
         ((steady > 0.0 || fills) && sense * gained > 0.0).then_some(gained)
     }
 }
-
-/// Speed at which friction is taken when asking how fast a piston could be, m/s.
-pub const FRICTION_SPEED: f64 = 0.01;

@@ -2,5 +2,6 @@
 
 pub mod damping;
 pub mod drive;
+pub mod drive_state;
 pub(crate) mod tip_settings;
 pub(crate) mod weighing;

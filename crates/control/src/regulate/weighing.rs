@@ -75,7 +75,8 @@ impl Weighing {
     fn more<const N: usize>(&mut self, evidence: &[Evidence; N], per_kilogram: &[f64; N]) -> f64 {
         let (mut square, mut product) = (0.0, 0.0);
         for (e, force) in evidence.iter().zip(per_kilogram) {
-            let noise = (ERROR * e.full).square() + e.blur.square() + (FORCE_ERROR * e.span * e.per_force).square();
+            let noise =
+                (ERROR * e.full).square() + e.uncertainty.square() + (FORCE_ERROR * e.span * e.per_force).square();
             let s = e.per_force * force;
             square += e.share * s * s / noise;
             product += e.share * s * e.missing / noise;
@@ -94,7 +95,7 @@ mod tests {
 
     /// A piston at a tenth of its full speed which lifts 50 N for each kilogram, with this speed missing.
     fn lifting(missing: f64) -> Evidence {
-        Evidence { missing, share: 1.0, blur: 0.0, per_force: -1e-7, full: 0.1, span: 1e5 }
+        Evidence { missing, share: 1.0, uncertainty: 0.0, per_force: -1e-7, full: 0.1, span: 1e5 }
     }
 
     /// The payload that a piston tells that has `true_payload` to lift, after `seconds`.

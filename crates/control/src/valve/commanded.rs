@@ -42,7 +42,7 @@ impl Commanded {
         self.needed = hydrocrane_num::array::from_fn(|i| self.forces[i].send(forces[i], &self.answer));
     }
 
-    /// Way that the piston still has to go by the commands that are under way, m.
+    /// Travel that is left to the piston by the commands that are under way, m.
     pub fn under_way(&self) -> f64 {
         self.period * self.speeds.sum(&self.answer)
     }

@@ -13,7 +13,7 @@ pub struct Overlap {
     overshoot: f64,
     /// Largest displacement of the spool, m.
     stroke: f64,
-    /// Part of the way from the middle to an edge in a period, on a ramp across the overlap that lasts as long as a swing of the spool: it
+    /// Part of the travel from the middle to an edge in a period, on a ramp across the overlap that lasts as long as a swing of the spool: it
     /// leaves hardly any.
     ramp: f64,
 }

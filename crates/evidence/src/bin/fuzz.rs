@@ -51,7 +51,7 @@ fn run() -> Result<bool, String> {
             failures: given.text("failures").map(PathBuf::from),
         };
         let report = fuzz(&options);
-        told(&report);
+        show(&report);
         reports.push(report);
     }
     if let Some(path) = given.text("output") {
@@ -75,7 +75,7 @@ fn work(given: &Arguments, kind: Kind, seed: u64) -> Result<(), String> {
     Ok(())
 }
 
-fn told(report: &Report) {
+fn show(report: &Report) {
     let Report { kind, inputs, refused, ran, slowest, slowest_number, .. } = report;
     println!(
         "{kind}: {inputs} inputs, {refused} refused, {ran} ran, slowest {slowest:.0} ms (number {slowest_number})"

@@ -49,7 +49,7 @@ fn run() -> Result<bool, String> {
     let so_far = given.text("output").map(|path| File::create(path).map_err(|error| format!("{path}: {error}")));
     let so_far = so_far.transpose()?.map(Mutex::new);
     let tell = |figures: &Figures| {
-        eprintln!("{}", told(figures));
+        eprintln!("{}", line(figures));
         if let Some(Ok(mut file)) = so_far.as_ref().map(Mutex::lock) {
             let _ = writeln!(file, "{}", json!(figures));
         }
@@ -113,7 +113,7 @@ fn name(f: &Figures) -> String {
     format!("{} {} {} kg", f.machine, f.mode, f.payload)
 }
 
-fn told(f: &Figures) -> String {
+fn line(f: &Figures) -> String {
     if let Some(why) = &f.refused {
         return format!("{:40} refused: {why}", name(f));
     }
@@ -124,11 +124,11 @@ fn told(f: &Figures) -> String {
         name(f),
         f.drives,
         f.ended,
-        f.peak,
-        f.bound_share,
-        f.rest_share,
+        f.pressures.peak,
+        f.pressures.bound_share,
+        f.pressures.rest_share,
         100.0 * f.ledger_share,
-        f.tip,
+        f.agreement.tip,
         1e6 * f.steps.worst,
     )
 }

@@ -120,7 +120,7 @@ static MIDDLE_WEIGHT: &[Key] = &[gain("<joint>", &[NUMBER])
 
 const THRESHOLDS: &[Key] = &[
     gain("jump", &[LENGTH])
-        .otherwise("`flow-tolerance` of the way of each piston at its fastest in one sample")
+        .otherwise("`flow-tolerance` of the travel of each piston at its fastest in one sample")
         .means("Displacement of a piston in one sample, shown by only one of three residuals, that counts as a fault."),
     gain("frozen", &[LENGTH])
         .otherwise("twice the displacement that counts as a jump")

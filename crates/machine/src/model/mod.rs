@@ -25,10 +25,7 @@ pub struct Machine<T = f64> {
     pub name: String,
     pub title: String,
     pub description: String,
-    /// Gravitational acceleration, m/s^2 (positive).
-    pub gravity: T,
-    /// Angle by which the front of the base is raised, rad from x towards z; gravity acts along -z where it is zero.
-    pub slope: T,
+    pub environment: Environment<T>,
     /// Chain order; `links[0]` is the fixed base, whose frame is the inertial frame (x forward, z normal to what it stands on).
     pub links: Vec<Link<T>>,
     /// Chain order; `joints[i]` connects `links[i]` to `links[i + 1]`.
@@ -54,6 +51,15 @@ pub struct Machine<T = f64> {
     pub words: Arc<Vec<(String, String)>>,
     /// Allowed but unusual values, in the order in which they are read; those found from geometry and weights are last.
     pub warnings: Vec<Unusual>,
+}
+
+/// Where the machine stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Environment<T = f64> {
+    /// Gravitational acceleration, m/s^2 (positive).
+    pub gravity: T,
+    /// Angle by which the front of the base is raised, rad from x towards z; gravity acts along -z where it is zero.
+    pub slope: T,
 }
 
 impl<T> Machine<T> {
@@ -131,7 +137,7 @@ pub struct Cylinder<T = f64> {
     /// Equal cylinders in parallel, a whole number; diameters, dead volumes, leakage, end stop and friction are those of one.
     pub count: T,
     /// Whether it is a motor that drives the pinion: oil passes from side to side, and these stay as large as they are. `bore` is then that
-    /// of a piston that takes as much oil for the same way of the rack.
+    /// of a piston that takes as much oil for the same travel of the rack.
     pub motor: bool,
     pub bore: T,
     pub rod_diameter: T,
@@ -151,17 +157,35 @@ pub struct Cylinder<T = f64> {
     /// Pressure that its chambers are rated for, Pa; `None` if not stated.
     pub pressure_rating: Option<f64>,
     pub valve: Valve<T>,
-    /// Of the piston side and of the rod side.
-    pub holding: [Option<LoadHolding<T>>; 2],
-    /// Between the same two sides and the valve.
-    pub lines: [Option<Line<T>>; 2],
-    /// Between the same two sides and the tank.
-    pub port_valves: [PortValves<T>; 2],
-    /// Relief valves from each of the two sides to the other one.
-    pub crossover: [Option<PortRelief<T>>; 2],
-    /// Of the hoses to the two sides.
-    pub leaks: [Option<HoseLeak<T>>; 2],
+    pub ports: CylinderPorts<T>,
     pub friction: Friction<T>,
+}
+
+/// Parts at the ports of a cylinder, of the piston side and of the rod side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CylinderPorts<T = f64> {
+    pub holding: [Option<LoadHolding<T>>; 2],
+    /// Between the ports and the valve.
+    pub lines: [Option<Line<T>>; 2],
+    /// Between the ports and the tank.
+    pub valves: [PortValves<T>; 2],
+    /// Relief valves from each port to the other one.
+    pub crossover: [Option<PortRelief<T>>; 2],
+    /// Of the hoses to the ports.
+    pub leaks: [Option<HoseLeak<T>>; 2],
+}
+
+impl<T> CylinderPorts<T> {
+    /// Ports without any part.
+    pub fn plain() -> Self {
+        CylinderPorts {
+            holding: [None, None],
+            lines: [None, None],
+            valves: hydrocrane_num::array::from_fn(|_| PortValves { relief: None, anti_cavitation: None }),
+            crossover: [None, None],
+            leaks: [None, None],
+        }
+    }
 }
 
 impl<T: Number> Cylinder<T> {
@@ -224,9 +248,7 @@ pub struct Valve<T = f64> {
     pub transition_pressure: T,
     /// Thresholds of the printed three-branch law and the ports it serves (A, B).
     pub printed_blend: Option<PrintedBlend<T>>,
-    /// rad/s
-    pub natural_frequency: T,
-    pub damping_ratio: T,
+    pub spool: SpoolDynamics<T>,
     /// m
     pub overlap: T,
     /// Curves of the edges supply to A, A to tank, supply to B and B to tank; `None`: in proportion to the spool beyond the overlap.
@@ -242,12 +264,22 @@ pub struct Valve<T = f64> {
     pub compensator: Compensator<T>,
     /// s; `None`: the compensator follows at once.
     pub compensator_time_constant: Option<T>,
-    pub velocity_limit: Option<T>,
-    pub acceleration_limit: Option<T>,
     /// s
     pub delay: f64,
     /// Signal chain from a controller's command to the spool.
     pub command: SignalChain,
+}
+
+/// How a spool follows its command: a second-order lag with limits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpoolDynamics<T = f64> {
+    /// rad/s
+    pub natural_frequency: T,
+    pub damping_ratio: T,
+    /// m/s
+    pub velocity_limit: Option<T>,
+    /// m/s^2
+    pub acceleration_limit: Option<T>,
 }
 
 /// Area of a metering edge over the displacement of the spool.

@@ -106,7 +106,7 @@ pub fn without_hoses(bursts: &[Burst], mut overrides: Vec<(String, OverrideValue
 pub fn tighten<T: Number>(bursts: &[Burst], machine: &mut Machine<T>, t: f64) {
     for burst in bursts.iter().filter(|burst| burst.time > t) {
         let to_it = machine.cylinders.iter_mut().find(|cylinder| cylinder.name == burst.cylinder);
-        if let Some(leak) = to_it.and_then(|cylinder| cylinder.leaks[burst.side as usize].as_mut()) {
+        if let Some(leak) = to_it.and_then(|cylinder| cylinder.ports.leaks[burst.side as usize].as_mut()) {
             leak.opening = T::c(0.0);
         }
     }
@@ -125,7 +125,7 @@ pub fn burst_fault(bursts: &[Burst]) -> Option<(usize, String, &'static str)> {
 impl Scenario {
     /// The stage on a machine with the hoses as they are when it begins.
     pub fn with_hoses(&self, mut stage: Stage) -> Stage {
-        stage.overrides = with_hoses(&self.bursts, stage.overrides, stage.from);
+        stage.overrides = with_hoses(&self.faults.bursts, stage.overrides, stage.from);
         stage
     }
 }
@@ -149,7 +149,7 @@ fn one(table: &Reader, machine: &Machine) -> Result<Burst> {
         time: table.quantity("time")?,
         opening: table.quantity("opening")?,
     };
-    if cylinder.leaks[side].is_none() {
+    if cylinder.ports.leaks[side].is_none() {
         return Ok(burst);
     }
     let message = format!("the machine has a leak in this hose of cylinder `{}` already", burst.cylinder);

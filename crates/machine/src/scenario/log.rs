@@ -178,10 +178,10 @@ impl Log {
         let name = split_name(&column.name).0;
         let (values, dated) = match &column.content {
             Content::Numbers { values, start, notes } => {
-                let told = |(_, text): &(_, String)| {
+                let note = |(_, text): &(_, String)| {
                     (format!("column `{name}` {text}"), "write its numbers without marks of thousands")
                 };
-                self.decided.borrow_mut().extend(notes.iter().map(told));
+                self.decided.borrow_mut().extend(notes.iter().map(note));
                 (values, start.is_some())
             }
             Content::Lost(loss) => {

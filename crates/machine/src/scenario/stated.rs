@@ -81,13 +81,13 @@ mod tests {
     }
 
     #[test]
-    fn the_same_in_another_unit_is_no_contradiction_and_another_value_is_told_as_it_was_given() {
+    fn the_same_in_another_unit_is_no_contradiction_and_another_value_is_reported_as_it_was_given() {
         let (number, text) = (OverrideValue::Number, |text: &str| OverrideValue::Text(text.into()));
         let found = |value, other: &OverrideValue| contradiction(&value, "kg", "payload.mass", other);
         assert_eq!(found(number(70.0), &text("0.07 t")), None);
         assert_eq!(found(number(70.0), &text("heavy")), None);
-        let told = found(number(50.0), &text("0.07 t")).expect("they differ");
-        assert_eq!(told, "is 50 kg, and the override `payload.mass` is 0.07 t: both state the same");
+        let message = found(number(50.0), &text("0.07 t")).expect("they differ");
+        assert_eq!(message, "is 50 kg, and the override `payload.mass` is 0.07 t: both state the same");
         assert!(found(text("1 t"), &number(999.0)).is_some());
     }
 }

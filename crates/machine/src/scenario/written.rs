@@ -27,7 +27,7 @@ impl Scenario {
         writer.head(self);
         writer.overrides("overrides", &self.overrides);
         writer.start(self);
-        writer.payload(&self.payload_changes);
+        writer.payload(&self.load.changes);
         for command in &self.commands {
             let _ = write!(
                 writer.text,
@@ -53,7 +53,7 @@ impl Scenario {
                 &self.cylinders,
             )?;
         }
-        writer.bursts(&self.bursts);
+        writer.bursts(&self.faults.bursts);
         writer.faults(self);
         writer.solver(self);
         Ok(writer.text)
@@ -76,12 +76,12 @@ impl Writer<'_> {
             quantity(scenario.duration, "s"),
             quantity(scenario.record_interval, "s"),
         );
-        self.optional("payload", scenario.payload, "kg");
+        self.optional("payload", scenario.load.payload, "kg");
         let _ = writeln!(self.text, "seed = {}", scenario.seed);
-        if let Some(version) = &scenario.recorded_by {
+        if let Some(version) = &scenario.recorded.by {
             let _ = writeln!(self.text, "recorded-by = {}", quoted(version));
         }
-        if let Some(contents) = &scenario.recorded_on {
+        if let Some(contents) = &scenario.recorded.on {
             let _ = writeln!(self.text, "recorded-on = {}", quoted(contents));
         }
     }
@@ -219,7 +219,7 @@ impl Writer<'_> {
 
     fn faults(&mut self, scenario: &Scenario) {
         let Some(choice) = &scenario.first_controller() else { return };
-        for (i, fault) in scenario.sensor_faults.iter().enumerate() {
+        for (i, fault) in scenario.faults.sensors.iter().enumerate() {
             let _ = write!(self.text, "\n[sensor-fault.{}]\nsignal = {}\n", i + 1, quoted(&fault.signal));
             let (kind, size) = match fault.kind {
                 FaultKind::Freeze => ("freeze", None),

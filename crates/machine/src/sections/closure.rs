@@ -108,8 +108,8 @@ impl<T: Number> Pins<'_, T> {
             }
             JointKind::Prismatic { direction } => {
                 let (sin, cos) = libm::sincos(direction.plain());
-                let way = [child[0] - arm[0], child[1] - arm[1], child[2] - arm[2]];
-                [split(way, [cos, 0.0, sin]).0, f64::INFINITY]
+                let offset = [child[0] - arm[0], child[1] - arm[1], child[2] - arm[2]];
+                [split(offset, [cos, 0.0, sin]).0, f64::INFINITY]
             }
         }
     }

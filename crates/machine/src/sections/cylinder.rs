@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::errors::ErrorKind;
 use crate::model::{
-    Cylinder, EndStop, Fluid, FourBar, Friction, Joint, JointKind, Leakage, Link, Point, PortValves, RodPin, Valve,
+    Cylinder, CylinderPorts, EndStop, Fluid, FourBar, Friction, Joint, JointKind, Leakage, Link, Point, RodPin, Valve,
 };
 use crate::number::Number;
 use crate::reading::reader::Reader;
@@ -102,11 +102,7 @@ fn read_cylinder<T: Number>(
         end_stop: end_stop(table, travel.stroke.plain())?,
         pressure_rating: table.optional_quantity("pressure-rating")?,
         valve,
-        holding: [None, None],
-        lines: [None, None],
-        port_valves: hydrocrane_num::array::from_fn(|_| PortValves { relief: None, anti_cavitation: None }),
-        crossover: [None, None],
-        leaks: [None, None],
+        ports: CylinderPorts::plain(),
         friction,
     })
 }
@@ -174,7 +170,7 @@ fn rack<T: Number>(table: &Reader, joint: &Joint<T>) -> Result<Option<T>> {
     }
 }
 
-/// The bore of a piston that takes as much oil as a motor and its gear for the same way of the rack, m.
+/// The bore of a piston that takes as much oil as a motor and its gear for the same travel of the rack, m.
 fn motor<T: Number>(table: &Reader, rack: Option<T>) -> Result<Option<T>> {
     let Some(motor) = table.table("motor")? else { return Ok(None) };
     if let Some(key) =

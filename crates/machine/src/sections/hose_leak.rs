@@ -12,7 +12,7 @@ pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>]) -> Result<(
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;
         let leak =
             HoseLeak { opening: table.quantity("opening")?, discharge_coefficient: discharge_coefficient(&table)? };
-        on_a_side::put(&table, &cylinder.name, &mut cylinder.leaks[side], leak)?;
+        on_a_side::put(&table, &cylinder.name, &mut cylinder.ports.leaks[side], leak)?;
     }
     Ok(())
 }

@@ -14,7 +14,7 @@ pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>], fluid: &Flu
     for (_, table) in root.named_tables("line")? {
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;
         let bore = bore(&table)?;
-        let held = cylinder.holding[side].is_some();
+        let held = cylinder.ports.holding[side].is_some();
         if held {
             refuse_oil(&table)?;
         }
@@ -28,7 +28,7 @@ pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>], fluid: &Flu
         } else if held {
             return Err(table.missing("nominal-flow", "a line on a side whose load is held has a resistance alone"));
         }
-        on_a_side::put(&table, &cylinder.name, &mut cylinder.lines[side], line)?;
+        on_a_side::put(&table, &cylinder.name, &mut cylinder.ports.lines[side], line)?;
     }
     Ok(())
 }

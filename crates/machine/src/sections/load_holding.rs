@@ -40,7 +40,7 @@ fn put<T: Number>(
         nominal_pressure_drop: table.quantity("nominal-pressure-drop")?,
         kind: kind(table)?,
     };
-    on_a_side::put(table, &cylinder.name, &mut cylinder.holding[side], valve)
+    on_a_side::put(table, &cylinder.name, &mut cylinder.ports.holding[side], valve)
 }
 
 fn counterbalance<T: Number>(table: &Reader) -> Result<HoldingKind<T>> {

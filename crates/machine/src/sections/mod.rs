@@ -34,7 +34,7 @@ pub use joint::coordinate;
 
 use crate::errors::{ErrorKind, MachineError};
 use crate::keys;
-use crate::model::{Equilibrium, Machine};
+use crate::model::{Environment, Equilibrium, Machine};
 use crate::number::{Number, Variable};
 use crate::reading::reader::{Log, Reader};
 use crate::text::document::Node;
@@ -63,8 +63,10 @@ pub fn machine<T: Number>(tree: &Node, variables: &[Variable]) -> Result<Machine
         name: head.name("name")?.into(),
         title: head.line("title")?.into(),
         description: head.text_or("description", "")?.into(),
-        gravity: required_table(&root, "environment")?.quantity("gravity")?,
-        slope: slope(&root)?,
+        environment: Environment {
+            gravity: required_table(&root, "environment")?.quantity("gravity")?,
+            slope: slope(&root)?,
+        },
         tip: reference::point(&head.required("tip", "a point as \"link.point\"")?, &links)?,
         fluid,
         supply,

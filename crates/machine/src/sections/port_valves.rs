@@ -11,15 +11,15 @@ use crate::sections::{on_a_side, Result};
 pub fn read<T: Number>(root: &Reader, cylinders: &mut [Cylinder<T>]) -> Result<()> {
     for (_, table) in root.named_tables("port-relief")? {
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;
-        on_a_side::put(&table, &cylinder.name, &mut cylinder.port_valves[side].relief, relief(&table)?)?;
+        on_a_side::put(&table, &cylinder.name, &mut cylinder.ports.valves[side].relief, relief(&table)?)?;
     }
     for (_, table) in root.named_tables("crossover-relief")? {
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;
-        on_a_side::put(&table, &cylinder.name, &mut cylinder.crossover[side], relief(&table)?)?;
+        on_a_side::put(&table, &cylinder.name, &mut cylinder.ports.crossover[side], relief(&table)?)?;
     }
     for (_, table) in root.named_tables("anti-cavitation")? {
         let (cylinder, side) = on_a_side::place(&table, cylinders)?;
-        let place = &mut cylinder.port_valves[side].anti_cavitation;
+        let place = &mut cylinder.ports.valves[side].anti_cavitation;
         on_a_side::put(&table, &cylinder.name, place, anti_cavitation(&table)?)?;
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! `[valve.<name>]`: metering edges and spool of the valve of a cylinder.
 
 use crate::errors::ErrorKind;
-use crate::model::{Compensator, PrintedBlend, Valve, ValveKind};
+use crate::model::{Compensator, PrintedBlend, SpoolDynamics, Valve, ValveKind};
 use crate::nearest::suggestion;
 use crate::number::Number;
 use crate::reading::reader::Reader;
@@ -40,8 +40,12 @@ pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
         edge_pressure_drop: edge_pressure_drop(table, &compensator)?,
         transition_pressure: table.quantity("transition-pressure")?,
         printed_blend: table.table("printed")?.map(printed_blend).transpose()?,
-        natural_frequency: table.quantity("natural-frequency")?,
-        damping_ratio: table.quantity("damping-ratio")?,
+        spool: SpoolDynamics {
+            natural_frequency: table.quantity("natural-frequency")?,
+            damping_ratio: table.quantity("damping-ratio")?,
+            velocity_limit: table.optional_quantity("velocity-limit")?,
+            acceleration_limit: table.optional_quantity("acceleration-limit")?,
+        },
         overlap,
         metering,
         meter_out,
@@ -50,8 +54,6 @@ pub fn read<T: Number>(name: &str, table: &Reader) -> Result<Valve<T>> {
         load_check: load_check || !compensator.is_none(),
         compensator_time_constant: compensator_time_constant(table, &compensator)?,
         compensator,
-        velocity_limit: table.optional_quantity("velocity-limit")?,
-        acceleration_limit: table.optional_quantity("acceleration-limit")?,
         delay: table.quantity_or_default("delay")?,
         command: signal_chain::read(table, stroke.plain())?,
     };

@@ -85,8 +85,8 @@ pub fn unit_of<'a>(name: &'a str, beside: &'a str) -> &'a str {
 pub fn first_of(columns: &[(usize, &str)], wanted: &[&str]) -> Found {
     for wanted in wanted {
         let low = wanted.to_lowercase();
-        for way in 0..4 {
-            let is = |(_, name): &(usize, &str)| match way {
+        for kind in 0..4 {
+            let is = |(_, name): &(usize, &str)| match kind {
                 0 => name == wanted,
                 1 => split_name(name).0 == *wanted,
                 2 => name.to_lowercase() == low,
@@ -131,13 +131,13 @@ pub fn time_column(columns: &[Column], clocks: &[usize]) -> Found {
         Content::Numbers { values, start: Some(start), .. } => !in_days(*start, values),
         _ => false,
     });
-    let ways: [&dyn Fn() -> Found; 4] = [
+    let kinds: [&dyn Fn() -> Found; 4] = [
         &|| first_of(&but_t, &TIME_NAMES),
         &|| only(&dated, "the time"),
         &|| only(&all(&|at, _| clocks.contains(&at)), "the time"),
         &|| first_of(&in_time, &["T"]),
     ];
-    ways.iter().find_map(|way| way().transpose()).transpose()
+    kinds.iter().find_map(|kind| kind().transpose()).transpose()
 }
 
 /// The likely unit of times without a unit, if they cannot be seconds: those since 1970 are too large for seconds, and days have too

@@ -69,7 +69,7 @@ fn faulty(entries: &str) -> Result<Scenario, MachineError> {
 
 #[test]
 fn sensors_fail_as_the_file_says() {
-    let read = |entries: &str| faulty(entries).unwrap().sensor_faults.remove(0);
+    let read = |entries: &str| faulty(entries).unwrap().faults.sensors.remove(0);
     let jump =
         read("signal = \"joint.boom.q\"\nkind = \"jump\"\nsize = \"180 deg\"\nfrom = \"1 s\"\nuntil = \"2 s\"\n");
     assert_eq!(jump.kind, FaultKind::Jump(std::f64::consts::PI));
@@ -105,7 +105,7 @@ fn only_sensors_that_are_read_can_fail() {
         "[sensor-fault.one]\nsignal = \"cylinder.lift.force\"\nkind = \"jump\"\nsize = \"1 kN\"\nfrom = \"1 s\"\n";
     assert_eq!(slug(&format!("{STICK}{force}")), "unknown-reference");
     let data_sheet = format!("[controller]\nsensors = \"data-sheet\"\n{STICK}{force}");
-    assert_eq!(scenario(&data_sheet).unwrap().sensor_faults[0].kind, FaultKind::Jump(1e3));
+    assert_eq!(scenario(&data_sheet).unwrap().faults.sensors[0].kind, FaultKind::Jump(1e3));
     assert_eq!(slug(force), "missing-key");
 }
 
@@ -210,8 +210,8 @@ fn a_sensor_states_what_it_cannot_do_without() {
 #[test]
 fn loads_come_and_go_at_times_above_zero() {
     let s = scenario("[payload]\ntime = [\"2 s\", \"6000 ms\"]\nmass = [\"0.1 t\", \"0 kg\"]\n").unwrap();
-    assert_eq!(s.payload_changes, [(2.0, 100.0), (6.0, 0.0)]);
-    assert!(scenario("").unwrap().payload_changes.is_empty());
+    assert_eq!(s.load.changes, [(2.0, 100.0), (6.0, 0.0)]);
+    assert!(scenario("").unwrap().load.changes.is_empty());
     assert_eq!(slug("[payload]\ntime = [\"0 s\"]\nmass = [\"1 kg\"]\n"), "out-of-range");
     assert_eq!(slug("[payload]\ntime = [\"1 s\"]\nmass = [\"-1 kg\"]\n"), "out-of-range");
     assert_eq!(slug("[payload]\ntime = [\"1 s\", \"1 s\"]\nmass = [\"1 kg\", \"2 kg\"]\n"), "bad-series");

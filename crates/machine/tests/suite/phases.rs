@@ -78,7 +78,7 @@ fn on_own(more: &str) -> String {
 fn a_scenario_can_bring_its_machine() {
     let text = on_own("recorded-by = \"0.0.1\"");
     let s = parse_scenario_with(&text, "drive.toml", &files(&[("mine.toml", OWN)])).unwrap();
-    assert_eq!((s.machine.as_str(), s.recorded_by.as_deref()), ("./mine.toml", Some("0.0.1")));
+    assert_eq!((s.machine.as_str(), s.recorded.by.as_deref()), ("./mine.toml", Some("0.0.1")));
     let slip = files(&[("mine.toml", "extends = \"rottne-f9-lab\"\n[suply]\n")]);
     let slip = parse_scenario_with(&text, "drive.toml", &slip).unwrap_err();
     assert_eq!((slip.file(), slip.line()), (Some("mine.toml"), Some(2)));

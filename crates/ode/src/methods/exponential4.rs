@@ -233,8 +233,8 @@ impl<R: Register> Method for Exponential4<R> {
         } = self;
         self.start.copy_from_slice(x);
         poles.solve(here, &here.rate, self.driven.then_some((h, &self.time_derivative)), rates);
-        let way = &weights.on_the_way;
-        poles.sums([rates], [[&way.sum], [&way.product]], [argument, product]);
+        let on = &weights.on_the_way;
+        poles.sums([rates], [[&on.sum], [&on.product]], [argument, product]);
         argument.iter_mut().zip(x).for_each(|(argument, x)| *argument += x);
         system.derivative(t + NODE * h, argument, bend);
         bend.iter_mut().zip(&*product).for_each(|(bend, product)| *bend -= product / h);

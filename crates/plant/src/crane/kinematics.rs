@@ -28,7 +28,7 @@ pub trait Kinematics {
     fn tip_in_plane(&self, q: &[f64]) -> [f64; 2];
     /// Row-major `3 x n`.
     fn tip_jacobian(&self, q: &[f64], jacobian: &mut [f64]);
-    /// No way from a joint to the tip is longer inside the joint limits, m.
+    /// No line from a joint to the tip is longer inside the joint limits, m.
     fn reach(&self) -> f64;
     /// Velocity (x, y, z) of the tip, m/s.
     fn tip_velocity(&self, q: &[f64], qd: &[f64]) -> [f64; 3];

@@ -27,7 +27,7 @@ impl<const N: usize> Crane<N> {
         }
         let cylinders = self.machine.cylinders.iter().enumerate();
         let held = cylinders.flat_map(|(c, cylinder)| {
-            let sides = cylinder.holding.iter().enumerate();
+            let sides = cylinder.ports.holding.iter().enumerate();
             sides.filter_map(move |(side, valve)| match &valve.as_ref()?.kind {
                 HoldingKind::Counterbalance(valve) => Some((c, side, valve)),
                 _ => None,

@@ -57,7 +57,7 @@ impl<const N: usize> Crane<N> {
                 revolute: matches!(j.kind, hydrocrane_machine::model::JointKind::Revolute(_)),
                 bristle: p.friction.has_bristle(),
                 opening: p.compensator_lag().is_some(),
-                spool: (c.valve.stroke, c.valve.natural_frequency),
+                spool: (c.valve.stroke, c.valve.spool.natural_frequency),
             })
             .collect();
         let pump = machine.supply.mains.as_ref().map(|mains| PumpUnit {
@@ -72,7 +72,7 @@ impl<const N: usize> Crane<N> {
             let metered = curves.iter().any(Option::is_some) || out.iter().any(Option::is_some);
             c.valve.compensator.is_none()
                 && !metered
-                && c.holding.iter().all(Option::is_none)
+                && c.ports.holding.iter().all(Option::is_none)
                 && !c.has_port_valves()
                 && !c.has_crossover_relief()
                 && !c.valve.load_check
@@ -205,7 +205,7 @@ impl<const N: usize> Crane<N> {
         let pose = mechanics.pose(q);
         let force = mechanics.contact(ground, &pose, &[0.0; N], payload).force;
         let mass = mechanics.bodies.iter().map(|body| body.mass).sum::<f64>() + payload;
-        let (pushed, weight) = (portable::hypot(force.z, force.x), mass * self.machine.gravity);
+        let (pushed, weight) = (portable::hypot(force.z, force.x), mass * self.machine.environment.gravity);
         if pushed <= weight {
             return Ok(());
         }

@@ -152,12 +152,12 @@ fn in_space<T: Real>([x, y, z]: [T; 3]) -> Vec3<T> {
 
 /// Unit vector against gravity in the frame of the base, which a slope turns.
 fn up<T: Number>(m: &file::Machine<T>) -> Vec2<T> {
-    let (sin, cos) = m.slope.stated_sin_cos();
+    let (sin, cos) = m.environment.slope.stated_sin_cos();
     Vec2::new(sin, cos)
 }
 
 fn gravity<T: Number>(m: &file::Machine<T>) -> Vec2<T> {
-    let upwards = up(m) * m.gravity;
+    let upwards = up(m) * m.environment.gravity;
     if m.errata.gravity_sign {
         upwards
     } else {
@@ -304,8 +304,8 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         c.port_diameter.map_or(T::c(0.0), |d| dynamic_pressure_coefficient(m.fluid.density, area, ports(d)))
     };
     let at_middle = |dead: T, area: T| if c.motor { dead } else { dead + area * c.stroke / 2.0 };
-    let with_line = |side: usize, volume: T| c.lines[side].as_ref().map_or(volume, |line| volume + line.volume);
-    let compliance = |side: usize| c.lines[side].as_ref().map_or(T::c(0.0), |line| line.compliance);
+    let with_line = |side: usize, volume: T| c.ports.lines[side].as_ref().map_or(volume, |line| volume + line.volume);
+    let compliance = |side: usize| c.ports.lines[side].as_ref().map_or(T::c(0.0), |line| line.compliance);
     let boundless = T::c(f64::INFINITY);
     HydraulicAxis {
         chambers: Chambers {
@@ -322,18 +322,18 @@ fn cylinder<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> Hydraulic
         compensator_lag: in_chains(c.valve.compensator_time_constant)
             .map(|time_constant| CompensatorLag { time_constant }),
         priority: priority(&m.supply, c),
-        port_valves: hydrocrane_num::array::from_fn(|side| port_valves(&c.port_valves[side])),
+        port_valves: hydrocrane_num::array::from_fn(|side| port_valves(&c.ports.valves[side])),
         crossover: CrossoverRelief {
-            from: hydrocrane_num::array::from_fn(|side| in_chains(c.crossover[side].as_ref()).map(port_relief)),
+            from: hydrocrane_num::array::from_fn(|side| in_chains(c.ports.crossover[side].as_ref()).map(port_relief)),
         },
         leaks: hydrocrane_num::array::from_fn(|side| {
-            in_chains(c.leaks[side].as_ref()).map(|leak| hose_leak(leak, &m.fluid))
+            in_chains(c.ports.leaks[side].as_ref()).map(|leak| hose_leak(leak, &m.fluid))
         }),
         spool: Spool {
-            natural_frequency: c.valve.natural_frequency,
-            damping_ratio: c.valve.damping_ratio,
-            velocity_limit: c.valve.velocity_limit.unwrap_or(boundless),
-            acceleration_limit: c.valve.acceleration_limit.unwrap_or(boundless),
+            natural_frequency: c.valve.spool.natural_frequency,
+            damping_ratio: c.valve.spool.damping_ratio,
+            velocity_limit: c.valve.spool.velocity_limit.unwrap_or(boundless),
+            acceleration_limit: c.valve.spool.acceleration_limit.unwrap_or(boundless),
         },
         leakage: leakage(m, c),
         connector: Connector { piston_side: dynamic(area_1), rod_side: dynamic(area_2) },
@@ -380,9 +380,9 @@ fn valve<T: Number>(m: &file::Machine<T>, c: &file::Cylinder<T>) -> SpoolValve<T
             file::Compensator::Behind => Compensator::Behind,
         },
         connection: connection(v),
-        holding: hydrocrane_num::array::from_fn(|side| in_chains(c.holding[side].as_ref()).map(load_holding)),
+        holding: hydrocrane_num::array::from_fn(|side| in_chains(c.ports.holding[side].as_ref()).map(load_holding)),
         lines: hydrocrane_num::array::from_fn(|side| {
-            let resistance = in_chains(c.lines[side].as_ref()).and_then(|line| line.resistance.as_ref());
+            let resistance = in_chains(c.ports.lines[side].as_ref()).and_then(|line| line.resistance.as_ref());
             resistance.map(|of| Resistance { laminar: of.laminar, turbulent: of.turbulent })
         }),
     }

@@ -2,7 +2,7 @@
 
 use crate::handed::arrays::{row, rows, vector, Row, Rows};
 use hydrocrane_sim::model::controllers;
-use hydrocrane_sim::RateWish;
+use hydrocrane_sim::RateRequest;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -24,8 +24,8 @@ pub fn resolve_rates<'py>(
         return Err(PyValueError::new_err(format!("jacobian must be (2, {n}) and bounds ({n}, 2)")));
     }
     let (weights, preferred) = (row(&weights, n, "weights")?, row(&preferred, n, "preferred")?);
-    let wish = RateWish { jacobian, velocity, correction, weights, preferred, bounds };
-    match hydrocrane_sim::resolve_rates(&wish) {
+    let request = RateRequest { jacobian, velocity, correction, weights, preferred, bounds };
+    match hydrocrane_sim::resolve_rates(&request) {
         Some((rates, share)) => Ok((vector(py, rates), share)),
         None => Err(PyValueError::new_err(format!("a controller handles 1 to 6 joints, got {n}"))),
     }

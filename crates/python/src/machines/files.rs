@@ -34,8 +34,8 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("title", s.title)?;
     out.set_item("machine", s.machine)?;
     out.set_item("overrides", pairs_of(py, &s.overrides)?)?;
-    out.set_item("payload", s.payload)?;
-    out.set_item("payload_changes", s.payload_changes)?;
+    out.set_item("payload", s.load.payload)?;
+    out.set_item("payload_changes", s.load.changes)?;
     out.set_item("duration", s.duration)?;
     out.set_item("record_interval", s.record_interval)?;
     out.set_item("seed", s.seed)?;
@@ -72,11 +72,11 @@ pub fn load_scenario<'py>(py: Python<'py>, source: &str, pairs: &Bound<'py, PyLi
     out.set_item("goals", goals.collect::<Vec<_>>())?;
     let phases: PyResult<Vec<_>> = s.phases.into_iter().map(|phase| phase_of(py, phase)).collect();
     out.set_item("phases", phases?)?;
-    out.set_item("recorded_by", s.recorded_by)?;
+    out.set_item("recorded_by", s.recorded.by)?;
     out.set_item("warnings", warnings_of(hydrocrane_sim::implausible(&s.warnings)))?;
-    let faults: PyResult<Vec<_>> = s.sensor_faults.into_iter().map(|f| fault_of(py, f)).collect();
+    let faults: PyResult<Vec<_>> = s.faults.sensors.into_iter().map(|f| fault_of(py, f)).collect();
     out.set_item("sensor_faults", faults?)?;
-    out.set_item("bursts", s.bursts.iter().map(Burst::entry).collect::<Vec<_>>())?;
+    out.set_item("bursts", s.faults.bursts.iter().map(Burst::entry).collect::<Vec<_>>())?;
     let solver = PyDict::new(py);
     solver.set_item("method", s.solver.method)?;
     solver.set_item("rtol", s.solver.rtol)?;

@@ -38,8 +38,8 @@ impl PythonController {
     }
 
     fn fault(&self, py: Python, error: &PyErr) -> Fault {
-        let told = self.object.call_method0(py, "failure").and_then(|told| told.extract::<(String, bool)>(py));
-        match told {
+        let answer = self.object.call_method0(py, "failure").and_then(|answer| answer.extract::<(String, bool)>(py));
+        match answer {
             Ok((text, true)) => Fault::Fatal(text),
             Ok((text, false)) => Fault::Failed(text),
             Err(_) => Fault::Fatal(error.to_string()),

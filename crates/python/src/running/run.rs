@@ -8,7 +8,7 @@ use crate::machines::machine::Machine;
 use crate::running::own_controller::PythonController;
 use crate::running::record::{record_of, stopper, MAX_STEPS};
 use crate::running::scenario::ScenarioEntry;
-use hydrocrane_machine::scenario::{Scenario, SensorQuality, Stage};
+use hydrocrane_machine::scenario::{Recorded, Scenario, SensorQuality, Stage};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{
     assemble, commands, stages as assembled_stages, start, unreached, AssembledStage, AssemblyError, OwnedDriver,
@@ -94,8 +94,8 @@ pub fn run<'py>(
     let (assembly, done, built) = done.map_err(|error| assembly_error(&error))?;
     let out = record_of(py, machine, done.run)?;
     out.set_item("doubts", warnings_of(assembly.doubts))?;
-    let told = |stage: &AssembledStage| stage_of(py, stage, &built);
-    out.set_item("stages", assembly.stages.iter().map(told).collect::<PyResult<Vec<_>>>()?)?;
+    let table = |stage: &AssembledStage| stage_of(py, stage, &built);
+    out.set_item("stages", assembly.stages.iter().map(table).collect::<PyResult<Vec<_>>>()?)?;
     let samples = done.samples.into_iter().zip(&assembly.stages).map(|(rows, stage)| samples_of(py, rows, stage));
     out.set_item("samples", samples.collect::<PyResult<Vec<_>>>()?)?;
     let events: Vec<(f64, String)> = done.events.into_iter().map(|event| (event.time, event.text)).collect();
@@ -106,7 +106,7 @@ pub fn run<'py>(
 /// What holds in a stage, with the machine that it has.
 fn stage_of<'py>(py: Python<'py>, assembled: &AssembledStage, built: &[Machine]) -> PyResult<Bound<'py, PyDict>> {
     let stage = &assembled.stage;
-    let out = told(py, stage)?;
+    let out = stage_table(py, stage)?;
     for (key, model) in [("machine", &assembled.model), ("controller_model", &assembled.controller_model)] {
         out.set_item(key, made(model, built))?;
     }
@@ -121,7 +121,7 @@ fn made(model: &Arc<dyn Model>, built: &[Machine]) -> Option<Machine> {
 }
 
 /// Begin, controller, sensors, sticks and overrides of a stage.
-fn told<'py>(py: Python<'py>, stage: &Stage) -> PyResult<Bound<'py, PyDict>> {
+fn stage_table<'py>(py: Python<'py>, stage: &Stage) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("from", stage.from)?;
     out.set_item("mode", stage.stick_mode().name())?;
@@ -138,7 +138,7 @@ fn told<'py>(py: Python<'py>, stage: &Stage) -> PyResult<Bound<'py, PyDict>> {
 /// What holds in each stage of a scenario.
 #[pyfunction]
 pub fn stages<'py>(py: Python<'py>, scenario: ScenarioEntry<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    scenario.scenario(&scenario.levers())?.stages().iter().map(|stage| told(py, stage)).collect()
+    scenario.scenario(&scenario.levers())?.stages().iter().map(|stage| stage_table(py, stage)).collect()
 }
 
 /// Times (s) at which the values of `machine` change during a scenario without phases, each with the machine from then on.
@@ -159,7 +159,7 @@ pub fn start_state<'py>(
     scenario: ScenarioEntry<'py>,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<WarningEntry>)> {
     let scenario = scenario.scenario(&cylinders(machine))?;
-    let payload = scenario.payload.unwrap_or(machine.model.machine().payload.mass);
+    let payload = scenario.load.payload.unwrap_or(machine.model.machine().payload.mass);
     let found = start(&scenario, machine.model.as_ref(), payload);
     let (x0, mut doubts) = found.map_err(|error| assembly_error(&error))?;
     doubts.extend(unreached(&scenario, machine.model.machine()));
@@ -188,8 +188,8 @@ type Head = (String, String, String, String);
 #[pyfunction]
 pub fn scenario_text(machine: &Machine, scenario: ScenarioEntry<'_>, head: Head) -> PyResult<String> {
     let (name, title, source, recorder) = head;
-    let recorded_by = (!recorder.is_empty()).then_some(recorder);
-    let scenario = Scenario { name, title, machine: source, recorded_by, ..scenario.scenario(&cylinders(machine))? };
+    let recorded = Recorded { by: (!recorder.is_empty()).then_some(recorder), on: None };
+    let scenario = Scenario { name, title, machine: source, recorded, ..scenario.scenario(&cylinders(machine))? };
     let made =
         scenario.stages().iter().map(|stage| machine.with(&stage.machine_overrides())).collect::<Result<Vec<_>, _>>();
     let made = made.map_err(|error| assembly_error(&error))?;

@@ -4,8 +4,8 @@ use crate::handed::arrays::Row;
 use crate::handed::overrides::{overrides, value};
 use crate::machines::sensors::{sensor_faults, sensor_mode, FaultEntry};
 use hydrocrane_machine::scenario::{
-    stated, Burst, BurstEntry, ControllerChoice, Goal, Initial, Interpolation, Joystick, Phase, Pressures, Scenario,
-    Solver, SpoolCommand, StickMode, SupplyPressure,
+    stated, Burst, BurstEntry, ControllerChoice, Faults, Goal, Initial, Interpolation, Joystick, Load, Phase,
+    Pressures, Recorded, Scenario, Solver, SpoolCommand, StickMode, SupplyPressure,
 };
 use hydrocrane_machine::{suggestion, TIP_AXES};
 use pyo3::exceptions::PyValueError;
@@ -147,8 +147,7 @@ impl ScenarioEntry<'_> {
             title: String::new(),
             machine: String::new(),
             overrides: overrides(&self.overrides)?,
-            payload: self.payload,
-            payload_changes: self.payload_changes.clone(),
+            load: Load { payload: self.payload, changes: self.payload_changes.clone() },
             duration: self.duration,
             record_interval: self.record_interval,
             initial: Initial { joints: self.joints.clone(), places: self.places.clone(), pressures },
@@ -159,12 +158,10 @@ impl ScenarioEntry<'_> {
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
             goals: self.goals.iter().map(|&(time, place, speed, until)| Goal { time, place, speed, until }).collect(),
             phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
-            sensor_faults: sensor_faults(&self.sensor_faults)?,
-            bursts: bursts(&self.bursts)?,
+            faults: Faults { sensors: sensor_faults(&self.sensor_faults)?, bursts: bursts(&self.bursts)? },
             solver: self.solver.solver(),
             seed: self.seed,
-            recorded_by: None,
-            recorded_on: None,
+            recorded: Recorded::default(),
             warnings: Vec::new(),
         })
     }

@@ -64,7 +64,7 @@ impl SteppedController {
         if fault.is_some() {
             command.fill(0.0);
         }
-        Ok((command, fault, inner.notices().into_iter().map(|told| told.text).collect()))
+        Ok((command, fault, inner.notices().into_iter().map(|report| report.text).collect()))
     }
 
     #[getter]

@@ -26,7 +26,8 @@ pub(super) fn stage(
         Ok((time, surroundings.machine(None, &then.machine_overrides())?))
     };
     // Builds for the smallest chains only refuse the machine of such a scenario before.
-    let times = if cfg!(feature = "chains") { burst_times(&scenario.bursts, stage.from, end) } else { Vec::new() };
+    let times =
+        if cfg!(feature = "chains") { burst_times(&scenario.faults.bursts, stage.from, end) } else { Vec::new() };
     let changes = times.into_iter().map(burst).collect::<Result<_, AssemblyError>>()?;
     let Some(choice) = &stage.controller else {
         let driver = OwnedDriver::Commands(commands(&scenario.commands, model.as_ref())?);
@@ -107,7 +108,7 @@ fn plan(
     choice: &ControllerChoice,
     model: &dyn Model,
 ) -> Result<SampledPlan, AssemblyError> {
-    let sensors = Sensors::new(model, choice.sensors, scenario.seed, &scenario.sensor_faults)?;
+    let sensors = Sensors::new(model, choice.sensors, scenario.seed, &scenario.faults.sensors)?;
     Ok(SampledPlan { sticks: sticks(scenario, stage, model.machine())?, sensors, delay: choice.delay })
 }
 

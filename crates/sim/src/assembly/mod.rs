@@ -143,15 +143,15 @@ pub fn at_start(
     let Some(first) = stages.first() else {
         return Err(format!("the duration is {} s; it must be greater than zero", scenario.duration).into());
     };
-    let payload = scenario.payload.unwrap_or(first.model.machine().payload.mass);
+    let payload = scenario.load.payload.unwrap_or(first.model.machine().payload.mass);
     let (x0, mut doubts) = start(scenario, first.model.as_ref(), payload)?;
     doubts.extend(stages.iter().find_map(drivers::unmeasured));
     doubts.extend(unreached(scenario, first.model.machine()));
-    let changes = scenario.payload_changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect();
+    let changes = scenario.load.changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect();
     let options = options(&scenario.solver, first.model.machine(), Task::States, payload, settings);
     let supply = scenario.supply.clone().map(Arc::new);
     let options = RunOptions { payload_changes: changes, supply, ..options };
-    let sensor_faults = scenario.sensor_faults.clone();
+    let sensor_faults = scenario.faults.sensors.clone();
     Ok(Assembly { x0, doubts, end: scenario.duration, options, stages, sensor_faults })
 }
 
@@ -160,7 +160,7 @@ pub fn at_start(
 /// # Errors
 /// As [`assemble`], without those of the start.
 pub fn stages(scenario: &Scenario, surroundings: &mut dyn Surroundings) -> Result<Vec<AssembledStage>, AssemblyError> {
-    if let Some((_, message, cure)) = burst_fault(&scenario.bursts).filter(|_| CHAINS) {
+    if let Some((_, message, cure)) = burst_fault(&scenario.faults.bursts).filter(|_| CHAINS) {
         return Err(format!("{message}; {cure}").into());
     }
     let due: Vec<Stage> = scenario.stages().into_iter().filter(|stage| stage.from < scenario.duration).collect();

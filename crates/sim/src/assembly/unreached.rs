@@ -25,16 +25,16 @@ pub fn unreached(scenario: &Scenario, machine: &Machine) -> Vec<Warning> {
     let named = |name: &str| if name.is_empty() { "a phase begins".into() } else { format!("phase `{name}` begins") };
     let phases = scenario.phases.iter().map(|phase| (named(&phase.name), phase.time));
     let faults =
-        scenario.sensor_faults.iter().map(|fault| (format!("the sensor of `{}` fails", fault.signal), fault.from));
+        scenario.faults.sensors.iter().map(|fault| (format!("the sensor of `{}` fails", fault.signal), fault.from));
     let burst = |cylinder: &str, side: &str| format!("the hose to the {side} of cylinder `{cylinder}` bursts");
-    let bursts = scenario.bursts.iter().map(|hose| (burst(&hose.cylinder, hose.side.name()), hose.time));
+    let bursts = scenario.faults.bursts.iter().map(|hose| (burst(&hose.cylinder, hose.side.name()), hose.time));
     texts.extend(
         phases.chain(faults).chain(bursts).filter(|(_, time)| *time >= end).map(|(what, time)| after(what, time)),
     );
     let goal = scenario.goals.first().filter(|goal| goal.time >= end);
     texts.extend(goal.map(|goal| after("the first goal of the tip is given".into(), goal.time)));
     // A load that changes at the very end does change.
-    let load = scenario.payload_changes.first().filter(|(time, _)| *time > end);
+    let load = scenario.load.changes.first().filter(|(time, _)| *time > end);
     texts.extend(load.map(|(time, _)| after("the load changes for the first time".into(), *time)));
     if scenario.record_interval > end {
         texts.push(format!(

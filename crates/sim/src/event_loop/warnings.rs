@@ -19,18 +19,18 @@ const RATING: f64 = 1.5;
 /// Pressure below vacuum that is rounding, Pa.
 const VACUUM_ROUNDING: f64 = 1e3;
 /// Share of the atmosphere below which a chamber counts as torn open: free gas fills ten times its volume then. Time after which that is
-/// told, s: shorter ones close again within a stop.
+/// reported, s: shorter ones close again within a stop.
 const TORN: f64 = 0.1;
 const TORN_TIME: f64 = 0.05;
-/// Time after which a section that is short is told, s: while spools open, pressures and pumps settle.
+/// Time after which a section that is short is reported, s: while spools open, pressures and pumps settle.
 const STARVED_TIME: f64 = 0.1;
-/// Share of a flow from which an error of the model is told.
+/// Share of a flow from which an error of the model is reported.
 const TELLING: f64 = 0.01;
 /// Time over which the estimated errors of fixed steps are averaged, s: those of a start or a stop are over before.
 const ESTIMATE_TIME: f64 = 0.5;
 /// Share of a state and its scale that this mean may have: 100 times the tolerance of a run that states none.
 const ESTIMATE_SHARE: f64 = 0.01;
-/// Share of what is promised of pressures from which their estimated error is told: the estimate may be several times too small.
+/// Share of what is promised of pressures from which their estimated error is reported: the estimate may be several times too small.
 const OF_PRESSURE: f64 = 1.0 / 3.0;
 
 /// The states whose estimated errors tell how exact fixed steps are. Spools count by their effect only. Static friction is taken by
@@ -97,7 +97,7 @@ pub(crate) struct Watch {
     /// How long the pressures of the cylinders have been off by more than is promised, s, in pairs.
     astray: Vec<f64>,
     found: Vec<Found>,
-    told: usize,
+    reported: usize,
 }
 
 impl Watch {
@@ -119,7 +119,7 @@ impl Watch {
             tip_error: None,
             astray: vec![0.0; 2 * machine.cylinders.len()],
             found: vec![],
-            told: 0,
+            reported: 0,
         };
         watch.take_bounds(driven.model);
         watch.look(stepper, driven);
@@ -311,8 +311,8 @@ impl Watch {
 
     /// Findings since the last call.
     pub fn news(&mut self, model: &dyn Model) -> Vec<Warning> {
-        let news = self.found[self.told..].iter().map(|found| found.warning(model, self)).collect();
-        self.told = self.found.len();
+        let news = self.found[self.reported..].iter().map(|found| found.warning(model, self)).collect();
+        self.reported = self.found.len();
         news
     }
 }
@@ -431,7 +431,7 @@ impl Found {
             Finding::AtVacuum(place) => {
                 let cylinder = &machine.cylinders[place / 2];
                 let side = SIDES[place % 2];
-                let cure = match cylinder.port_valves[place % 2].anti_cavitation {
+                let cure = match cylinder.ports.valves[place % 2].anti_cavitation {
                     None => format!("state an anti-cavitation valve, `[anti-cavitation.<name>]` with `cylinder = \"{}\"` and this side, if the machine has one; lower more gently", cylinder.name),
                     Some(_) => "lower more gently, or state a larger anti-cavitation valve".to_string(),
                 };

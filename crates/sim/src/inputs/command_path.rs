@@ -13,9 +13,9 @@ pub(crate) struct CommandPaths {
     paths: Vec<CommandPath>,
     /// Commands that the spools have received, m.
     pub arrived: [f64; MAX_JOINTS],
-    /// The first command far beyond its spool's stroke, and whether it has been told.
+    /// The first command far beyond its spool's stroke, and whether it has been reported.
     astray: Option<Warning>,
-    told: bool,
+    reported: bool,
 }
 
 struct CommandPath {
@@ -44,7 +44,7 @@ impl CommandPaths {
     /// With the commands `arrived` (m) at the spools, and no others sent.
     pub fn new(machine: &Machine, arrived: [f64; MAX_JOINTS]) -> Self {
         let paths = machine.cylinders.iter().map(|c| CommandPath::new(&c.valve)).collect();
-        CommandPaths { paths, arrived, astray: None, told: false }
+        CommandPaths { paths, arrived, astray: None, reported: false }
     }
 
     /// Continues with the valves of `machine`; commands that were sent still arrive on time.
@@ -58,12 +58,12 @@ impl CommandPaths {
     pub fn clear(&mut self) {
         self.paths.iter_mut().for_each(|path| path.pending.clear());
         self.arrived.fill(0.0);
-        (self.astray, self.told) = (None, false);
+        (self.astray, self.reported) = (None, false);
     }
 
     /// Looks at the commands `u` (m) of a controller for one far beyond the stroke of its spool.
     pub fn look(&mut self, now: f64, machine: &Machine, u: &[f64]) {
-        if self.told || self.astray.is_some() {
+        if self.reported || self.astray.is_some() {
             return;
         }
         self.astray = machine.cylinders.iter().zip(u).find_map(|(c, u)| astray(now, &c.name, c.valve.stroke, *u));
@@ -72,7 +72,7 @@ impl CommandPaths {
     /// The warning of a command far beyond its spool's stroke, once.
     pub fn warning(&mut self) -> Option<Warning> {
         let found = self.astray.take();
-        self.told |= found.is_some();
+        self.reported |= found.is_some();
         found
     }
 

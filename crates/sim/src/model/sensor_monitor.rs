@@ -54,7 +54,7 @@ pub(crate) fn settings<const N: usize>(
     Settings {
         frozen: jump.map(|jump| basis.stated("frozen").unwrap_or(FROZEN * jump)),
         jump,
-        told: of_pressures(told, 1.0),
+        against: of_pressures(against, 1.0),
         resolution: of_pressures(step, 0.0),
         ride_through: basis.value("ride-through"),
         recovery_time: basis.value("recovery-time"),
@@ -103,8 +103,8 @@ impl<const N: usize> Basis<'_, N> {
 
     /// Displacement of a piston between two samples that counts as a jump, m.
     fn jump(&self, c: usize, period: f64) -> f64 {
-        let way = self.model.fastest(c) * period.max(INTERVAL);
-        self.stated("jump").unwrap_or(self.value("flow-tolerance") * way)
+        let travel = self.model.fastest(c) * period.max(INTERVAL);
+        self.stated("jump").unwrap_or(self.value("flow-tolerance") * travel)
     }
 
     fn stroke_range(&self, c: usize) -> [f64; 2] {
@@ -180,13 +180,13 @@ impl<const N: usize> Basis<'_, N> {
 /// Time in which a valve forgets a command, s.
 fn memory(valve: &Valve) -> f64 {
     // Of its slower pole.
-    let damped = match valve.damping_ratio {
+    let damped = match valve.spool.damping_ratio {
         ratio if ratio > 1.0 => ratio - (ratio * ratio - 1.0).sqrt(),
         ratio => ratio,
     };
-    let slow = SPOOL_LAGS / (valve.natural_frequency * damped);
-    let way = valve.velocity_limit.map_or(0.0, |limit| 2.0 * valve.stroke / limit);
-    valve.delay + valve.command.delay + slow + way
+    let slow = SPOOL_LAGS / (valve.spool.natural_frequency * damped);
+    let travel = valve.spool.velocity_limit.map_or(0.0, |limit| 2.0 * valve.stroke / limit);
+    valve.delay + valve.command.delay + slow + travel
 }
 
 /// Displacement that a position reading must have missed, in displacements that count as a jump: it is the sum of many.
@@ -216,7 +216,7 @@ fn step(sensor: &Sensor) -> f64 {
 
 /// Bits that a repeated reading tells against a sensor: by the chance that the noise around a value in the middle of a step stays within
 /// it, and one at most, so that no reading counts for more than it is known to.
-fn told(sensor: &Sensor) -> f64 {
+fn against(sensor: &Sensor) -> f64 {
     let step = step(sensor);
     if step == 0.0 {
         return 1.0;

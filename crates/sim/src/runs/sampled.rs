@@ -11,7 +11,7 @@ use crate::inputs::sensing::Sensors;
 use crate::inputs::stick::{Hand, Sticks, ROUNDING};
 use crate::outcome::{Outcome, OutcomeKind};
 use hydrocrane_control::estimate::valve_learning::LearntValve;
-use hydrocrane_control::interface::controller::{Alarm, Controller, Fault, Told};
+use hydrocrane_control::interface::controller::{Alarm, Controller, Fault, Report};
 use hydrocrane_ode::Stepper;
 
 /// Number of consecutive samples without a usable command after which a run ends.
@@ -174,7 +174,7 @@ impl Sampled {
             self.hand.arrive();
         }
         let notices = controller.notices().into_iter();
-        self.events.extend(notices.map(|Told { text, alarm }| Event { time: now, text, alarm }));
+        self.events.extend(notices.map(|Report { text, alarm }| Event { time: now, text, alarm }));
         self.given_up = matches!(answer, Err(Fault::Fatal(_)));
         let fault = match answer {
             Err(fault) => Some(fault.to_string()),

@@ -20,7 +20,7 @@ fn a_load_beyond_the_setting_sinks_and_the_tank_fills_what_the_rod_side_does_not
     let run = moved(m, -0.1, 0.0, 3.0);
     let x = rows(m, &run).pop().expect("a row");
     let ([a1, a2], tank) = (areas(m), m.machine().supply.tank_pressure);
-    let weight = (300.0 + m.machine().links[1].mass) * m.machine().gravity.abs();
+    let weight = (300.0 + m.machine().links[1].mass) * m.machine().environment.gravity.abs();
     let (p1, p2) = (x[m.layout().p1(0)], x[m.layout().p2(0)]);
     let of = |name: &str| output(m, x, &format!("cylinder.test.{name}"));
     let v = of("v");

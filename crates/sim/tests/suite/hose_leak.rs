@@ -52,7 +52,7 @@ fn without_a_valve_the_load_sinks_as_fast_as_its_oil_leaves() {
     let run = moved(m, -0.2, 0.0, 2.0);
     let x = rows(m, &run).pop().expect("a row");
     let ([a1, a2], v, [p1, p2]) = (areas(m), of(m, x, "v"), [m.layout().p1(0), m.layout().p2(0)].map(|i| x[i]));
-    let weight = (300.0 + m.machine().links[1].mass) * m.machine().gravity.abs();
+    let weight = (300.0 + m.machine().links[1].mass) * m.machine().environment.gravity.abs();
     println!("sinks at {v:.4} m/s, {:.1} and {:.1} bar", p1 / 1e5, p2 / 1e5);
     assert!((v * a2 / through_hole(m, p2) - 1.0).abs() < 1e-3, "{v} {p2}");
     assert!(((weight + p1 * a1 - VISCOUS * v) / (p2 * a2) - 1.0).abs() < 1e-3);
@@ -216,7 +216,7 @@ fn a_burst_is_written_as_it_was_read() {
     let text = plan.to_toml(&[&machine]).expect("a file");
     let again =
         parse_scenario_with(&text, "again.toml", &[("hanging.toml".into(), HANGING.into())]).expect("a scenario");
-    assert_eq!(again.bursts, plan.bursts);
+    assert_eq!(again.faults.bursts, plan.faults.bursts);
 }
 
 #[test]

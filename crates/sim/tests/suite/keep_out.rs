@@ -111,7 +111,7 @@ impl Finished {
         self.tips().map(|tip| keep.distance(tip)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Farthest way of a piston into an end stop's zone, m; no joint is beyond its limits.
+    /// Farthest travel of a piston into an end stop's zone, m; no joint is beyond its limits.
     fn deepest_in_a_stop(&self) -> f64 {
         let mut over = 0.0f64;
         for q in self.postures() {

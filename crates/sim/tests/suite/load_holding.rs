@@ -62,7 +62,7 @@ fn the_load_sinks_at_the_speed_of_the_oil_that_is_fed_at_every_pilot_ratio() {
         let v = EDGE_FLOW * spool / STROKE / a1;
         assert!((output(m.as_ref(), x, "cylinder.test.v") / v - 1.0).abs() < 2e-3, "{ratio}: {v}");
         // Weight and flow give both pressures.
-        let pull = (300.0 + m.machine().links[1].mass) * m.machine().gravity.abs() - VISCOUS * v;
+        let pull = (300.0 + m.machine().links[1].mass) * m.machine().environment.gravity.abs() - VISCOUS * v;
         let flow = |p2: f64| {
             let p1 = (p2 * a2 - pull) / a1;
             let open = ((p2 + ratio * p1 - SETTING) / OPENING).clamp(0.0, 1.0);
@@ -141,7 +141,7 @@ fn a_counterbalance_valve_set_too_low_is_said_with_pose_pressure_and_cure() {
     let m = hanging("");
     let cylinder = &m.machine().cylinders[0];
     let a2 = std::f64::consts::FRAC_PI_4 * (cylinder.bore.powi(2) - cylinder.rod_diameter.powi(2));
-    let pressure = |payload: f64| (payload + m.machine().links[1].mass) * m.machine().gravity.abs() / a2;
+    let pressure = |payload: f64| (payload + m.machine().links[1].mass) * m.machine().environment.gravity.abs() / a2;
     assert!(1.3 * pressure(400.0) < SETTING && said(400.0).is_none());
     assert!(1.3 * pressure(550.0) > SETTING);
     let warning = said(550.0).expect("a warning");
@@ -214,7 +214,8 @@ pub fn oil_that_is_lost(m: &dyn Model, c: usize, x: &[f64], u: &[f64], payload: 
     let a1 = std::f64::consts::FRAC_PI_4 * cylinder.bore.powi(2);
     let a2 = a1 - std::f64::consts::FRAC_PI_4 * cylinder.rod_diameter.powi(2);
     let half = cylinder.stroke / 2.0;
-    let dead = |side: usize| cylinder.dead_volume[side] + cylinder.lines[side].as_ref().map_or(0.0, |line| line.volume);
+    let dead =
+        |side: usize| cylinder.dead_volume[side] + cylinder.ports.lines[side].as_ref().map_or(0.0, |line| line.volume);
     let volumes = [dead(0) + a1 * (half + of("x")), dead(1) + a2 * (half - of("x"))];
     let stored: f64 = [m.layout().p1(c), m.layout().p2(c)]
         .iter()

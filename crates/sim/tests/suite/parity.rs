@@ -313,7 +313,7 @@ fn fast_right_hand_side_equals_the_reference() {
 #[test]
 fn steering_a_linearisation_gives_the_one_at_the_other_commands() {
     let mut limited = load("rottne-f9-lab", &[]).expect("a bundled machine");
-    limited.cylinders[0].valve.acceleration_limit = Some(2000.0);
+    limited.cylinders[0].valve.spool.acceleration_limit = Some(2000.0);
     let machines = MACHINES.map(model).into_iter().chain([build(&limited).expect("a machine that can be built")]);
     for m in machines {
         let (n, mut noise) = (m.layout().len(), Noise(5));

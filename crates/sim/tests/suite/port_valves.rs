@@ -59,7 +59,7 @@ fn a_load_beyond_the_setting_sinks_at_the_speed_found_by_hand() {
     let run = moved(m, -0.1, 0.0, 3.0);
     let x = rows(m, &run).pop().expect("a row");
     let [a1, a2] = areas(m);
-    let weight = (300.0 + m.machine().links[1].mass) * m.machine().gravity.abs();
+    let weight = (300.0 + m.machine().links[1].mass) * m.machine().environment.gravity.abs();
     // The anti-cavitation valve fills the piston side, so that the weight hangs on the rod side and on the vacuum that fills it.
     let fed = |v: f64| {
         let root = a1 * v * (1.9e5f64).sqrt() / (80e-3 / 60.0);

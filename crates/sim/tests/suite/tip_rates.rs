@@ -1,7 +1,7 @@
 //! Redundancy of the tip over slices.
 
 use hydrocrane_control::reference::redundancy::{resolve, Preference, Task};
-use hydrocrane_sim::{resolve_rates, RateWish};
+use hydrocrane_sim::{resolve_rates, RateRequest};
 
 #[test]
 fn slices_give_what_arrays_give() {
@@ -9,7 +9,7 @@ fn slices_give_what_arrays_give() {
     let prefer = Preference { weights: [1.0, 2.0, 3.0], rates: [0.1, 0.0, -0.1], bounds: [[-0.1, 0.1]; 3] };
     let task = Task { velocity: [0.4, 0.1], correction: [0.01, 0.0] };
     let typed = resolve(&jacobian, &task, &prefer);
-    let wish = RateWish {
+    let request = RateRequest {
         jacobian: jacobian.as_flattened(),
         velocity: task.velocity,
         correction: task.correction,
@@ -18,6 +18,6 @@ fn slices_give_what_arrays_give() {
         bounds: prefer.bounds.as_flattened(),
     };
     assert!(typed.scale > 0.0 && typed.scale < 1.0);
-    assert_eq!(resolve_rates(&wish), Some((typed.rates.to_vec(), typed.scale)));
-    assert_eq!(resolve_rates(&RateWish { weights: &[], ..wish }), None);
+    assert_eq!(resolve_rates(&request), Some((typed.rates.to_vec(), typed.scale)));
+    assert_eq!(resolve_rates(&RateRequest { weights: &[], ..request }), None);
 }

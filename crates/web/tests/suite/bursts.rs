@@ -2,7 +2,7 @@
 
 use crate::common::{index, opened, simulated, tip};
 use hydrocrane_machine::parse_scenario;
-use hydrocrane_machine::scenario::{Burst, Scenario, Side};
+use hydrocrane_machine::scenario::{Burst, Faults, Scenario, Side};
 use serde_json::{json, Value};
 
 const TIP: &str = r#"
@@ -72,7 +72,7 @@ fn a_replay_lets_hoses_burst_as_a_run_does_and_is_saved_with_them() {
             .any(|event| event["warning"] == "oil-lost"));
 
         let saved = read(&cockpit.save().expect("a drive"));
-        assert_eq!(saved.bursts, torn());
+        assert_eq!(saved.faults.bursts, torn());
         assert!(saved.overrides.iter().all(|(key, _)| !key.starts_with("hose-leak")), "{:?}", saved.overrides);
         let to_its_end = Scenario { duration: saved.duration, ..scenario };
         assert_eq!(simulated(&saved), simulated(&to_its_end));
@@ -106,9 +106,9 @@ fn hoses_burst_beside_an_operator_and_stay_torn_when_a_knob_is_turned() {
     assert!(LOST.iter().all(|name| frame[index(&told, name)] > 0.0));
     assert!(cockpit.advance(1));
     let saved = read(&cockpit.save().expect("a drive"));
-    assert_eq!((saved.phases.len(), &saved.bursts[..]), (2, &torn()[..]));
+    assert_eq!((saved.phases.len(), &saved.faults.bursts[..]), (2, &torn()[..]));
     assert_eq!(simulated(&saved), (2.0, driven));
-    let mended = simulated(&Scenario { bursts: Vec::new(), ..saved }).1;
+    let mended = simulated(&Scenario { faults: Faults::default(), ..saved }).1;
     assert!(mended[1] - driven[1] > 0.01, "{mended:?} {driven:?}");
 }
 

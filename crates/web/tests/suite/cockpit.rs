@@ -88,7 +88,7 @@ fn a_saved_drive_is_replayed_until_somebody_takes_over() {
     assert_eq!(other.events()["replaying"], false);
     let changed = parse_scenario(&other.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
     assert_eq!(changed.joystick.expect("one").axes[1].last(), Some(&-1.0));
-    assert!(changed.payload_changes.is_empty(), "the log of the replay was still to come");
+    assert!(changed.load.changes.is_empty(), "the log of the replay was still to come");
 }
 
 /// Straight sticks in two phases, the second with levers and samples of its own rhythm.
@@ -238,7 +238,7 @@ fn replayed_and_saved(request: &Value, scenario: &Scenario) {
     let saved = parse_scenario(&text, "drive.toml", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
     let start = |scenario: &Scenario| (scenario.initial.joints.clone(), scenario.initial.pressures.clone());
     assert_eq!((start(&saved), &saved.commands), (start(scenario), &scenario.commands));
-    assert_eq!((&saved.sensor_faults, &saved.supply), (&scenario.sensor_faults, &scenario.supply));
+    assert_eq!((&saved.faults.sensors, &saved.supply), (&scenario.faults.sensors, &scenario.supply));
     let written = |scenario: &Scenario| scenario.controller.clone().map(|choice| (choice.model, choice.monitor));
     assert_eq!(written(&saved), written(scenario));
     let to_its_end = Scenario { duration: saved.duration, ..scenario.clone() };
@@ -271,7 +271,7 @@ fn what_no_knob_shows_stays_where_a_knob_is_turned_in_a_replay() {
     let [first, second] = &saved.stages()[..] else { panic!("{:?}", saved.phases) };
     let kept = |stage: &Stage| stage.controller.clone().map(|choice| (choice.model, choice.monitor));
     assert_eq!(kept(second), kept(first));
-    assert_eq!((second.joystick.as_ref().map(|stick| stick.dead_zone), saved.sensor_faults.len()), (Some(0.1), 1));
+    assert_eq!((second.joystick.as_ref().map(|stick| stick.dead_zone), saved.faults.sensors.len()), (Some(0.1), 1));
 }
 
 #[test]
@@ -389,7 +389,7 @@ fn a_replay_in_phases_ends_where_somebody_takes_over() {
     assert!(other.events()["changed"].is_null());
     let saved = parse_scenario(&other.save().expect("a drive"), "drive.toml", &[]).expect("a scenario");
     assert_eq!(saved.phases.len(), 1);
-    assert!(saved.payload_changes.is_empty());
+    assert!(saved.load.changes.is_empty());
 }
 
 #[test]
@@ -501,8 +501,8 @@ fn modes_that_a_machine_cannot_have_are_not_offered() {
     }
     cockpit.open(&json!({ "machine": "rig-kalmar" }).to_string()).expect("a drive");
     cockpit.advance(10);
-    let wish = json!({ "machine": "rig-kalmar", "controller": "heinze-pid", "keep-state": true });
-    let problem = cockpit.open(&wish.to_string()).expect_err("one cylinder has no tip to steer");
+    let request = json!({ "machine": "rig-kalmar", "controller": "heinze-pid", "keep-state": true });
+    let problem = cockpit.open(&request.to_string()).expect_err("one cylinder has no tip to steer");
     assert!(problem.message().contains("heinze-pid") && problem.message().contains("it has lever"), "{problem:?}");
 }
 
@@ -536,11 +536,11 @@ fn the_friction_of_a_replay_is_the_level_that_was_set_and_further_levels_are_of_
     assert_eq!(description["request"]["friction"], 3.0);
     cockpit.advance(50);
     assert_eq!(coulomb(&cockpit.save().expect("a drive")), coulomb(&saved), "to the last bit");
-    let mut wish = description["request"].clone();
-    wish["friction"] = json!(2.0);
-    wish["keep-state"] = json!(true);
-    wish["scenario"] = Value::Null;
-    cockpit.open(&wish.to_string()).expect("the knob");
+    let mut request = description["request"].clone();
+    request["friction"] = json!(2.0);
+    request["keep-state"] = json!(true);
+    request["scenario"] = Value::Null;
+    cockpit.open(&request.to_string()).expect("the knob");
     cockpit.advance(50);
     let text = cockpit.save().expect("a drive");
     let later = &text[text.find("[phase.1.overrides]").expect("a phase")..];

@@ -40,7 +40,7 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
             "check its unit; some 5 to 30 bar keep a load from running away".into(),
         );
     }
-    if let Some(limit) = valve.velocity_limit.map(T::plain) {
+    if let Some(limit) = valve.spool.velocity_limit.map(T::plain) {
         let time = valve.stroke.plain() / limit;
         if time > SPOOL {
             table.required("velocity-limit", "a velocity")?.warn(

@@ -2,25 +2,25 @@
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wish<const N: usize> {
+pub enum Request<const N: usize> {
     /// Of the tip (x, z), m/s, and of the slewing joint, rad/s.
     Tip([f64; 3]),
     /// Of every joint, rad/s or m/s, while one holds the tip's height.
     Joints([f64; N]),
 }
 
-impl<const N: usize> Wish<N> {
+impl<const N: usize> Request<N> {
     pub fn scaled(self, share: f64) -> Self {
         match self {
-            Wish::Tip(velocity) => Wish::Tip(velocity.map(|v| v * share)),
-            Wish::Joints(rates) => Wish::Joints(rates.map(|rate| rate * share)),
+            Request::Tip(velocity) => Request::Tip(velocity.map(|v| v * share)),
+            Request::Joints(rates) => Request::Joints(rates.map(|rate| rate * share)),
         }
     }
 
     pub fn is_zero(&self) -> bool {
         match self {
-            Wish::Tip(velocity) => *velocity == [0.0; 3],
-            Wish::Joints(rates) => rates.iter().all(|rate| *rate == 0.0),
+            Request::Tip(velocity) => *velocity == [0.0; 3],
+            Request::Joints(rates) => rates.iter().all(|rate| *rate == 0.0),
         }
     }
 }
@@ -38,10 +38,10 @@ impl<const K: usize> Lags<K> {
         Lags(self.0.map(|lag| lag.map(|v| v * share)))
     }
 
-    pub fn follow(&mut self, wish: [f64; K], share: f64) -> [f64; K] {
+    pub fn follow(&mut self, request: [f64; K], share: f64) -> [f64; K] {
         let [first, second] = &mut self.0;
         for r in 0..K {
-            first[r] += share * (wish[r] - first[r]);
+            first[r] += share * (request[r] - first[r]);
             second[r] += share * (first[r] - second[r]);
         }
         *second
