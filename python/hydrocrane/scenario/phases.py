@@ -95,7 +95,7 @@ class ControlLoop:
     controller_model: Machine | Overrides | None = None
     monitor: bool | None = None
 
-    def check_values(self) -> None:
+    def _check_values(self) -> None:
         if self.joystick is not None and not isinstance(self.joystick, Joystick):
             raise InputError(f"joystick must be a Joystick, got {self.joystick!r}")
         check_known("kind of sensors", self.sensors, SENSORS)
@@ -147,4 +147,4 @@ class Phase(ControlLoop):
             stated = [name for name in of_it if getattr(self, name) != getattr(ControlLoop, name)]
             if stated:
                 raise InputError(f"`{stated[0]}` of a phase belongs to its controller, which it does not name")
-        self.check_values()
+        self._check_values()

@@ -18,7 +18,7 @@ class RecordedSpan:
     record_interval: float = 0.01
     record_limit: float | str | None = field(default=None, compare=False)
 
-    def check_record(self) -> None:
+    def _check_record(self) -> None:
         scenario_quantity("scenario.duration", "duration", self.duration)
         scenario_quantity("scenario.record-interval", "record_interval", self.record_interval)
         bytes_of(self.record_limit)

@@ -160,7 +160,7 @@ class Scenario(RecordedSpan, ControlLoop):
             )
         object.__setattr__(self, "seed", seed_number(self.seed))
         object.__setattr__(self, "payload_changes", payload_changes(self.payload_changes))
-        self.check_record()
+        self._check_record()
         if isinstance(self.commands, Mapping):
             object.__setattr__(self, "commands", {c: as_command(c, v) for c, v in self.commands.items()})
         object.__setattr__(self, "supply", as_supply(self.supply))
@@ -230,7 +230,7 @@ class Scenario(RecordedSpan, ControlLoop):
             raise InputError("a scenario has either commands or a controller with its joystick, not both")
         if self.sensor_faults and not self.has_controller:
             raise InputError("sensor_faults need a controller or a joystick: without one the sensors are not read")
-        self.check_values()
+        self._check_values()
         if self.controller_model is not None:
             if not self.closed_loop:
                 raise InputError("this scenario has a `controller_model`, but no controller")
