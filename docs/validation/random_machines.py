@@ -212,7 +212,7 @@ def accuracy(case: Case) -> Finding:
     good = tip <= TIP and pressure <= PRESSURE
     text = f"tip {1e3 * tip:.3g} mm, pressure {100 * pressure:.2g} % of supply, {run.outcome.kind}"
     if not good and not said:
-        moved = sensitivity(case, tips(exact)[:, :count], count)
+        moved = sensitivity(case.drive, exact)
         if moved > tip:
             return case.finding(
                 "accuracy", True, 1e3 * tip, f"{text}; a start 1 um away moves the tip by {1e3 * moved:.3g} mm"
@@ -242,16 +242,15 @@ def beyond_window(run: np.ndarray, exact: np.ndarray, interval: float) -> float:
     return float(np.maximum(run - around.max(axis=2), around.min(axis=2) - run).max())
 
 
-def sensitivity(case: Case, exact: np.ndarray, count: int) -> float:
-    """How far the tip of the tight run moves if the start moves by `NUDGE`, the largest over the joints, m."""
+def sensitivity(plan: hc.Scenario, exact: hc.Run) -> float:
+    """How far the tip of the tight run of `plan` moves if the start moves by `NUDGE`, the largest over joints and
+    directions, m."""
     moved = 0.0
-    for i in range(len(case.crane.joint_names)):
-        q = case.crane.home.copy()
-        q[i] += NUDGE
-        run = hc.simulate(case.drive.changed(solver=TIGHT, joints=case.start(q)))
-        way = tips(run)[:, :count] - exact[:, : len(times_of(run))]
-        moved = max(moved, np.linalg.norm(way, axis=0).max())
-    return float(moved)
+    for name in exact.machine.joint_names:
+        for nudge in (-NUDGE, NUDGE):
+            near = {**plan.joints, name: plan.joints[name] + nudge}
+            moved = max(moved, apart(hc.simulate(plan.changed(solver=TIGHT, joints=near)), exact))
+    return moved
 
 
 def ledger(case: Case) -> Finding:
@@ -360,10 +359,9 @@ def loop(case: Case) -> Finding:
     except hc.InputError as refused:
         return case.finding("loop", True, text=f"refused: {refused}")
     said = kinds(run) & LOOP_SAYS
-    tight = case.steering.changed(solver=TIGHT)
-    exact = hc.simulate(tight)
-    off, near = apart(run, exact), case.start(case.crane.home + NUDGE)
-    moved = 0.0 if said or off <= TIP else apart(hc.simulate(tight.changed(joints=near)), exact)
+    exact = hc.simulate(case.steering.changed(solver=TIGHT))
+    off = apart(run, exact)
+    moved = 0.0 if said or off <= TIP else sensitivity(case.steering, exact)
     text = f"a start 1 um away moves the tip by {1e3 * moved:.3g} mm" if moved else ", ".join(sorted(said))
     return case.finding("loop", off <= TIP or bool(said) or moved > TIP, 1e3 * off, text)
 
