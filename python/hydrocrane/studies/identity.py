@@ -457,9 +457,9 @@ def received(sent: bytes) -> Job:
     for name, theirs in parts.items():
         if here.get(name) != theirs:
             raise InputError(
-                f"{name} is {theirs}, but {here.get(name)} in the process that computes cases: a module that it uses was "
-                "changed after it was imported, or is another one there; write the change into the module, or choose "
-                'scheduler="threads"'
+                f"{name} is {theirs}, but {here.get(name)} in the process that computes cases: a module that it uses "
+                "was changed after it was imported, or is another one there; write the change into the module, or "
+                'choose scheduler="threads"'
             )
     return job
 
