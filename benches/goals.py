@@ -6,6 +6,8 @@ from benches.tables import Results, digits, lacking, table
 
 # 1.3 times what a prototype of this model took, ns.
 RHS_NS, SLOPED_NS = 195, 494
+# Time of an exported function in that of CasADi's, by the kind of the function.
+IN_C = {"rhs": ("right-hand side", 0.75), "slopes": ("with all derivatives", 0.65)}
 # Cranes in lanes cost little more than one of them.
 MANY_IN_ONE = 1.5
 
@@ -74,6 +76,11 @@ def goals(results: Results) -> str:
     law = results.get("laws") or {}
     row("right-hand side, called from Rust", RHS_NS, law.get("compiled_rhs_ns"), "ns", least=False)
     row("the same with the structured Jacobian", SLOPED_NS, law.get("compiled_structured_ns"), "ns", least=False)
+    models = results.get("exported")
+    for what, (text, most) in {} if lacking(models) else IN_C.items():
+        shares = [1.0 / programs[f"CasADi, same model: {what}"]["ratio"] for programs in models["machines"].values()]
+        whole = f"exported C in the time of CasADi's, {text}, the slowest of three machines"
+        row(whole, most, max(shares), "", least=False)
     old = results.get("printed")
     if not lacking(old):
         for kind, variant in old["variants"].items():

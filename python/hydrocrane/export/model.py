@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
 from pathlib import Path
 from types import ModuleType
@@ -116,10 +116,12 @@ def _traced(
     machine: Machine, parameters: Sequence[str] | None, outputs: Sequence[str] | None, derivatives: bool
 ) -> Tape:
     for what, given in (("parameters", parameters), ("outputs", outputs)):
-        if isinstance(given, str):
+        if isinstance(given, str) or not (given is None or isinstance(given, Iterable)):
             raise InputError(f"{what} are a list of names; write [{given!r}]")
         if wrong := [name for name in given or () if not isinstance(name, str)]:
             raise InputError(f"{what} are names, and {wrong[0]!r} is none; write it as the machine file does")
+    if not isinstance(derivatives, bool):
+        raise InputError(f"derivatives are written or not: True or False, not {derivatives!r}")
     if parameters is None:
         return tape_of(machine, [*default_keys(machine), _PAYLOAD], outputs, derivatives)
     tape = tape_of(machine, parameters, outputs, derivatives)

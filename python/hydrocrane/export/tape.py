@@ -154,9 +154,3 @@ def wrapped(items: Sequence[str], indent: str = "    ") -> str:
     """Items of a list, with commas between them, a few on each line."""
     rows = [", ".join(items[i : i + _PER_LINE]) for i in range(0, len(items), _PER_LINE)]
     return f",\n{indent}".join(rows)
-
-
-def inputs(letter: str, function: FunctionEntry, count: int) -> list[int]:
-    """Which of ``x0``, ``x1``, ... a function uses."""
-    used = {operand for _, _, operands in function[0] for operand in operands}.union(function[1])
-    return [i for i in range(count) if f"{letter}{i}" in used]

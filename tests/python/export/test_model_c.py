@@ -151,6 +151,8 @@ def test_the_same_machine_gives_the_same_bytes(tmp_path):
         ({"path": "crane.c", "parameters": ["friction.lift.colomb"]}, ["did you mean `friction.lift.coulomb`?"]),
         ({"path": "crane.c", "parameters": ["nonsense"]}, ["nonsense", "supply"]),
         ({"path": "crane.c", "parameters": [3]}, ["parameters", "3"]),
+        ({"path": "crane.c", "parameters": 3}, ["list of names", "[3]"]),
+        ({"path": "crane.c", "derivatives": "no"}, ["derivatives", "True or False", "'no'"]),
         ({"path": "crane.c", "outputs": "tip.x"}, ["outputs", "['tip.x']"]),
         ({"path": "crane.c", "parameters": "supply"}, ["['supply']"]),
         ({"path": "crane.c", "parameters": ["supply", "sensor"]}, ["`sensor`", "leave it out"]),

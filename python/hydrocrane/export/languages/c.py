@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hydrocrane._core_types import FunctionEntry
-from hydrocrane.export.tape import ARITHMETIC, Language, Tape, calls, head, inputs, names, wrapped
+from hydrocrane.export.tape import ARITHMETIC, Language, Tape, calls, head, names, wrapped
 
 # An operation of C alone.
 _OVER = "divide by a constant"
@@ -111,13 +111,23 @@ def _function(name: str, given: dict[str, int], results: list[str], function: Fu
     written = dict.fromkeys(result.partition("[")[0] for result in results) or {"y": None}
     arguments = [f"const double *restrict {letter}" for letter in given] + [f"double *restrict {y}" for y in written]
     lines = [f"HYDROCRANE_FUNCTION void {name}({', '.join(arguments)})", "{"]
-    for letter, count in given.items():
-        used = inputs(letter, function, count)
-        lines += [f"    const double {letter}{i} = {letter}[{i}];" for i in used] or [f"    (void){letter};"]
-    steps = C.steps(_over_constants(function))
-    lines += [f"    const {_TYPES[name[0]]} {name} = {text};" for name, text in steps]
-    pairs = zip(results, C.results(function), strict=True)
-    lines += [f"    {result} = {text};" for result, text in pairs] or ["    (void)y;"]
+    lines += [f"    (void){argument};" for argument in [*given, *([] if results else written)]]
+    # Inputs are read where they are needed first and results written where they are known: few numbers to keep.
+    unread = {f"{letter}{i}": f"{letter}[{i}]" for letter, count in given.items() for i in range(count)}
+    unwritten: dict[str, list[str]] = {}
+    for result, source in zip(results, function[1], strict=True):
+        unwritten.setdefault(source, []).append(result)
+
+    def read(names: list[str]) -> None:
+        lines.extend(f"    const double {name} = {unread.pop(name)};" for name in names if name in unread)
+
+    own = _over_constants(function)
+    for (name, text), (_, _, operands) in zip(C.steps(own), own[0], strict=True):
+        read(operands)
+        lines.append(f"    const {_TYPES[name[0]]} {name} = {text};")
+        lines.extend(f"    {result} = {name};" for result in unwritten.pop(name, []))
+    read(list(unwritten))
+    lines += [f"    {result} = {C.spelt(source)};" for source, places in unwritten.items() for result in places]
     return "\n".join([*lines, "}\n"])
 
 

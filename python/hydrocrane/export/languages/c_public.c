@@ -1,9 +1,9 @@
 static int not_finite(const double *numbers, int count)
 {
-    double sum = 0.0;
+    int found = 0;
     for (int i = 0; i < count; i++)
-        sum += numbers[i] * 0.0;
-    return !(sum == 0.0);
+        found |= !(numbers[i] * 0.0 == 0.0);
+    return found;
 }
 
 int hydrocrane_derivative(const double *x, const double *u, const double *p, double *dx)
