@@ -171,7 +171,7 @@ def motion_of(run: Run, task: Task) -> TipMotion:
     return TipMotion(
         time=time,
         tip=tip,
-        tip_velocity=np.einsum("tij,tj->ti", machine.tip_jacobian(q), qd),
+        tip_velocity=np.einsum("tij,tj->ti", machine.tip_jacobian(q)[:, [0, -1]], qd),
         asked=tip[0] + np.column_stack([np.interp(time, task.time, displacement[:, i]) for i in (0, 1)]),
         asked_velocity=np.column_stack([np.interp(time, task.time, velocity[:, i]) for i in (0, 1)]),
         set_point=columns(("set_point.x", "set_point.z")) if "set_point.x" in data else None,

@@ -69,10 +69,10 @@ def walk(machine: Machine, q: Array, direction: Array, length: float = LINE, slo
     where it is slower than `slowest` (m/s)."""
     gains = machine.tip_gains
     q = np.array(q, dtype=np.float64)
-    start = machine.tip(q)
+    start = machine.tip_in_plane(q)
     poses, speeds = [], []
     for i in range(round(length / STEP) + 1):
-        lost = start + i * STEP * direction - machine.tip(q)
+        lost = start + i * STEP * direction - machine.tip_in_plane(q)
         # No joint moves the tip in this direction.
         if np.hypot(*lost) > 0.5 * STEP:
             break
@@ -88,13 +88,14 @@ def walk(machine: Machine, q: Array, direction: Array, length: float = LINE, slo
 def fastest_rates(
     machine: Machine, q: Array, velocity: Array, correction: Array, limit_rate: float
 ) -> tuple[Array, float]:
-    """Joint rates (n,) for a tip velocity (2,), and the share of it that they reach.
+    """Joint rates (n,) for a tip velocity (2,) in the plane, and the share of it that they reach.
 
     The velocity may be reduced, the `correction` (2,) of the path, m/s, may not. Bounds and weights are those of
-    :func:`rate_bounds` and :func:`rate_weights`.
+    :func:`rate_bounds` and :func:`rate_weights`. A crane that slews has its slewing joint at zero and keeps it there.
     """
     bounds = rate_bounds(machine, q, limit_rate)
-    jacobian = np.ascontiguousarray(machine.tip_jacobian(q))
+    jacobian = machine.tip_jacobian(q)[[0, -1]]
+    jacobian[:, : machine.first_in_plane] = 0.0
     rest = np.zeros(q.size)
     return _core.resolve_rates(jacobian, tuple(velocity), tuple(correction), rate_weights(machine, q), rest, bounds)
 

@@ -25,6 +25,8 @@ MOST_DRAWS = 200
 def random_lines(machine: Machine, count: int, *, seed: int = 0, condition: Condition = REFERENCE) -> list[Case]:
     """Random lines of `machine`, each from its own pose.
 
+    A crane that slews has them in the plane of its boom, with the slewing joint at zero.
+
     The pose is uniform between the shares ``INNER`` of each joint's range, the direction uniform over the circle, the
     length uniform between ``SHORTEST`` and ``LINE``, and the speed a share of the highest one under the static load
     along the whole line. A line is drawn again if the machine cannot follow it, or if the supply pressure cannot move
@@ -53,7 +55,7 @@ def random_lines(machine: Machine, count: int, *, seed: int = 0, condition: Cond
     """
     if count < 1:
         raise InputError(f"count must be at least 1, got {count}")
-    machine.require_plane("lines of the tip")
+    machine.require_plane("lines of the tip", slewing=True)
     random = np.random.default_rng(seed_number(seed))
     laden = machine.changed({"payload.mass": condition.payload}) if condition.payload else machine
     cases: list[Case] = []
@@ -73,6 +75,7 @@ def _drawn(machine: Machine, random: np.random.Generator, name: str, condition: 
     """One line, or None if it is not feasible. Both cases use the same number of random numbers."""
     lower, upper = machine.joint_limits.T
     q: Array = lower + (upper - lower) * random.uniform(*INNER, size=lower.size)
+    q[: machine.first_in_plane] = 0.0
     angle, length, share = random.uniform(0.0, 2.0 * np.pi), random.uniform(SHORTEST, LINE), random.uniform(*SHARES)
     direction = np.array([np.cos(angle), np.sin(angle)])
     found = walk(machine, q, direction, length)

@@ -386,7 +386,7 @@ def test_a_machine_without_lines_has_no_random_ones():
         random_lines(hc.load_machine("single-cylinder"), 3)
 
 
-@pytest.mark.parametrize(("name", "most"), [(MACHINE, 1e-3), ("hiab-xs031", 1e-2)])
+@pytest.mark.parametrize(("name", "most"), [(MACHINE, 1e-3), ("hiab-xs031", 1e-2), ("sany-sy19e", 1e-2)])
 def test_random_lines_are_followed(name, most):
     machine = hc.load_machine(name)
     worst = [run_case(machine, "tip", case).metrics.path_max for case in random_lines(machine, 30, seed=3)]
