@@ -163,3 +163,16 @@ def test_files_hold_the_third_axis(tmp_path):
     (tmp_path / "flat.toml").write_text(flat)
     with pytest.raises(hc.HydrocraneError, match="slew"):
         hc.load_scenario(tmp_path / "flat.toml")
+
+
+def test_an_excavator_moves_its_bucket_along_all_three_axes():
+    """Out, up and to the left at once with 60 kg that nobody states, and back; a motor slews."""
+    run = hc.simulate("excavator-tip", ledger=False)
+    assert run.outcome.completed and not run.events and not run.warnings
+    wanted, tip = cylindrical(run, "set_point"), cylindrical(run, "tip")
+    there = np.searchsorted(run.columns.time, 6.4)
+    assert (wanted[there] - wanted[0] > (0.6, 1.0, 0.65)).all()
+    assert np.nanmax(run.columns["tip.deviation"].values) < 10e-3
+    for at in (there, -1):
+        assert np.linalg.norm((tip - wanted)[at] * (1.0, 1.0, tip[at, 0])) < 5e-3
+        assert speed_of_tip(run)[at] < 2e-3

@@ -23,6 +23,7 @@ pub fn bundled_scenarios() -> &'static [(&'static str, &'static str)] {
         "forwarder-swing",
         "forwarder-tip",
         "excavator-swing",
+        "excavator-tip",
         "single-cylinder-step",
         "rig-small-sine",
         "rig-constant-velocity",
