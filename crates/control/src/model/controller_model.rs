@@ -37,6 +37,9 @@ pub struct CylinderModel {
     pub dynamics: ValveDynamics,
     /// Piston positions between which no end stop acts, m.
     pub free: [f64; 2],
+    /// Highest pressure of each chamber that no relief valve at its port lets out, the other chamber at that of the tank, Pa; infinite
+    /// without one.
+    pub tight_to: [f64; 2],
 }
 
 /// What a controller knows of the pump.
@@ -81,6 +84,7 @@ hydrocrane_num::stored!([] CylinderModel {
     chain: SignalChain,
     dynamics: ValveDynamics,
     free: [f64; 2],
+    tight_to: [f64; 2],
 });
 hydrocrane_num::stored!([] PumpModel { pump: Pump<f64>, torque_limit: f64, highest: f64, margin: Option<f64> });
 hydrocrane_num::stored!([const N: usize] ControllerModel<N> {

@@ -6,7 +6,7 @@
 //! | tau       | torques of the joints at a stage: load, Coriolis and inertia                             | N m or N |
 //! | w         | bandwidth of the stick's two lags, which decelerate by w/e of the speed at most          | rad/s |
 //! | n         | forces of a stop in those without swings                                                 | -     |
-//! | low, high | forces of nearly the supply pressure on either side                                      | N     |
+//! | low, high | forces of nearly the supply pressure on either side, or of that at which a relief valve opens | N     |
 //! | h         | share of `holding`: how the oil holds a joint                                            | -     |
 //!
 //! Near a dead centre the lever arm g vanishes, and with it what a cylinder can do against the mass that it moves.
@@ -55,7 +55,13 @@ impl CylinderModel {
     /// Lowest and highest force that a stop from this `speed` (m/s) may plan with, N.
     fn braking_forces(&self, supply: f64, tank: f64, speed: f64) -> [f64; 2] {
         let highest = |held_back: bool| supply * if held_back { HELD_BACK } else { DRAWN };
-        [self.chambers.force(tank, highest(speed > 0.0)), self.chambers.force(highest(speed < 0.0), tank)]
+        self.forces_up_to([highest(speed < 0.0), highest(speed > 0.0)], tank)
+    }
+
+    /// Lowest and highest force with these pressures (Pa) in either chamber at most and the other one at that of the tank, N.
+    fn forces_up_to(&self, most: [f64; 2], tank: f64) -> [f64; 2] {
+        let [p_1, p_2] = [0, 1].map(|side| most[side].min(self.tight_to[side]));
+        [self.chambers.force(tank, p_2), self.chambers.force(p_1, tank)]
     }
 }
 
@@ -109,8 +115,7 @@ impl<const N: usize> ControllerModel<N> {
         let end = hydrocrane_num::array::from_fn(|i| at.q[i] + time * rates[i]);
         let there = self.cylinder_force(&end, &[0.0; N], now.payload);
         (0..N).all(|c| {
-            let [low, high] = [[self.tank, DRAWN * self.supply], [DRAWN * self.supply, self.tank]]
-                .map(|[p_1, p_2]| self.cylinders[c].chambers.force(p_1, p_2));
+            let [low, high] = self.cylinders[c].forces_up_to([DRAWN * self.supply; 2], self.tank);
             (there[c] <= high || there[c] <= here[c]) && (there[c] >= low || there[c] >= here[c])
         })
     }

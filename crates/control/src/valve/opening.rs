@@ -263,6 +263,7 @@ mod tests {
             chain: SignalChain::direct(STROKE),
             dynamics: ValveDynamics { delay: 0.0, natural_frequency: 400.0, damping_ratio: 0.7 },
             free: [-0.25, 0.25],
+            tight_to: [f64::INFINITY; 2],
         }
     }
 

@@ -94,5 +94,6 @@ pub(crate) fn cylinder_model<const N: usize>(crane: &Crane<N>, c: usize) -> Cyli
             damping_ratio: unit.spool.damping_ratio,
         },
         free: [stop.lower + stop.zone, stop.upper - stop.zone],
+        tight_to: [0, 1].map(|side| unit.tight_to(side, crane.plant().supply_pressures.tank)),
     }
 }
