@@ -1,12 +1,15 @@
-"""Slewing gears that start and stop, under ``tip`` and under levers, with loads that nobody states.
+"""Slewing gears that start and stop, under ``tip`` and under levers, and lines that are followed while they slew.
 
-python docs/validation/slewing_stops.py          writes the section "Slewing and stopping" of tip-machines.md
+    python docs/validation/slewing_stops.py          writes the section "Slewing and stopping" of tip-machines.md
+
+Nobody states the loads.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +19,8 @@ import numpy as np
 from workers import processes
 
 import hydrocrane as hc
+from hydrocrane.benchmark import Condition, random_lines
+from hydrocrane.benchmark.cases import scenario_of
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
@@ -31,6 +36,9 @@ LOADS = {"rottne-f9-forwarder": (0.0, 120.0), "sany-sy19e": (0.0, 60.0, 120.0)}
 DEFLECTIONS = (1.0, 0.3)
 # From which angle, rad; when the stick is moved, for how long, with which ramp, and how long it is watched, s.
 FROM, BEGINS, HELD, RAMP, WATCHED = -0.8, 0.5, 2.0, 0.3, 8.0
+# Lines of a seed on which nothing was chosen, the angle that they begin at, rad, the speeds across that are asked for
+# on the way, and the full speed of the stick, m/s.
+SEED, LINES, ANGLE, ACROSS, FULL_SPEED = 3900, 20, -0.5, (0.0, 0.5, 1.3), 1.5
 # Speed below which the tip is settled, m/s, as on the rest of the page.
 SETTLES = 5e-3
 
@@ -105,6 +113,48 @@ def rows() -> Iterator[list[str]]:
         ]  # fmt: skip
 
 
+class Lines(NamedTuple):
+    """Random lines in the plane of the boom, with this speed across it, m/s."""
+
+    machine: str
+    payload: float
+    across: float
+
+
+def lines(task: Lines) -> tuple[float, list[float]]:
+    """Fastest slewing, rad/s, and how far the tip was off each line in the plane, m."""
+    machine, fastest, off = hc.load_machine(task.machine), 0.0, []
+    for case in random_lines(machine, LINES, seed=SEED, condition=Condition(payload=task.payload)):
+        plan = scenario_of(machine, "tip", replace(case, start=(ANGLE, *case.start[1:])))
+        share = plan.joystick.table(())
+        axes = dict(zip(("x", "z"), share.T * case.task.speed / FULL_SPEED, strict=True))
+        axes["slew"] = task.across / FULL_SPEED * np.minimum(np.hypot(*share.T), 1.0)
+        stick = replace(plan.joystick, axes=axes, full_speed=FULL_SPEED)
+        columns = hc.simulate(replace(plan, joystick=stick, duration=case.task.moving_time + 4.0), ledger=False).columns
+        fastest = max(fastest, float(np.abs(columns[f"joint.{machine.joint_names[0]}.qd"].values).max()))
+        places = np.column_stack([columns[f"tip.{axis}"].values for axis in "xyz"])
+        seen = np.column_stack([np.hypot(places[:, 0], places[:, 1]), places[:, 2]])
+        way = case.task.displacement[-1] / np.linalg.norm(case.task.displacement[-1])
+        off.append(float(np.abs((seen - seen[0]) @ (-way[1], way[0])).max()))
+    return fastest, off
+
+
+LINES_HEADS: Sequence[str] = (
+    "machine", "load, kg", "asked across, m/s", "fastest slewing, rad/s", "off the line in the plane, mm: worst",
+    "median",
+)  # fmt: skip
+
+
+def line_rows() -> Iterator[list[str]]:
+    cases = [(name, load, across) for name in POSES for load in (0.0, LOADS[name][1]) for across in ACROSS]
+    tasks = [Lines(*case) for case in cases]
+    for task, (fastest, off) in zip(tasks, processes().map(lines, tasks), strict=True):
+        yield [
+            f"`{task.machine}`", f"{task.payload:g}", f"{task.across:g}", f"{fastest:.2f}", f"{1e3 * max(off):.2f}",
+            f"{1e3 * np.median(off):.2f}",
+        ]  # fmt: skip
+
+
 HEADS: Sequence[str] = (
     "machine", "load, kg", "radius, m", "deflection, %", "controller", "fastest, m/s", "way after release, mm",
     "back from the farthest place, mm", "settled after, s", "off the circle, mm", "through relief valves, l/min",
@@ -112,4 +162,5 @@ HEADS: Sequence[str] = (
 
 
 if __name__ == "__main__":
-    marked_page.write(PAGE, [table(list(HEADS), list(rows()))], "slewing")
+    tables = [table(list(LINES_HEADS), list(line_rows())), "", table(list(HEADS), list(rows()))]
+    marked_page.write(PAGE, tables, "slewing")
