@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from typing import Protocol
 
 from hydrocrane.arrays import real_array
@@ -72,16 +73,23 @@ def row_numbers(machine: Machine, *, ledger: bool = False, controlled: bool = Fa
     >>> print(row_numbers(run.machine, ledger=True) == len(run.columns))
     True
     """
+    plain, entries, sampled = _numbers(machine)
+    # With the deviation from the path.
+    return plain + (entries if ledger else 0) + (sampled + 1 if controlled else 0)
+
+
+# The cases of a study ask with one machine.
+@lru_cache(8)
+def _numbers(machine: Machine) -> tuple[int, int, int]:
+    """Numbers of a time, of the ledger at a time, and most numbers of a sample."""
     core, cylinders = machine.core, len(machine.cylinder_names)
     # Time, payload, states, commands, outputs.
-    count = 2 + len(machine.state_names) + cylinders + len(core.output_info)
-    count += len(core.ledger_info) if ledger else 0
-    # With the deviation from the path.
-    return count + (_sampled(machine) + 1 if controlled else 0)
+    plain = 2 + len(machine.state_names) + cylinders + len(core.output_info)
+    return plain, len(core.ledger_info), _sampled(machine)
 
 
 def _sampled(machine: Machine) -> int:
-    """Most numbers of a sample: readings of joints, pistons and chambers, sticks, commands, set-point."""
+    """Readings of joints, pistons and chambers, sticks, commands, set-point."""
     cylinders, sticks = len(machine.cylinder_names), len(machine.core.stick_axes)
     return len(machine.joint_names) + 4 * cylinders + max(cylinders, sticks) + len(machine.tip_axes)
 
@@ -108,7 +116,7 @@ def check_record(
     samples = 0.0
     if plan.has_controller:
         stated = float(machine.value("control.period").si) if "control.period" in machine.keys else _PERIOD
-        samples = (1 + _sampled(machine)) * row_count(plan.duration, plan.period or stated)
+        samples = (1 + _numbers(machine)[2]) * row_count(plan.duration, plan.period or stated)
     counted = f"{rows:.4g} times {numbers} numbers" + (f" and {samples:.3g} of its samples" if samples else "")
     cure = f'a longer {interval}, a shorter duration, or a higher record_limit ("8 GB") if there is memory'
     check_size("the record of this run", rows * numbers + samples, counted, cure, bytes_of(plan.record_limit))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 import time
@@ -28,9 +29,10 @@ if TYPE_CHECKING:
 AHEAD = 2
 # Seconds between two looks at what runs.
 LOOK = 1.0
-# Processes are started if threads would need longer for what is left, s. They take 0.4 s to start, and threads have at
-# most 0.9 of their speed (docs/validation/sweeps.md): 0.4 s / (1 - 0.9).
-WORTH = 4.0
+# Each way is measured for as long as processes take to start, s.
+START = 0.4
+# Processes are tried if threads would need longer for what is left, s: start and stretch are at most a tenth of it.
+WORTH = 2 * START / 0.1
 WAYS = THREADS, PROCESSES = "threads", "processes"
 Results = Generator[tuple[Place, BlockResult], None, None]
 # Computes a block in a row of the board.
@@ -73,7 +75,7 @@ class Local:
         Parameters
         ----------
         scheduler : {"threads", "processes"} or None
-            None begins with threads, measures, and goes on with processes where these are faster.
+            None begins with threads, tries processes if enough is left, and goes on with the faster of the two.
         """
         suspect = set(self._board.deaths)
         alone = [place for place in places if suspect.intersection(self._cases.numbers(place))] if suspect else []
@@ -81,6 +83,8 @@ class Local:
         free = scheduler is None and sensible(self._job)
         # A case with which a process may have ended is computed alone: if it ends again, that was the reason.
         for some, count in ((alone, 1), (rest, workers)):
+            if not some:
+                continue
             if scheduler == PROCESSES:
                 yield from self._in_processes(some, count)
             elif free and some is alone:
@@ -91,30 +95,55 @@ class Local:
                 yield from self._in_threads(some, count)
 
     def _as_measured(self, places: Sequence[Place], workers: int) -> Results:
-        waiting, done, began = iter(places), 0, time.monotonic()
-        cases = sum(map(size_of, places))
+        """In threads; if enough is left, for a stretch in processes, and then in what computes more cases a second."""
+        waiting, left = iter(places), sum(map(size_of, places))
+        threads, processes = _Pace(workers), _Pace(workers)
+        in_threads = math.inf
 
-        def short() -> Iterator[Place]:
-            while not done or (time.monotonic() - began) / done * (cases - done) < WORTH:
+        def first() -> Iterator[Place]:
+            nonlocal in_threads
+            while threads.seconds < START or threads.time_for(left) < WORTH:
                 if (place := next(waiting, None)) is None:
                     return
                 yield place
+            in_threads = threads.time_for(1)
 
-        with closing(self._in_threads(short(), workers)) as first:
-            for place, result in first:
-                done += len(result.outcomes)
-                yield place, result
-        yield from self._in_processes_if_any(list(waiting), workers)
+        def second() -> Iterator[Place]:
+            slower = None
+            while not slower and (place := next(waiting, None)) is not None:
+                yield place
+                if slower is None and processes.seconds >= START:
+                    slower = processes.time_for(1) > in_threads
 
-    def _in_processes_if_any(self, places: Sequence[Place], workers: int) -> Results:
+        def counted(pace: _Pace, results: Results) -> Results:
+            nonlocal left
+            with closing(results):
+                for place, result in results:
+                    left -= len(result.outcomes)
+                    pace.add(len(result.outcomes))
+                    yield place, result
+
+        yield from counted(threads, self._in_threads(first(), workers))
+        if left:
+            yield from counted(processes, self._in_processes_if_any(second(), workers))
+        if left:
+            yield from self._in_threads(waiting, workers)
+
+    def _in_processes_if_any(self, places: Iterable[Place], workers: int) -> Results:
         """In processes; what they leave, where none can be started, in threads."""
-        left = {_corner(place): place for place in places}
+        waiting, left = iter(places), dict[tuple[int, ...], Place]()
+
+        def noted() -> Iterator[Place]:
+            for place in waiting:
+                left[_corner(place)] = place
+                yield place
+
         try:
-            for place, result in self._in_processes(places, workers):
+            for place, result in self._in_processes(noted(), workers):
                 del left[_corner(place)]
                 yield place, result
         except NoProcesses:
-            yield from self._in_threads(left.values(), workers)
+            yield from self._in_threads([*left.values(), *waiting], workers)
 
     def _in_threads(self, places: Iterable[Place], workers: int) -> Results:
         stop = threading.Event()
@@ -124,9 +153,7 @@ class Local:
 
         return self._pooled(compute, stop.set, places, workers)
 
-    def _in_processes(self, places: Sequence[Place], workers: int) -> Results:
-        if not places:
-            return
+    def _in_processes(self, places: Iterable[Place], workers: int) -> Results:
         sent = pickled(self._job)
         crew = [Apart(self._job, sent, self._board, row) for row in range(workers)]
 
@@ -165,6 +192,29 @@ class Local:
         finally:
             stop()
             pool.shutdown(cancel_futures=True)
+
+
+class _Pace:
+    """Time per case of a stretch, from as many results on as there are workers: their start does not count."""
+
+    def __init__(self, workers: int) -> None:
+        self._starting, self._cases, self._began, self._latest = workers, 0, math.inf, -math.inf
+
+    def add(self, cases: int) -> None:
+        """Cases that are done now."""
+        self._latest = time.monotonic()
+        if self._starting:
+            self._starting, self._began = self._starting - 1, self._latest
+        else:
+            self._cases += cases
+
+    @property
+    def seconds(self) -> float:
+        return max(self._latest - self._began, 0.0)
+
+    def time_for(self, cases: int) -> float:
+        """Time that so many cases take, s; zero while none has been measured."""
+        return self.seconds / self._cases * cases if self._cases else 0.0
 
 
 def _corner(place: Place) -> tuple[int, ...]:

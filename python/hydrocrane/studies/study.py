@@ -362,10 +362,11 @@ def sweep(
     workers : int, optional
         Cases computed at a time on this computer; default is the number of cores.
     scheduler : {"threads", "processes"}, address or distributed.Client, optional
-        Where the cases are computed. By default in threads and, where what is left takes long enough, in processes,
-        which are faster; with controllers or measures of your own always in threads, unless you say "processes": then
-        what they print, draw or remember stays in those processes. A case that ends its process is left out at the
-        second time, with outcome ``killed``. An address, ``tcp://host:8786``, is that of a Dask scheduler.
+        Where the cases are computed. By default in threads; if more than 8 s are left, for a stretch in processes, and
+        then in the faster of the two; with controllers or measures of your own always in threads, unless you say
+        "processes": then what they print, draw or remember stays in those processes. A case that ends its process is
+        left out at the second time, with outcome ``killed``. An address, ``tcp://host:8786``, is that of a Dask
+        scheduler.
     block : int, optional
         Cases that are computed and written together; at most the blocks in progress are lost in a crash.
     time_limit : float or str, optional

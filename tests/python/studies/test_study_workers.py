@@ -41,16 +41,29 @@ def test_processes_compute_what_threads_compute():
 
 
 @pytest.mark.evidence
-def test_long_studies_go_on_in_processes(monkeypatch):
-    """Chosen by the time that is left, unless something of the user's own takes part."""
-    seen, plain = [], processes.Apart.run
-    monkeypatch.setattr(processes.Apart, "run", lambda self, task: (seen.extend(task.numbers), plain(self, task))[1])
+@pytest.mark.parametrize("slowed", ["threads", "processes"])
+def test_long_studies_go_on_in_what_is_faster(slowed, monkeypatch):
+    """Chosen by the time that is left and by a stretch of both, unless something of the user's own takes part."""
+    seen, apart, threads = [], processes.Apart.run, distribution.run_block
+
+    def in_process(self, task):
+        seen.extend(task.numbers)
+        time.sleep(0.3 * (slowed == "processes"))
+        return apart(self, task)
+
+    def in_thread(*given):
+        time.sleep(0.3 * (slowed == "threads"))
+        return threads(*given)
+
+    monkeypatch.setattr(processes.Apart, "run", in_process)
     keys = {"payload.mass": {"low": 50.0, "high": 150.0, "count": 40}}
     few = rig_study(keys, block=1)
     assert not seen
+    monkeypatch.setattr(distribution, "run_block", in_thread)
+    monkeypatch.setattr(distribution, "START", 0.05)
     monkeypatch.setattr(distribution, "WORTH", 0.0)
     assert rig_study(keys, block=1).identical(few)
-    assert 30 < len(seen) < 40
+    assert (20 < len(seen) < 40) if slowed == "threads" else 0 < len(seen) < 20, seen
     seen.clear()
     rig_study(keys, block=1, measures=[lambda run: 1.0])
     assert not seen
@@ -170,6 +183,7 @@ def test_where_no_process_can_be_started(monkeypatch, tmp_path):
     broken = tmp_path / "python"
     broken.write_text("#!/bin/sh\nexit 3\n")
     broken.chmod(0o755)
+    monkeypatch.setattr(distribution, "START", 0.0)
     monkeypatch.setattr(distribution, "WORTH", 0.0)
     keys = {"payload.mass": {"low": 50.0, "high": 150.0, "count": 12}}
     for executable, told in (("/usr/bin/matlab", "matlab"), (str(broken), "status 3")):
