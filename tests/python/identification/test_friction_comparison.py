@@ -90,7 +90,7 @@ def test_a_shift_of_the_sensors_is_no_difference_of_friction():
 
 
 @pytest.mark.parametrize(
-    ("request", "said"),
+    ("arguments", "said"),
     [
         ({"margin": 10}, "0.1 means 10 %"),
         ({"significance": 0.0}, "significance"),
@@ -98,10 +98,10 @@ def test_a_shift_of_the_sensors_is_no_difference_of_friction():
         ({"span": 0.002}, "chambers"),
     ],
 )
-def test_wrong_requests_are_named(request, said):
+def test_wrong_arguments_are_named(arguments, said):
     groups = {"a": synthetic_points(UNLOADED), "b": synthetic_points(UNLOADED, seed=1)}
     with pytest.raises(hc.InputError, match=said):
-        compare_friction(groups, **request)
+        compare_friction(groups, **arguments)
 
 
 def test_what_cannot_be_compared_is_said():

@@ -366,7 +366,7 @@ def test_points_that_may_stand_still_are_left_out():
 
 
 @pytest.mark.parametrize(
-    ("request", "said"),
+    ("arguments", "said"),
     [
         ({"exponents": "fre"}, "did you mean `free`"),
         ({"exponents": None}, "or a dict such as"),
@@ -380,9 +380,9 @@ def test_points_that_may_stand_still_are_left_out():
         ({"floor": -1.0}, "floor must be"),
     ],
 )
-def test_wrong_requests_are_named(request, said):
+def test_wrong_arguments_are_named(arguments, said):
     with pytest.raises(hc.InputError, match=said):
-        fit_static(synthetic_points(ROTTNE), **request)
+        fit_static(synthetic_points(ROTTNE), **arguments)
 
 
 def test_all_at_rest_is_an_error():
