@@ -454,10 +454,10 @@ def received(sent: bytes) -> Job:
             'module that is found there, or choose scheduler="threads"'
         ) from None
     here = own_parts(job) if parts else {}
-    for name, theirs in parts.items():
-        if here.get(name) != theirs:
+    for name, its in parts.items():
+        if here.get(name) != its:
             raise InputError(
-                f"{name} is {theirs}, but {here.get(name)} in the process that computes cases: a module that it uses "
+                f"{name} is {its}, but {here.get(name)} in the process that computes cases: a module that it uses "
                 "was changed after it was imported, or is another one there; write the change into the module, or "
                 'choose scheduler="threads"'
             )
