@@ -156,6 +156,7 @@ fn slope(value: Traced, Operation { kind, operands }: &Operation, by: usize) -> 
         (Kind::Cos, _) => -a.sin_cos().0,
         (Kind::Tanh, _) => ONE - value * value,
         (Kind::Magnitude, _) => Traced::select(a.lt(ZERO), -ONE, ONE),
+        (Kind::Positive, _) => Traced::select(a.lt(ZERO), ZERO, Traced::select(ZERO.lt(a), ONE, Traced::Constant(0.5))),
         (Kind::Select, 1) => where_it_holds(operands[0], ONE, ZERO),
         (Kind::Select, 2) => where_it_holds(operands[0], ZERO, ONE),
         _ => ZERO,

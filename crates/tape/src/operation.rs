@@ -21,6 +21,7 @@ pub enum Kind {
     Cos,
     Tanh,
     Magnitude,
+    Positive,
     Less,
     LessOrEqual,
     And,
@@ -53,6 +54,7 @@ impl Kind {
             Kind::Cos => "cos",
             Kind::Tanh => "tanh",
             Kind::Magnitude => "magnitude",
+            Kind::Positive => "positive",
             Kind::Less => "less",
             Kind::LessOrEqual => "less_or_equal",
             Kind::And => "and",
@@ -97,6 +99,13 @@ impl Kind {
             Kind::Cos => Real::sin_cos(a).1,
             Kind::Tanh => Real::tanh(a),
             Kind::Magnitude => Real::abs(a),
+            Kind::Positive => {
+                if a < 0.0 {
+                    0.0
+                } else {
+                    a
+                }
+            }
             Kind::Less => truth(a < b),
             Kind::LessOrEqual => truth(a <= b),
             Kind::And => a * b,

@@ -6,6 +6,7 @@
 use crate::operation::{Kind, Operand, Operation};
 use crate::recorder::{Table, Tape};
 use crate::traced::Traced;
+use std::cmp::Reverse;
 use std::collections::HashMap;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -90,14 +91,15 @@ fn function(tape: &Tape, results: Vec<Operand>, names: &HashMap<Operand, String>
         }
     }
     let input = |i: usize| matches!(tape.operations[i].kind, Kind::State | Kind::Command | Kind::Parameter);
-    let (inputs, others): (Vec<usize>, Vec<usize>) = (0..needed.len()).filter(|i| needed[*i]).partition(|i| input(*i));
+    let inputs: Vec<usize> = (0..needed.len()).filter(|i| needed[*i] && input(*i)).collect();
     for i in inputs {
+        needed[i] = false;
         if let Operation { kind, operands: [Operand::Index(index), ..] } = tape.operations[i] {
             names.insert(Operand::Recorded(i as u32), format!("{}{index}", kind.letter()));
         }
     }
     let mut steps = Vec::new();
-    for i in calls_together(tape, depth_first(tape, &others)) {
+    for i in calls_together(tape, longest_chains_first(tape, &needed, &results)) {
         let operation = &tape.operations[i];
         let operands = operation.operands.iter().filter(|operand| **operand != Operand::None);
         let operands = operands.map(|operand| text(*operand, &names)).collect();
@@ -108,27 +110,28 @@ fn function(tape: &Tape, results: Vec<Operand>, names: &HashMap<Operand, String>
     Function { steps, results: results.iter().map(|operand| text(*operand, &names)).collect() }
 }
 
-/// `operations` so that each follows the last result that it needs as soon as can be: a compiler keeps few results then.
-fn depth_first(tape: &Tape, operations: &[usize]) -> Vec<usize> {
-    let mut users: HashMap<usize, Vec<usize>> = operations.iter().map(|i| (*i, Vec::new())).collect();
-    let mut lacks: HashMap<usize, usize> = HashMap::new();
-    for i in operations {
-        for at in tape.operations[*i].needs() {
-            if let Some(users) = users.get_mut(&at) {
-                users.push(*i);
-                *lacks.entry(*i).or_default() += 1;
-            }
-        }
+/// The operations among the `wanted` that `results` need, one result after the other, each behind what it needs. Of its operands the
+/// one that ends the longest chain comes first: then few results wait for others, and what takes longest begins early.
+fn longest_chains_first(tape: &Tape, wanted: &[bool], results: &[Operand]) -> Vec<usize> {
+    let mut lengths = vec![0; wanted.len()];
+    for i in (0..wanted.len()).filter(|i| wanted[*i]) {
+        lengths[i] = 1 + tape.operations[i].needs().map(|at| lengths[at]).max().unwrap_or(0);
     }
-    let mut ready: Vec<usize> = operations.iter().rev().filter(|i| !lacks.contains_key(i)).copied().collect();
-    let mut order = Vec::with_capacity(operations.len());
-    while let Some(i) = ready.pop() {
-        order.push(i);
-        for user in users[&i].iter().rev() {
-            let lacking = lacks.entry(*user).or_default();
-            *lacking -= 1;
-            if *lacking == 0 {
-                ready.push(*user);
+    let recorded = |operand: &Operand| match operand {
+        Operand::Recorded(at) if wanted[*at as usize] => Some(*at as usize),
+        _ => None,
+    };
+    let mut open: Vec<usize> = results.iter().rev().filter_map(recorded).collect();
+    let mut waits = wanted.to_vec();
+    let mut order = Vec::new();
+    while let Some(i) = open.last().copied() {
+        let mut needed: Vec<usize> = tape.operations[i].needs().filter(|at| waits[*at]).collect();
+        needed.sort_by_key(|at| Reverse(lengths[*at]));
+        open.extend(needed.iter().rev());
+        if needed.is_empty() {
+            open.pop();
+            if std::mem::take(&mut waits[i]) {
+                order.push(i);
             }
         }
     }

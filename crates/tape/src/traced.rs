@@ -240,6 +240,7 @@ impl Field for Traced {
             TracedMask::Known(true) => a,
             TracedMask::Known(false) => b,
             _ if a == b => a,
+            _ if is_positive_part(mask, a, b) => a.one(Kind::Positive),
             _ => {
                 let operands = [mask.operand(), a.operand(), b.operand()];
                 Traced::Recorded(recording(|tape| tape.apply(Kind::Select, operands)))
@@ -252,6 +253,16 @@ impl Field for Traced {
     fn finite(self) -> TracedMask {
         self.abs().le(Constant(f64::MAX))
     }
+}
+
+/// Whether a selection of `x` where `mask` holds, else of `otherwise`, is the positive part of `x` as the laws write it, with the slope 1/2 at
+/// zero: what is half of neither above nor below zero is zero.
+fn is_positive_part(mask: TracedMask, x: Traced, otherwise: Traced) -> bool {
+    let (TracedMask::Recorded(at), zero) = (mask, Constant(0.0)) else { return false };
+    let above = Operation { kind: Kind::Less, operands: [zero.operand(), x.operand(), Operand::None] };
+    recording(|tape| tape.operations[at as usize]) == above
+        && otherwise.operation().is_some_and(|operation| operation.kind == Kind::Select)
+        && otherwise == Traced::select(x.lt(zero), zero, x * Constant(0.5))
 }
 
 /// A function of its own for every closure: the laws stay short enough to be compiled in little time.

@@ -1,8 +1,9 @@
 //! Derivatives of small laws.
 
+use hydrocrane_num::functions::smooth::positive_part;
 use hydrocrane_num::{Field, Real};
 use hydrocrane_tape::derivatives::by_states;
-use hydrocrane_tape::{record, state, Tape, Traced};
+use hydrocrane_tape::{record, state, Kind, Tape, Traced};
 
 /// Row, column and value of each derivative of a law of three states at `x`, and the tape.
 fn derivatives(law: impl FnOnce([Traced; 3]) -> Vec<Traced>, x: [f64; 3]) -> (Vec<(usize, usize, f64)>, Tape) {
@@ -49,4 +50,19 @@ fn a_chain_between_many_states_and_many_results_is_passed_once() {
     let results: Vec<_> = record(|| law([0, 1, 2].map(state))).1.operations;
     // y z, x z, 0.5 over a root and 2 waist: five. Two products along the chain, three with the states, nine with the results.
     assert_eq!(tape.operations.len() - results.len(), 5 + 2 + 3 + 9);
+}
+
+#[test]
+fn a_positive_part_is_one_operation_with_the_mean_slope_at_zero() {
+    for (x, slope) in [(-2.0, 0.0), (0.0, 0.5), (2.0, 1.0)] {
+        let (found, _) = derivatives(|[x, y, _]| vec![positive_part(x) * y], [x, 3.0, 0.0]);
+        assert_eq!(found, [(0, 0, 3.0 * slope), (0, 1, f64::max(x, 0.0))]);
+    }
+    for x in [|| state(0), || -state(0), || state(0) - 1.0] {
+        let (part, tape) = record(|| positive_part(x()));
+        let needed = tape.needed([part.operand()]);
+        let kinds =
+            tape.operations.iter().zip(&needed).filter(|(_, needed)| **needed).map(|(operation, _)| operation.kind);
+        assert!(kinds.clone().any(|kind| kind == Kind::Positive) && kinds.clone().all(|kind| kind != Kind::Select));
+    }
 }

@@ -114,6 +114,7 @@ fn of(operation: &str, numbers: &[f64]) -> f64 {
         Kind::Cos,
         Kind::Tanh,
         Kind::Magnitude,
+        Kind::Positive,
         Kind::Less,
         Kind::LessOrEqual,
         Kind::And,

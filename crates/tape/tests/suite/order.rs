@@ -20,3 +20,12 @@ fn functions_that_do_not_need_each_other_stand_together_behind_what_they_need() 
     rest.sort_unstable();
     assert_eq!(rest, ["add", "multiply"]);
 }
+
+#[test]
+fn the_longest_chain_comes_first_and_one_result_after_the_other() {
+    let law = |[x, y, z]: [Traced; 3]| vec![x * y + (z + 1.0).sqrt().sqrt(), (x - y).abs()];
+    let (results, tape) = record(|| law([0, 1, 2].map(state)));
+    let steps = &program(&tape, &[results]).functions[0].steps;
+    let order: Vec<&str> = steps.iter().map(|step| step.operation).collect();
+    assert_eq!(order, ["add", "root", "root", "multiply", "add", "subtract", "magnitude"]);
+}

@@ -11,6 +11,8 @@ ARRAYS = Language(
         **calls("np.", root="sqrt", exp="exp", ln="log", sin="sin", cos="cos", tanh="tanh"),
         # With the slope 1 at zero.
         "magnitude": "np.where({0} < 0.0, -{0}, {0})",
+        # In JAX with the slope 1/2 at zero.
+        "positive": "np.maximum({0}, 0.0)",
         "and": "{0} & {1}",
         "or": "{0} | {1}",
         "not": "~{0}",

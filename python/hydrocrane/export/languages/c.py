@@ -15,6 +15,7 @@ C = Language(
         _OVER: "hydrocrane_over({0}, {1})",
         **calls("", root="sqrt", magnitude="fabs"),
         **calls("hydrocrane_", exp="exp", ln="ln", sin="sin", cos="cos", tanh="tanh"),
+        "positive": "{0} < 0.0 ? 0.0 : {0}",
         "and": "{0} & {1}",
         "or": "{0} | {1}",
         "not": "!{0}",

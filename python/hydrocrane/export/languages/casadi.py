@@ -12,6 +12,8 @@ CASADI = Language(
         **calls("ca.", root="sqrt", exp="exp", ln="log", sin="sin", cos="cos", tanh="tanh"),
         # With the slope 1 at zero.
         "magnitude": "ca.if_else({0} < 0.0, -{0}, {0})",
+        # With the slope 1/2 at zero.
+        "positive": "ca.if_else(0.0 < {0}, {0}, ca.if_else({0} < 0.0, 0.0, 0.5 * {0}))",
         "and": "ca.logic_and({0}, {1})",
         "or": "ca.logic_or({0}, {1})",
         "not": "ca.logic_not({0})",

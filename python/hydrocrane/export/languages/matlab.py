@@ -9,6 +9,7 @@ MATLAB = Language(
     {
         **ARITHMETIC,
         **calls("", root="sqrt", exp="exp", ln="log", sin="sin", cos="cos", tanh="tanh", magnitude="abs"),
+        "positive": "pick({0} < 0, 0, {0})",
         "and": "{0} && {1}",
         "or": "{0} || {1}",
         "not": "~{0}",
