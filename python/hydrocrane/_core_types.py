@@ -16,7 +16,7 @@ Array: TypeAlias = NDArray[np.float64]
 Override: TypeAlias = "float | str | bool | Sequence[Override]"
 Pairs: TypeAlias = list[tuple[str, Override]]
 # Kind, text, cure, time.
-WarningEntry: TypeAlias = tuple[str, str, str, float]
+WarningEntry: TypeAlias = tuple[str, str, str, float, str | None]
 # Name, kind and its number, use, unit, description, start, range, nominal value.
 FmuVariableEntry: TypeAlias = tuple[
     str, str, int, str, str, str, float | None, tuple[float, float] | None, float | None

@@ -25,12 +25,15 @@ class ResultWarning:
         The cure.
     time : float
         Begin, s; 0 for a result without a time.
+    key : str or None
+        Key of the machine or scenario file whose value it is about; ``None`` if it is not about one value.
     """
 
     kind: str
     text: str
     cure: str
     time: float = 0.0
+    key: str | None = None
 
     def __str__(self) -> str:
         return f"{self.text}; {self.cure}"

@@ -7,6 +7,8 @@ pub struct Warning {
     pub time: f64,
     /// Short stable name.
     pub kind: &'static str,
+    /// Dotted path of the value of a file that it is about.
+    pub key: Option<String>,
     /// The finding, with numbers and units.
     pub text: String,
     /// The cure.

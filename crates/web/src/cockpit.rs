@@ -121,7 +121,7 @@ impl Cockpit {
         }
         drive.loads_sent = loads.len();
         for warning in drive.playback.warnings() {
-            let Warning { time, kind, text, cure } = warning;
+            let Warning { time, kind, text, cure, .. } = warning;
             events.push(json!({ "time": time, "text": text, "warning": kind, "cure": cure }));
         }
         let changed = std::mem::take(&mut drive.changed).then(|| description::of(drive));

@@ -192,10 +192,9 @@ class Scenario(RecordedSpan, ControlLoop):
             "scenario.payload": self.payload, "controller.delay": self.delay, **self.solver.quantities,
         }  # fmt: skip
         found = unusual({key: value for key, value in given.items() if value is not None})
-        stated = {key: [warning for warning in self.warnings if f"{key} is " in warning.text] for key in given}
-        settled = [warning for key, of in stated.items() if key not in found for warning in of]
-        kept = [warning for warning in self.warnings if warning not in settled]
-        return (*kept, *(warning for key, warning in found.items() if not stated[key]))
+        kept = tuple(warning for warning in self.warnings if warning.key not in given or warning.key in found)
+        reported = {warning.key for warning in kept}
+        return (*kept, *(warning for key, warning in found.items() if key not in reported))
 
     def changed(self, **fields: Unpack[Changes]) -> Scenario:
         """A copy with some fields, or fields of its solver, replaced; `overrides` are added to those it has.

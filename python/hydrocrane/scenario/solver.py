@@ -29,7 +29,7 @@ def _key(name: str) -> str:
 def unusual(quantities: Mapping[str, float]) -> dict[str, ResultWarning]:
     """Warnings on values (SI) that are unusual at their keys of a scenario file, as a file with them has; by key."""
     said = {key: unusual_quantity(key, value) for key, value in quantities.items()}
-    return {key: ResultWarning("implausible-value", *texts) for key, texts in said.items() if texts}
+    return {key: ResultWarning("implausible-value", *texts, key=key) for key, texts in said.items() if texts}
 
 
 @dataclass(frozen=True)

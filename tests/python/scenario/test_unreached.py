@@ -93,3 +93,32 @@ def test_what_happens_is_not_warned_of():
     assert said(commands=MANY, duration=1.5) == said(commands=MANY, duration=0.1) == []
     assert said(commands={"lift": 0.01, "jib": 0.003, "extension": 0.002}) == []
     assert said(commands={"lift": hc.Command([0.0, 0.05, 0.1, 5.0], SPOOL)}, payload_changes={0.1: 10.0}) == []
+
+
+def test_times_in_minutes():
+    minutes = [t / 60.0 for t in (0.0, 0.5, 2.0, 2.5)]
+    (text,) = said(duration=3.0, commands={"lift": hc.Command(minutes, [0.0, 0.01, 0.01, 0.0], "linear")})
+    assert "within the first 0.0416667 s" in text
+    stick = hc.Joystick(minutes, {"z": [0.0, 0.3, 0.3, 0.0]})
+    (text,) = said("tip-vertical-line", joystick=stick, goals=(), duration=3.0)
+    assert "all 4 times of the sticks" in text
+    # What stays open moves until the end, and so does one that others follow.
+    assert said(duration=3.0, commands={"lift": hc.Command(minutes, [0.0, 0.01, 0.01, 0.005])}) == []
+    assert (
+        said(duration=3.0, commands={"lift": hc.Command(minutes, SPOOL), "jib": hc.Command([0.0, 2.0], 2 * [1e-3])})
+        == []
+    )
+
+
+@pytest.mark.parametrize("name", ["vertical-lift-open-loop", "tip-vertical-line"])
+def test_a_drive_without_an_end_reaches_everything(name):
+    live = hc.LiveSimulator(name)
+    live.step()
+    assert not live.warnings
+
+
+@pytest.mark.parametrize("changes", [{"payload": 0.1}, {"payload_changes": {0.1: 0.05}}], ids=["t", "g"])
+def test_a_load_in_another_unit(changes):
+    run = hc.simulate(LIFT, duration=0.2, **changes)
+    (warning,) = (warning for warning in run.warnings if warning.kind == "implausible-value")
+    assert "kg is small" in warning.text and warning.key == f"scenario.{next(iter(changes)).replace('_', '-')}"

@@ -62,3 +62,19 @@ def test_a_file_tells_once_and_no_longer_when_the_value_is_usual(tmp_path: Path)
     assert warning.text.endswith("loose.toml:10:8: solver.rtol is 2; usual is 1e-12 to 0.1")
     assert told(hc.simulate(plan)) == [warning.text]
     assert plan.changed(rtol=1e-4).warnings == ()
+
+
+def test_a_warning_has_the_key_of_its_value(tmp_path: Path) -> None:
+    path = tmp_path / "loose.toml"
+    path.write_text(FILE + 'max-step = "5 s"\n', encoding="utf-8")
+    plan = hc.load_scenario(path)
+    assert [warning.key for warning in plan.warnings] == ["solver.rtol", "solver.max-step"]
+    assert [warning.key for warning in plan.changed(max_step=0.01).warnings] == ["solver.rtol"]
+    assert [warning.key for warning in plan.changed(rtol=1e-4, payload=6e4).warnings] == [
+        "solver.max-step",
+        "scenario.payload",
+    ]
+    saved = hc.simulate(plan, duration=0.1).save(tmp_path / "run.nc")
+    assert {"solver.rtol", "solver.max-step"} <= {warning.key for warning in hc.load_run(saved).warnings}
+    machine = hc.load_machine("single-cylinder", {"cylinder.test.bore": "63 m"})
+    assert [warning.key for warning in machine.warnings] == ["cylinder.test.bore"]

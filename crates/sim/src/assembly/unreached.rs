@@ -13,6 +13,9 @@ const FEWEST: usize = 2;
 const LATE: [f64; 2] = [10.0, 500.0];
 /// Share of the run, and of a spool's stroke, that is no more than one in a unit a thousand times smaller.
 const THOUSANDTH: f64 = 1.001e-3;
+/// Share of the run that all times in minutes lie within, where they fill half of it in seconds or more, and how many times are more than one pulse.
+const MINUTES: f64 = 1.0 / 30.0;
+const MANY: usize = 4;
 
 /// Warnings on series that hardly overlap the run of `scenario` on `machine`, on events after its end, and on spools that hardly move.
 pub fn unreached(scenario: &Scenario, machine: &Machine) -> Vec<Warning> {
@@ -43,13 +46,30 @@ pub fn unreached(scenario: &Scenario, machine: &Machine) -> Vec<Warning> {
             short(end)
         ));
     }
-    let warned = |text, cure: &str| Warning { time: 0.0, kind: "never-happens", text, cure: cure.into() };
+    let warned = |text, cure: &str| Warning { time: 0.0, kind: "never-happens", key: None, text, cure: cure.into() };
+    let light = light(scenario, machine);
     let still = scenario.commands.iter().filter_map(|command| still(command, machine));
     texts
         .into_iter()
         .map(|text| warned(text, CURE))
         .chain(still.map(|text| warned(text, "check its unit: m, mm or um?")))
+        .chain(light)
         .collect()
+}
+
+/// Warning on a load that is nothing beside the links: of `payload`, which is also checked in the machine file, or of its changes.
+fn light(scenario: &Scenario, machine: &Machine) -> Option<Warning> {
+    let moving: f64 = machine.links.iter().skip(1).map(|link| link.mass).sum();
+    let changes = scenario.payload_changes.iter().map(|(_, mass)| ("payload-changes", *mass));
+    let mut loads = scenario.payload.into_iter().map(|mass| ("payload", mass)).chain(changes);
+    let (key, mass) = loads.find(|(_, mass)| 0.0 < *mass && *mass <= THOUSANDTH * moving)?;
+    Some(Warning {
+        time: 0.0,
+        kind: "implausible-value",
+        key: Some(format!("scenario.{key}")),
+        text: format!("the load of {} kg is small: the moving links have {} kg", short(mass), short(moving)),
+        cure: "check its unit: g, kg or t? State 0 kg for none".into(),
+    })
 }
 
 /// What is wrong with a command that hardly opens its valve.
@@ -68,6 +88,8 @@ struct Series {
     /// s, not all ascending where it holds those of several commands.
     times: Vec<f64>,
     linear: bool,
+    /// Whether all comes to rest: what ends in motion goes on until the end of the run.
+    rests: bool,
 }
 
 /// The commands of each cylinder that does not fit the run, or all of them together; the supply pressure; the sticks of the start and of
@@ -78,6 +100,7 @@ fn series(scenario: &Scenario) -> impl Iterator<Item = Series> + '_ {
         what: "the measured supply pressure".into(),
         times: supply.time.clone(),
         linear: linear(supply.interpolation),
+        rests: false,
     });
     let phases = scenario.phases.iter().filter(|phase| phase.time < scenario.duration);
     let sticks = scenario.joystick.iter().chain(phases.filter_map(|phase| phase.joystick.as_ref()));
@@ -85,6 +108,7 @@ fn series(scenario: &Scenario) -> impl Iterator<Item = Series> + '_ {
         what: "the sticks".into(),
         times: stick.time.clone(),
         linear: linear(stick.interpolation),
+        rests: stick.axes.iter().all(|axis| axis.last() == Some(&0.0)),
     });
     let end = scenario.duration;
     let fits = scenario.commands.iter().any(|one| inside(&one.time, end) >= FEWEST);
@@ -94,6 +118,7 @@ fn series(scenario: &Scenario) -> impl Iterator<Item = Series> + '_ {
             what: format!("the command of `{}`", command.cylinder),
             times: command.time.clone(),
             linear: linear(command.interpolation),
+            rests: false,
         })
         .collect();
     if commands.is_empty() && !scenario.commands.is_empty() {
@@ -101,6 +126,7 @@ fn series(scenario: &Scenario) -> impl Iterator<Item = Series> + '_ {
             what: "the spool commands".into(),
             times: scenario.commands.iter().flat_map(|command| command.time.iter().copied()).collect(),
             linear: scenario.commands.iter().any(|command| linear(command.interpolation)),
+            rests: scenario.commands.iter().all(|command| command.spool.last() == Some(&0.0)),
         });
     }
     commands.into_iter().chain(supply).chain(sticks)
@@ -112,7 +138,9 @@ impl Series {
         let [first, last] = ends(&self.times)?;
         let inside = inside(&self.times, end);
         let (all, what) = (self.times.len(), &self.what);
-        if 0.0 <= first && first < last && last <= THOUSANDTH * end && all > FEWEST {
+        let unlike = all > FEWEST && last <= THOUSANDTH * end;
+        let minutes = self.rests && all >= MANY && last <= MINUTES * end;
+        if 0.0 <= first && first < last && end.is_finite() && (unlike || minutes) {
             let [last, end] = [last, end].map(short);
             return Some(format!("all {all} times of {what} lie within the first {last} s of the run of {end} s"));
         }
@@ -132,7 +160,7 @@ impl Series {
 fn outside(times: &[f64], end: f64, fits: bool) -> bool {
     let Some([first, last]) = ends(times).filter(|[first, last]| first < last || *first > end) else { return false };
     let late = if fits { times.iter().all(|time| *time <= 0.0 || *time > LATE[0] * end) } else { last > LATE[1] * end };
-    first > end || last <= THOUSANDTH * end || late
+    first > end || (end.is_finite() && last <= THOUSANDTH * end) || late
 }
 
 fn inside(times: &[f64], end: f64) -> usize {

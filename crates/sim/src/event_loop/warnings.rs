@@ -454,7 +454,7 @@ impl Found {
                     .to_string(),
             ),
         };
-        Warning { time: self.time, kind, text, cure }
+        Warning { time: self.time, kind, key: None, text, cure }
     }
 }
 
@@ -465,6 +465,7 @@ pub fn implausible(unusual: &[Unusual]) -> Vec<Warning> {
         .map(|u| Warning {
             time: 0.0,
             kind: "implausible-value",
+            key: Some(u.key.clone()),
             text: format!("{}: {} is {}", u.place, u.key, u.text),
             cure: u.cure.clone(),
         })
@@ -483,6 +484,7 @@ pub fn without_sensors(machine: &Machine, time: f64, reads_pressures: bool, tip:
     Some(Warning {
         time,
         kind: "signal-without-sensor",
+        key: None,
         text: format!("{measured}: the controller reads the true value there, although it uses data-sheet sensors"),
         cure: format!(
             "state `[sensor.<name>]` with `measures = \"{first}\"` in the machine file, or use ideal sensors{}",
@@ -500,6 +502,7 @@ pub fn doubts_at_rest(model: &dyn Model, q: &[f64], x: &[f64], payload: f64) -> 
         .map(|(i, joint)| Warning {
             time: 0.0,
             kind: "start-rests-on-stop",
+            key: None,
             text: format!(
                 "joint {} rests on the end stop of cylinder `{}` at {}, not at {}: the supply pressure is too low to press it so far",
                 joint.name,
@@ -531,6 +534,7 @@ fn not_held(machine: &Machine, unheld: &Unheld) -> Warning {
     Warning {
         time: 0.0,
         kind: "start-not-held",
+        key: None,
         text: format!("the load at the start needs {needed:.0} bar in the {side} of cylinder `{cylinder}`; {what} {there_is:.0} bar"),
         cure: cure.to_string(),
     }

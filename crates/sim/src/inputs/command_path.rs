@@ -122,6 +122,7 @@ pub(crate) fn astray(now: f64, name: &str, stroke: f64, u: f64) -> Option<Warnin
     (u.abs() > FAR * stroke).then(|| Warning {
         time: now,
         kind: "command-beyond-stroke",
+        key: None,
         text: format!(
             "a command puts the spool of `{name}` at {} m, of a stroke of {} mm; it goes to its end",
             short(u),

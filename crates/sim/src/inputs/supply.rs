@@ -80,6 +80,7 @@ pub(crate) fn unusual(course: &SupplyPressure, machine: &Machine) -> Option<Warn
     (highest < USUAL[0] * wanted || highest > USUAL[1] * wanted).then(|| Warning {
         time: 0.0,
         kind: "implausible-value",
+        key: None,
         text: format!(
             "the measured supply pressure is {:.4} bar at most, the machine states {:.4} bar",
             1e-5 * highest,
@@ -97,6 +98,7 @@ pub(crate) fn overridden(scenario: &Scenario) -> Option<Warning> {
     scenario.supply.as_ref().map(|_| Warning {
         time,
         kind: "override-without-effect",
+        key: None,
         text: "`supply.pressure` is given, but the run follows a measured supply pressure".into(),
         cure: "omit one of the two; use `controller.model` for the value that a controller assumes".into(),
     })

@@ -138,7 +138,7 @@ fn alarms(events: &[Event]) -> impl Iterator<Item = Warning> + '_ {
                  `full-speed`; such a loop may amplify errors of integration: `verify` states how far the run is off",
             ),
         };
-        Some(Warning { time: *time, kind, text: text.clone(), cure: cure.to_string() })
+        Some(Warning { time: *time, kind, key: None, text: text.clone(), cure: cure.to_string() })
     })
 }
 
