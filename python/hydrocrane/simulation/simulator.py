@@ -40,6 +40,10 @@ class Simulator:
         Seed of the sensors' errors and noise.
     sensor_faults : sequence of SensorFault
 
+    Notes
+    -----
+    Several threads may use one simulator: while one steps, the others wait for the end of its step.
+
     Examples
     --------
     >>> plant = hc.Simulator("rottne-f9-lab", sample_time=0.01)

@@ -4,4 +4,5 @@ pub(crate) mod answers;
 pub(crate) mod arrays;
 pub(crate) mod errors;
 pub(crate) mod overrides;
+pub(crate) mod shared;
 pub(crate) mod text_rows;

@@ -2,13 +2,14 @@
 
 use crate::handed::answers::{warnings_of, WarningEntry};
 use crate::handed::arrays::{row, rows, vector, Row, Rows};
+use crate::handed::shared::Shared;
 use crate::machines::machine::Machine;
 use crate::machines::sensors::{self, FaultEntry};
 use crate::running::record::{payload_entry, PayloadEntry, MAX_STEPS};
 use crate::running::scenario::SolverEntry;
 use hydrocrane_machine::scenario::Solver;
 use hydrocrane_sim::assembly::{options, RunSettings};
-use hydrocrane_sim::{Layout, Model, OutcomeKind, Sensors, Task};
+use hydrocrane_sim::{Model, OutcomeKind, Sensors, Task};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -20,16 +21,23 @@ pub fn method_for(machine: &Machine, solver: SolverEntry) -> String {
     hydrocrane_sim::method_for(&solver.solver(), machine.model.machine(), Task::States).to_string()
 }
 
-#[pyclass(module = "hydrocrane._core")]
+#[pyclass(frozen, module = "hydrocrane._core")]
 pub struct Simulator {
+    joints: usize,
+    signals: Vec<String>,
+    going: Shared<Going>,
+}
+
+struct Going {
     inner: hydrocrane_sim::Simulator,
     /// Why the last sample failed; empty if it did not.
     reason: String,
 }
 
-impl Simulator {
-    fn layout(&self) -> &Layout {
-        self.inner.model().layout()
+impl Going {
+    fn seen(&self) -> Option<Vec<f64>> {
+        let state = self.inner.state()?;
+        Some(seen(self.inner.model(), self.inner.time(), state, self.inner.sensors()))
     }
 }
 
@@ -71,67 +79,70 @@ impl Simulator {
         let settings = RunSettings { ledger: false, max_steps: MAX_STEPS };
         let options = options(&solver, machine.model.machine(), Task::States, payload, settings);
         let sensors = sensors::sensors(machine, sensors, seed, &faults)?;
-        Ok(Simulator {
-            inner: hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors),
-            reason: String::new(),
-        })
+        let inner = hydrocrane_sim::Simulator::new(machine.model.clone(), sample_time, options).with_sensors(sensors);
+        let signals = inner.sensors().signals().map(str::to_string).collect();
+        let joints = inner.model().layout().joints();
+        Ok(Simulator { joints, signals, going: Shared::new(Going { inner, reason: String::new() }) })
     }
 
-    fn reset(&mut self, x0: Row<'_>) -> PyResult<()> {
-        self.inner.reset(x0.as_slice()?).map_err(PyValueError::new_err)
+    fn reset(&self, py: Python<'_>, x0: Row<'_>) -> PyResult<()> {
+        let x0 = x0.as_slice()?.to_vec();
+        self.going.ask(py, |going| going.inner.reset(&x0))?.map_err(PyValueError::new_err)
     }
 
     /// Outcome kind after one sample with the commands held, and what is seen then.
-    fn step<'py>(&mut self, py: Python<'py>, u: Row<'py>) -> PyResult<(&'static str, Bound<'py, PyArray1<f64>>)> {
-        let u = row(&u, self.layout().joints(), "spool_command")?;
+    fn step<'py>(&self, py: Python<'py>, u: Row<'py>) -> PyResult<(&'static str, Bound<'py, PyArray1<f64>>)> {
+        let u = row(&u, self.joints, "spool_command")?;
         if !u.iter().all(|u| u.is_finite()) {
             return Err(PyValueError::new_err("spool_command must be finite"));
         }
         let u = u.to_vec();
-        let outcome = py.detach(|| self.inner.step(&u));
-        self.reason = if outcome.kind == OutcomeKind::Completed { String::new() } else { outcome.message };
-        Ok((outcome.kind.name(), self.observation(py)?))
+        let (kind, seen) = self.going.ask(py, |going| {
+            let outcome = going.inner.step(&u);
+            going.reason = if outcome.kind == OutcomeKind::Completed { String::new() } else { outcome.message };
+            (outcome.kind.name(), going.seen())
+        })?;
+        Ok((kind, vector(py, seen.ok_or_else(not_reset)?)))
     }
 
     /// Why the last sample failed, with the cure; empty if it did not.
     #[getter]
-    fn reason(&self) -> &str {
-        &self.reason
+    fn reason(&self, py: Python<'_>) -> PyResult<String> {
+        self.going.ask(py, |going| going.reason.clone())
     }
 
     /// As [`seen`] tells it.
     #[getter]
     fn observation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let state = self.inner.state().ok_or_else(not_reset)?;
-        Ok(vector(py, seen(self.inner.model(), self.inner.time(), state, self.inner.sensors())))
+        let seen = self.going.ask(py, |going| going.seen())?;
+        Ok(vector(py, seen.ok_or_else(not_reset)?))
     }
 
     /// The method that is taken.
     #[getter]
-    fn method(&self) -> &str {
-        self.inner.method()
+    fn method(&self, py: Python<'_>) -> PyResult<String> {
+        self.going.ask(py, |going| going.inner.method().to_string())
     }
 
     /// What has made the simulation doubtful since the last call.
-    fn warnings(&mut self) -> Vec<WarningEntry> {
-        warnings_of(self.inner.warnings())
+    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<WarningEntry>> {
+        Ok(warnings_of(self.going.ask(py, |going| going.inner.warnings())?))
     }
 
     /// What the sensors measure, in the order of their readings.
     #[getter]
-    fn signals(&self) -> Vec<&str> {
-        self.inner.sensors().signals().collect()
+    fn signals(&self) -> Vec<String> {
+        self.signals.clone()
     }
 
     /// Wall time (s) of one step under each row of commands, up to the first that does not end well.
-    fn step_times<'py>(&mut self, py: Python<'py>, commands: Rows<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let cylinders = self.layout().joints();
-        let commands = rows(&commands, cylinders, "commands")?.to_vec();
-        let times = py.detach(|| {
-            let mut times = Vec::with_capacity(commands.len() / cylinders);
-            for u in commands.chunks_exact(cylinders) {
+    fn step_times<'py>(&self, py: Python<'py>, commands: Rows<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let commands = rows(&commands, self.joints, "commands")?.to_vec();
+        let times = self.going.ask(py, |going| {
+            let mut times = Vec::with_capacity(commands.len() / self.joints);
+            for u in commands.chunks_exact(self.joints) {
                 let began = Instant::now();
-                let outcome = self.inner.step(u);
+                let outcome = going.inner.step(u);
                 let elapsed = began.elapsed().as_secs_f64();
                 if outcome.kind != OutcomeKind::Completed {
                     break;
@@ -139,29 +150,29 @@ impl Simulator {
                 times.push(elapsed);
             }
             times
-        });
+        })?;
         Ok(vector(py, times))
     }
 
     /// Time, masses and tip velocities before and after, loss.
-    fn set_payload(&mut self, mass: f64) -> PyResult<PayloadEntry> {
-        let event = self.inner.set_payload(mass).ok_or_else(not_reset)?;
+    fn set_payload(&self, py: Python<'_>, mass: f64) -> PyResult<PayloadEntry> {
+        let event = self.going.ask(py, |going| going.inner.set_payload(mass))?.ok_or_else(not_reset)?;
         Ok(payload_entry(&event))
     }
 
     #[getter]
-    fn payload(&self) -> f64 {
-        self.inner.payload()
+    fn payload(&self, py: Python<'_>) -> PyResult<f64> {
+        self.going.ask(py, |going| going.inner.payload())
     }
 
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let state = self.inner.state().ok_or_else(not_reset)?;
-        Ok(vector(py, state.to_vec()))
+        let state = self.going.ask(py, |going| going.inner.state().map(<[f64]>::to_vec))?;
+        Ok(vector(py, state.ok_or_else(not_reset)?))
     }
 
     #[getter]
-    fn time(&self) -> f64 {
-        self.inner.time()
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
+        self.going.ask(py, |going| going.inner.time())
     }
 }
