@@ -32,6 +32,7 @@ LIMITS = """\
 * In threads a function that hangs is not ended by `time_limit`: only a process can be ended from outside.
 * A process that is killed from outside twice during the same case, at the second time while that case runs alone,
   leaves out a sound case. It is stored as `killed` and named by the warning.
+* Of cases of 0.5 s two threads compute less than 1.8 times as many as one: they wait for each other where Python works.
 """
 
 EQUAL = """\
@@ -49,7 +50,8 @@ PACE = """\
 ## Cases per second
 
 Two cores, {processor}; the ways take turns, medians of three rounds, gain against one thread in the same round. With
-start of the processes, building of machines, measures and storing in memory.
+start of the processes, building of machines, measures and storing in memory. Run with `chrt -f 1` where other programs
+share the computer, as here; figures of the same way still scatter by a tenth.
 
 | cases | one thread | two threads | two processes | chosen |
 |---|---|---|---|---|

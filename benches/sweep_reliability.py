@@ -502,7 +502,7 @@ def sections(folder: Path, cases: int, duration: float) -> dict[str, Callable[[]
     sizes = tuple(size for size in (1, 7, 60, 100, 333, 1500, 2000, 20000) if size <= cases)
     return {
         "equal": lambda: equal(folder, sizes),
-        "pace": lambda: paces(((6000, 0.5), (3000, 5.0))),
+        "pace": lambda: paces(((3000, 0.5), (3000, 5.0))),
         "killed": lambda: [{"way": way, **killed(folder, cases, scheduler=way, duration=duration)} for way in WAYS],
         "poisoned": lambda: poisoned(folder, 100),
         "lost_worker": lambda: lost_worker(folder, few, duration=duration),
