@@ -60,8 +60,8 @@ pub fn unreached(scenario: &Scenario, machine: &Machine) -> Vec<Warning> {
 /// Warning on a load that is nothing beside the links: of `payload`, which is also checked in the machine file, or of its changes.
 fn light(scenario: &Scenario, machine: &Machine) -> Option<Warning> {
     let moving: f64 = machine.links.iter().skip(1).map(|link| link.mass).sum();
-    let changes = scenario.payload_changes.iter().map(|(_, mass)| ("payload-changes", *mass));
-    let mut loads = scenario.payload.into_iter().map(|mass| ("payload", mass)).chain(changes);
+    let changes = scenario.load.changes.iter().map(|(_, mass)| ("payload-changes", *mass));
+    let mut loads = scenario.load.payload.into_iter().map(|mass| ("payload", mass)).chain(changes);
     let (key, mass) = loads.find(|(_, mass)| 0.0 < *mass && *mass <= THOUSANDTH * moving)?;
     Some(Warning {
         time: 0.0,
