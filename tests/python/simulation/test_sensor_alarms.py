@@ -141,3 +141,42 @@ def test_a_controller_that_takes_over_a_moving_crane_accuses_no_sensor(seed: int
         )
     )
     assert not [event.text for event in run.events if "no other reading confirms" in event.text]
+
+
+ENCODER = """extends = "hiab-xs031"
+[machine]
+name = "counted"
+class = "assumed"
+source = "a test"
+[sensor.lift]
+measures = "joint.lift.q"
+kind = "incremental-encoder"
+pulses = 5000
+"""
+
+
+def accused(machine: str, acceleration: float, step: float) -> list[str]:
+    """What `tip` says when both pressures of the lift cylinder read nothing for 0.1 s.
+
+    Its joint then has a share of the `acceleration` of a free fall, read in whole steps (rad; 0: exactly).
+    """
+    crane, q0 = hc.load_machine(machine), np.array([0.1, -0.4, 0.5])
+    obs = hc.Simulator(crane).reset(q=q0)
+    lever = np.diff(crane.strokes(np.array([q0, q0 + [1e-6, 0.0, 0.0]]))[:, 0])[0] / 1e-6
+    falls = -crane.static_cylinder_force(q0)[0] * lever / crane.mass_matrix(q0)[0, 0]
+    controller = hc.NamedController("tip", monitor=True)
+    controller.reset(crane, obs)
+    for t in 0.01 * np.arange(41):
+        lift = q0[0] + 0.5 * acceleration * falls * max(t - 0.3, 0.0) ** 2
+        q, p = np.array([step * np.round(lift / step) if step else lift, *q0[1:]]), obs.p.copy()
+        p[0] *= t < 0.3
+        seen = hc.Observation(t=t, q=q, qd=np.zeros(3), p=p, tip=crane.tip(q), measured={})
+        controller.step(seen, hc.Stick("tip", np.zeros(2)))
+    return [notice for notice in controller.notices if "reads nothing" in notice]
+
+
+def test_chambers_that_read_nothing_are_believed_while_the_crane_falls(tmp_path):
+    counted, step = written(tmp_path, ENCODER), np.pi / 10000
+    assert accused("hiab-xs031", 1.0, 0.0) == accused(counted, 1.0, step) == []
+    for found in (accused("hiab-xs031", 0.3, 0.0), accused("hiab-xs031", 0.0, 0.0), accused(counted, 0.0, step)):
+        assert ["the crane stops" in text for text in found] == [True, True]

@@ -103,6 +103,8 @@ pub struct Trust {
     /// Largest error of a pressure reading, Pa, and of the difference of two readings of one pressure.
     pub pressure: [f64; 2],
     pub scatter: [f64; 2],
+    /// Reading at which the sensor of a pressure ends, Pa; infinite without an end.
+    pub full: [f64; 2],
     /// Lowest and highest pressures of the supply and of the tank line, Pa.
     pub supply: [f64; 2],
     pub tank: [f64; 2],
@@ -122,6 +124,11 @@ pub struct Trust {
 }
 
 impl Trust {
+    /// Whether the pressure of a side may be any higher than the reading `p` (Pa), at the end of its sensor.
+    pub fn ends(&self, side: usize, p: f64) -> bool {
+        p >= self.full[side] - self.scatter[side]
+    }
+
     /// All positions of the spool (m) that is asked for those within `asked`.
     fn spool(&self, asked: Interval) -> Interval {
         asked.widened(0.5 * self.swing * (asked.high - asked.low) + self.play, 0.0)
@@ -132,6 +139,7 @@ hydrocrane_num::stored!([] Trust {
     flow: f64,
     pressure: [f64; 2],
     scatter: [f64; 2],
+    full: [f64; 2],
     supply: [f64; 2],
     tank: [f64; 2],
     compensator: Compensator<f64>,
@@ -199,7 +207,15 @@ pub fn oil_displacements(
     hydrocrane_num::array::from_fn(|i| {
         let sense = if i == 0 { -1.0 } else { 1.0 };
         let squeezed = OilDisplacement::squeezed(softness[i], sense * (now.p[i] - before.p[i]), trust.scatter[i]);
-        OilDisplacement { moved: squeezed.moved.plus(inflow[i].times(h / areas[i])), ..squeezed }
+        let moved = squeezed.moved.plus(inflow[i].times(h / areas[i]));
+        // A rise beyond the end of its sensor, up to twice of it, has moved the piston further; of a fall from there the begin is unknown.
+        let further = softness[i].high * trust.full[i];
+        let beyond = match [before.p[i], now.p[i]].map(|p| trust.ends(i, p)) {
+            [false, false] => Interval::ZERO,
+            [false, true] => Interval::spanning(0.0, sense * further),
+            [true, _] => Interval::around(0.0, further),
+        };
+        OilDisplacement { moved: moved.plus(beyond), ..squeezed }
     })
 }
 
@@ -373,6 +389,7 @@ mod tests {
             flow: 0.0,
             pressure: [0.0; 2],
             scatter: [0.0; 2],
+            full: [f64::INFINITY; 2],
             supply: [140e5; 2],
             tank: [0.0, 2e5],
             compensator,

@@ -7,4 +7,5 @@ pub mod plausibility;
 pub mod safe_state;
 pub(crate) mod spool_history;
 pub(crate) mod suspect;
+pub(crate) mod vanished;
 pub(crate) mod whereabouts;

@@ -4,6 +4,9 @@ use crate::interface::signal::Kind;
 use crate::model::feed_forward::Moment;
 use crate::model::oil_displacement::{Interval, OilDisplacement};
 
+/// Least time between two samples that are compared, s: faster ones would drown in scatter.
+pub const INTERVAL: f64 = 0.01;
+
 /// One cylinder at its last sample, and what has happened since each of its readings last changed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Track {

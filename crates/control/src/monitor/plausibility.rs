@@ -11,10 +11,12 @@ use crate::interface::signal::{OfSignals, Signal, MOST, PER_CYLINDER};
 use crate::model::controller_model::{ControllerModel, CylinderModel};
 use crate::model::feed_forward::Moment;
 use crate::model::oil_displacement::{oil_displacements, Interval, OilDisplacement, Trust};
+pub use crate::monitor::passage::INTERVAL;
 use crate::monitor::passage::{Passage, Standing, Track};
 use crate::monitor::spool_history::SpoolHistory;
 pub use crate::monitor::suspect::Returned;
 use crate::monitor::suspect::{returned, Judged, Suspect};
+use crate::monitor::vanished::{self, Vanished, Verdict};
 use crate::monitor::whereabouts::{Whereabouts, DYNAMIC};
 use arrayvec::ArrayVec;
 
@@ -66,8 +68,10 @@ hydrocrane_num::stored!([const N: usize] Settings<N> {
 /// What is wrong with the readings of one cylinder.
 type Wrong = ArrayVec<(Signal, Kind), PER_CYLINDER>;
 
-/// Least time between two samples that are compared, s: faster ones would drown in scatter.
-pub const INTERVAL: f64 = 0.01;
+/// Whether what is wrong with a reading says nothing of the others of its sample.
+fn alone(kind: Kind) -> bool {
+    matches!(kind, Kind::NoReading | Kind::Vanished)
+}
 
 /// Bits that make a repeated pressure reading a fault: one false alarm in 10^9 readings in motion, 115 days of them at 100 Hz.
 const MOST_AGAINST: f64 = 30.0;
@@ -81,6 +85,11 @@ pub struct Monitor<const N: usize> {
     sent: SpoolHistory<N>,
     suspects: OfSignals<Suspect>,
     whereabouts: [Option<Whereabouts>; N],
+    /// Pressures that could be used last, and when, s.
+    pressed: [Option<(f64, [f64; 2])>; N],
+    /// Cylinders whose load has vanished from their oil, and those whose chambers both read nothing.
+    vanished: [Option<Vanished<N>>; N],
+    nothing: [bool; N],
     /// Last readings, so that a jump back is seen.
     last: [Option<(f64, [f64; 2])>; N],
 }
@@ -95,6 +104,9 @@ impl<const N: usize> Monitor<N> {
             sent: SpoolHistory::new(memory),
             suspects: OfSignals::new(),
             whereabouts: [None; N],
+            pressed: [None; N],
+            vanished: [const { None }; N],
+            nothing: [false; N],
             last: [None; N],
         }
     }
@@ -118,6 +130,7 @@ impl<const N: usize> Monitor<N> {
     pub fn clear(&mut self) {
         self.suspects.clear();
         (self.tracks, self.whereabouts, self.last) = ([None; N], [None; N], [None; N]);
+        (self.pressed, self.vanished) = ([None; N], [const { None }; N]);
     }
 
     /// Takes note of the commands (m) to the valves at time `t`.
@@ -132,7 +145,7 @@ impl<const N: usize> Monitor<N> {
     /// Whether any sensor is suspect, or was less than the recovery time ago.
     pub fn has_suspects(&self, t: f64) -> bool {
         let restored = |s: &Suspect| s.plausible.is_some_and(|since| t >= since + self.settings.recovery_time);
-        !self.suspects.iter().all(restored)
+        !self.suspects.iter().all(restored) || self.doubted().next().is_some()
     }
 
     /// Sensors that are suspect, or were and are not trusted again yet.
@@ -143,6 +156,15 @@ impl<const N: usize> Monitor<N> {
     /// Sensors that must not be used now.
     pub fn gaps(&self) -> impl Iterator<Item = (Signal, Kind)> + '_ {
         self.suspects.iter().filter(|s| s.plausible.is_none()).map(|s| (s.signal, s.kind))
+    }
+
+    /// Pressures that are not used, with no word yet: a load has vanished, and the motion does not show whether anything carries it.
+    /// What takes it from one cylinder may be what all of them share.
+    pub fn doubted(&self) -> impl Iterator<Item = Signal> + '_ {
+        let any = self.vanished.iter().any(Option::is_some);
+        let own =
+            (0..N).filter(move |&c| any && self.nothing[c]).flat_map(|c| [0, 1].map(|side| Signal::Pressure(c, side)));
+        own.filter(move |signal| !self.suspects.iter().any(|s| s.signal == *signal))
     }
 
     /// Trusts the sensors again that read plausibly, and gives them.
@@ -178,8 +200,13 @@ impl<const N: usize> Monitor<N> {
             let moment = Moment { stroke, p: m.p.get(c).copied().unwrap_or([f64::NAN; 2]) };
             let scatter = self.settings.scatter[c] * lever_arm.abs();
             let mut wrong = self.beyond(model, m.t, c, q[c], &moment, scatter);
+            let vanished = self.look_for_load(model, m.t, c, moment.p);
             let passage = match (&wrong[..], self.tracks[c]) {
                 _ if !self.settings.reads_pressures => None,
+                _ if vanished => {
+                    self.tracks[c] = None;
+                    None
+                }
                 ([], _) => self.advance(model, m.t, c, q[c], Standing { moment, load: load[c] }, scatter),
                 // Without a reading of the joint the oil counts on from the last one.
                 ([(Signal::Joint(_), _)], Some(before)) => {
@@ -193,14 +220,14 @@ impl<const N: usize> Monitor<N> {
             };
             bad += self.reconsider(m.t, c, (q[c], &moment), &wrong, passage.as_ref(), scatter);
             // A vote takes three sound estimates.
-            let sound = wrong.is_empty() && !self.suspects.iter().any(|s| s.signal.cylinder() == c);
+            let sound = wrong.is_empty() && !vanished && !self.suspects.iter().any(|s| s.signal.cylinder() == c);
             if let Some(passage) = passage.as_ref().filter(|_| sound) {
                 wrong = self.faults(c, passage, scatter);
             }
             for (signal, kind) in wrong {
                 if !self.suspects.iter().any(|s| s.signal == signal) {
                     let suspect = self.suspect(model, m.t, (signal, kind), &moment, passage.as_ref(), scatter);
-                    bad += usize::from(suspect.plausible.is_none() && kind != Kind::NoReading);
+                    bad += usize::from(suspect.plausible.is_none() && !alone(kind));
                     self.suspects.push(suspect);
                     found.push((signal, suspect.kind));
                 }
@@ -208,6 +235,8 @@ impl<const N: usize> Monitor<N> {
         }
         if bad > 1 {
             self.leave_out(m, &before, &mut found);
+        } else {
+            self.weigh(model, m.t, &q);
         }
         self.remember(m, &q, &strokes);
         found
@@ -236,7 +265,18 @@ impl<const N: usize> Monitor<N> {
         for c in 0..N {
             let p = m.p.get(c).copied().unwrap_or([f64::NAN; 2]);
             let usable = |signal| !self.suspects.iter().any(|s| s.signal == signal && s.plausible.is_none());
-            let p_usable = [0, 1].map(|side| if usable(Signal::Pressure(c, side)) { p[side] } else { f64::NAN });
+            let doubted = |signal| self.doubted().any(|of| of == signal);
+            let p_usable = [0, 1].map(|side| {
+                let signal = Signal::Pressure(c, side);
+                if usable(signal) && !doubted(signal) {
+                    p[side]
+                } else {
+                    f64::NAN
+                }
+            });
+            if p_usable.iter().all(|p| p.is_finite()) {
+                self.pressed[c] = Some((m.t, p_usable));
+            }
             if usable(Signal::Joint(c)) {
                 let moment = Moment { stroke: strokes[c].0, p: p_usable };
                 self.whereabouts[c] = Some(Whereabouts::at(m.t, q[c], moment));
@@ -258,7 +298,9 @@ impl<const N: usize> Monitor<N> {
         scatter: f64,
     ) -> Suspect {
         let outlier = passage.and_then(|passage| self.outlier(model, passage, scatter, signal, kind));
-        let (kind, from) = outlier.unwrap_or((kind, t));
+        let since =
+            self.vanished[signal.cylinder()].as_ref().filter(|_| kind == Kind::Vanished).map_or(t, |of| of.since);
+        let (kind, from) = outlier.unwrap_or((kind, since));
         let known = self.whereabouts[signal.cylinder()].map_or(now.stroke, |known| known.moment.stroke);
         let expected = match (signal, kind) {
             (Signal::Joint(c), Kind::Jump(_)) => known + passage.map_or(0.0, |p| p.agreed(self.settings.jump[c])),
@@ -291,8 +333,9 @@ impl<const N: usize> Monitor<N> {
             let possible = within(now.p[i], limits) || now.p[i] > lowest && self.confirms(model, t, c, i, now);
             judge(Signal::Pressure(c, i), now.p[i], possible)
         };
-        let vanished = self.vanished(model, t, c, now);
-        let pressures = [0, 1].map(|i| pressure(i).or(vanished.then_some((Signal::Pressure(c, i), Kind::Vanished))));
+        // Found by its motion, which an earlier sample has shown.
+        let gone = vanished::nothing(now.p, &s.trust[c]) && self.vanished[c].as_ref().is_some_and(|of| of.carried);
+        let pressures = [0, 1].map(|i| pressure(i).or(gone.then_some((Signal::Pressure(c, i), Kind::Vanished))));
         joint.into_iter().chain(pressures.into_iter().flatten()).collect()
     }
 
@@ -304,13 +347,31 @@ impl<const N: usize> Monitor<N> {
         self.whereabouts[c]
     }
 
-    /// Whether both chambers of cylinder `c` read nothing, a short time after oil has carried a load there.
-    fn vanished(&self, model: &ControllerModel<N>, t: f64, c: usize, now: &Moment) -> bool {
-        let known = self.whereabouts.map(|known| known.map_or(f64::NAN, |known| known.q));
-        self.whereabouts[c].is_some_and(|before| {
-            t - before.read <= self.settings.ride_through + INTERVAL
-                && model.load_vanished(c, &known, [before.moment.p, now.p], &self.settings.trust[c])
-        })
+    /// Whether the load of cylinder `c` has vanished from its oil: both chambers read nothing, and a short time ago they carried it.
+    fn look_for_load(&mut self, model: &ControllerModel<N>, t: f64, c: usize, p: [f64; 2]) -> bool {
+        let (s, known) = (&self.settings, self.whereabouts.map(|known| known.map_or(f64::NAN, |known| known.q)));
+        self.nothing[c] = s.reads_pressures && vanished::nothing(p, &s.trust[c]);
+        self.vanished[c] = self.vanished[c].take().filter(|_| self.nothing[c]).or_else(|| {
+            let (read, before) = self.pressed[c].filter(|(read, _)| t - read <= s.ride_through + INTERVAL)?;
+            (self.nothing[c] && read < t).then(|| Vanished::seen(model, c, t, &known, before, &s.trust[c]))?
+        });
+        self.vanished[c].is_some()
+    }
+
+    /// What the motion until `t` (s) tells of loads that have vanished.
+    fn weigh(&mut self, model: &ControllerModel<N>, t: f64, q: &[f64; N]) {
+        let unread = |i: usize| self.suspects.iter().any(|s| s.signal == Signal::Joint(i) && s.plausible.is_none());
+        if (0..N).any(unread) {
+            return;
+        }
+        let (scatter, trust) = (&self.settings.scatter, &self.settings.trust);
+        for (c, vanished) in self.vanished.iter_mut().enumerate() {
+            match vanished.as_mut().map(|of| of.judge(model, c, (t, q), scatter, &trust[c])) {
+                Some(Verdict::Carried) => vanished.iter_mut().for_each(|of| of.carried = true),
+                Some(Verdict::Falls) => *vanished = None,
+                Some(Verdict::Unknown) | None => {}
+            }
+        }
     }
 
     /// Whether the oil of a chamber says that the piston has moved as it reads: so a pressure may be beyond its limit, since masses that a
@@ -325,7 +386,10 @@ impl<const N: usize> Monitor<N> {
     /// Whether the oil of a chamber says that the piston is where it reads, at a pressure beyond those within which its reach is counted.
     fn carried_beyond(&self, model: &ControllerModel<N>, t: f64, c: usize, now: &Moment) -> bool {
         let [_, highest] = self.settings.pressures[c];
-        let beyond = |before: Track, side: usize| before.moment.p[side].max(now.p[side]) > highest;
+        let beyond = |before: Track, side: usize| {
+            let most = before.moment.p[side].max(now.p[side]);
+            most > highest || self.settings.trust[c].ends(side, most)
+        };
         self.tracks[c]
             .is_some_and(|before| (0..2).any(|side| beyond(before, side) && self.confirms(model, t, c, side, now)))
     }
@@ -467,10 +531,11 @@ impl<const N: usize> Monitor<N> {
     }
 
     fn frozen_pressure(&self, c: usize, side: usize, now: &Track) -> Option<(Signal, Kind)> {
-        // A vacuum reads zero for as long as it lasts.
-        let vacuum = now.moment.p[side].abs() <= self.settings.trust[c].pressure[side];
+        // A vacuum reads zero for as long as it lasts, and what is beyond the end of a sensor reads the end.
+        let (p, trust) = (now.moment.p[side], &self.settings.trust[c]);
+        let ends = p.abs() <= trust.pressure[side] || trust.ends(side, p);
         let travel = now.moment.stroke - now.changed[side].moment.stroke;
-        let frozen = !vacuum && now.against[side] > MOST_AGAINST;
+        let frozen = !ends && now.against[side] > MOST_AGAINST;
         frozen.then_some((Signal::Pressure(c, side), Kind::Frozen(travel)))
     }
 
@@ -528,7 +593,7 @@ impl<const N: usize> Monitor<N> {
             judged.short = t - suspect.from <= self.settings.ride_through + INTERVAL;
             let fits = suspect.fits(own, &judged);
             suspect.plausible = if fits { suspect.plausible.or(Some(t)) } else { None };
-            bad += usize::from(!fits && own != Some(Kind::NoReading));
+            bad += usize::from(!fits && !own.is_some_and(alone));
         }
         bad
     }

@@ -104,16 +104,19 @@ impl<const N: usize> SafeState<N> {
         own.for_each(|&(signal, kind)| self.news.tell(SensorNotice::Stops(signal, kind)));
     }
 
-    /// Counts the time without each sensor, `h` (s) after the last sample; whether one of `gaps` lasts too long.
-    fn worn_out(&mut self, gaps: &[(Signal, Kind)], h: f64) -> bool {
+    /// Counts the time without each sensor, `h` (s) after the last sample; whether one of `gaps` lasts too long. Nothing is said of those in
+    /// doubt.
+    fn worn_out(&mut self, gaps: &[(Signal, Kind)], doubted: &[Signal], h: f64) -> bool {
         let most = self.monitor.ride_through();
         let regained = h * most / self.monitor.recovery_time().max(h);
         let mut worn_out = false;
         for (c, times) in self.missed.iter_mut().enumerate() {
             for (place, missed) in times.iter_mut().enumerate() {
-                let gap = gaps.iter().find(|(signal, _)| (signal.cylinder(), signal.place()) == (c, place));
-                *missed = gap.map_or((*missed - regained).max(0.0), |_| *missed + h);
-                worn_out |= gap.is_some() && *missed > most + ROUNDING;
+                let signal = Signal::of_cylinder(c, place);
+                let gap = gaps.iter().any(|(of, _)| *of == signal);
+                let left_out = gap || doubted.contains(&signal);
+                *missed = if left_out { *missed + h } else { (*missed - regained).max(0.0) };
+                worn_out |= gap && *missed > most + ROUNDING;
             }
         }
         worn_out
@@ -179,8 +182,9 @@ impl<const N: usize> SafeState<N> {
         }
         let found = self.monitor.check(guarded.model(), measured);
         let gaps: OfSignals<(Signal, Kind)> = self.monitor.gaps().collect();
+        let doubted: OfSignals<Signal> = self.monitor.doubted().collect();
         let h = self.usable.map_or(0.0, |last| t - last.t).max(guarded.controller().period());
-        let worn_out = self.worn_out(&gaps, h);
+        let worn_out = self.worn_out(&gaps, &doubted, h);
         if self.phase != Phase::Driving {
             self.tell(&found);
             if !self.monitor.has_suspects(t) && released(stick) {
@@ -203,11 +207,12 @@ impl<const N: usize> SafeState<N> {
             }
         }
         // A crane that stops goes on without a sensor even if it reads plausibly again.
-        let gaps: OfSignals<Signal> = match self.phase {
+        let mut left_out: OfSignals<Signal> = match self.phase {
             Phase::Stopping(_) => self.monitor.suspects().map(|(signal, _)| signal).collect(),
             _ => gaps.into_iter().map(|(signal, _)| signal).collect(),
         };
-        let Some(usable) = self.usable(measured, &gaps) else {
+        left_out.extend(doubted);
+        let Some(usable) = self.usable(measured, &left_out) else {
             // There never was a reading to go on from.
             if self.phase == Phase::Driving {
                 self.tell(&found);
@@ -233,7 +238,7 @@ impl<const N: usize> SafeState<N> {
             return Ok(());
         }
         let filled = Measurement { t, q: &usable.q, p: &usable.p };
-        let answer = guarded.controller().step_without(&filled, &gaps, stick, spool);
+        let answer = guarded.controller().step_without(&filled, &left_out, stick, spool);
         let usable = answer.is_ok() && spool.iter().all(|u| u.is_finite());
         let sent = |c: usize| spool.get(c).copied().filter(|_| usable).unwrap_or(0.0);
         self.note(guarded.model(), t, hydrocrane_num::array::from_fn(sent));

@@ -3,21 +3,18 @@
 //! From where a piston was read last it gets no further than its valve lets oil out of the chamber before it, at any pressure that the
 //! machine can have, and than that oil can be compressed.
 
-use crate::model::controller_model::{ControllerModel, CylinderModel};
+use crate::model::controller_model::CylinderModel;
 use crate::model::feed_forward::Moment;
 use crate::model::oil_displacement::{compressed, outflow, Interval, Trust};
 use hydrocrane_physics::hydraulics::fluid::Fluid;
 
 /// Share of the load that accelerations may add.
 pub(crate) const DYNAMIC: f64 = 0.25;
-/// Slow and fast motion of a piston, by which its friction is judged, m/s.
-const SPEEDS: [f64; 2] = [0.01, 0.1];
 
 /// A piston since its joint was trusted last.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Whereabouts {
-    /// The last readings: when (s), of the joint (rad or m), and what they make.
-    pub read: f64,
+    /// The last readings: of the joint (rad or m), and what they make.
     pub q: f64,
     pub moment: Moment,
     /// How far the oil that has left can have moved the piston, m, until the time `t` (s).
@@ -28,7 +25,7 @@ pub(crate) struct Whereabouts {
 impl Whereabouts {
     /// Of a piston that is read at time `t` (s).
     pub fn at(t: f64, q: f64, moment: Moment) -> Self {
-        Whereabouts { read: t, q, moment, t, moved: Interval::ZERO }
+        Whereabouts { q, moment, t, moved: Interval::ZERO }
     }
 
     /// The time until which it is known, s.
@@ -50,35 +47,5 @@ impl Whereabouts {
             let p = self.moment.p.map(|p| if p.is_finite() { p } else { 0.0 });
             by_flow.plus(compressed(c, fluid, self.moment.stroke, p, highest)).gap(&travel) == 0.0
         }
-    }
-}
-
-impl CylinderModel {
-    /// Force of the oil at the pressures `p` (Pa), N.
-    fn oil_force(&self, p: [f64; 2]) -> f64 {
-        self.chambers.area_1 * p[0] - self.chambers.area_2 * p[1]
-    }
-
-    /// Friction in both directions, N: it turns round with the motion.
-    pub(crate) fn friction_both_ways(&self) -> f64 {
-        let most = |sense: f64| SPEEDS.iter().fold(0.0f64, |f, v| f.max(self.steady_friction(sense * v).abs()));
-        most(1.0) + most(-1.0)
-    }
-}
-
-impl<const N: usize> ControllerModel<N> {
-    /// Whether both chambers of cylinder `c` read nothing although oil has carried a load there `before`, with the joints at `q`. A
-    /// payload counts where it makes the load larger.
-    pub(crate) fn load_vanished(&self, c: usize, q: &[f64; N], [before, now]: [[f64; 2]; 2], trust: &Trust) -> bool {
-        if !(0..2).all(|side| now[side].abs() <= trust.pressure[side]) {
-            return false;
-        }
-        let cylinder = &self.cylinders[c];
-        let areas = [cylinder.chambers.area_1, cylinder.chambers.area_2];
-        let unknown = cylinder.friction_both_ways() + areas[0] * trust.pressure[0] + areas[1] * trust.pressure[1];
-        let carried = cylinder.oil_force(before);
-        let [empty, laden] = [0.0, self.payload].map(|payload| self.cylinder_force(q, &[0.0; N], payload)[c]);
-        let needed = |load: f64| (1.0 - DYNAMIC) * load * carried.signum() > unknown;
-        needed(empty) && needed(laden) && needed(carried)
     }
 }

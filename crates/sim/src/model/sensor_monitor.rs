@@ -162,6 +162,7 @@ impl<const N: usize> Basis<'_, N> {
             flow: self.value("flow-tolerance"),
             pressure: [0, 1].map(accuracy),
             scatter,
+            full: sensors.map(|sensor| sensor.and_then(Sensor::limits).map_or(f64::INFINITY, |[_, full]| full)),
             supply: around.supply,
             tank: around.tank,
             compensator: unit.valve.compensator,
