@@ -56,6 +56,9 @@ WRONG = [
     ("rottne-f9-lab", {"sensor.lift-force.linearity": "0.25"}, "usual is 0 to 0.025"),
     ("rottne-f9-lab", {"sensor.lift-force.range": "50 N"}, "the sensor reads -0.050 kN to 0.050 kN"),
     ("rottne-f9-lab", {"sensor.lift-p1.noise": "0.03"}, "usual is 0 to 0.025"),
+    ("rottne-f9-lab", {"sensor.lift-force.range": "50 MN"}, "wide: the sensor reads"),
+    ("rottne-f9-lab", {"sensor.lift-p1.range": "4000 bar"}, "wide: the sensor reads"),
+    ("rottne-f9-lab", {"sensor.extension-length.range": "125 m"}, "wide: the sensor reads"),
     (
         "rottne-f9-lab",
         {"sensor.lift-p1.measures": "joint.boom.q"},

@@ -394,6 +394,15 @@ pub struct Fluid<T = f64> {
     pub printed_leakage_viscosity: Option<T>,
 }
 
+impl<T: Number> Fluid<T> {
+    /// Bulk modulus (96) at the pressure `p` (Pa), Pa.
+    pub fn modulus_at(&self, p: f64) -> f64 {
+        let [max, c1, c2, reference] =
+            [self.bulk_modulus_max, self.bulk_c1, self.bulk_c2, self.bulk_reference_pressure].map(T::plain);
+        0.5 * max * libm::log10(c1 * p / reference + c2)
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cavitation<T = f64> {
     /// Below zero gauge pressure free gas expands by Boyle's law; pressure stays above `vacuum` (gauge, Pa, negative).

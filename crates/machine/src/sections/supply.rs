@@ -10,6 +10,8 @@ use crate::sections::{accumulator, required_table, Result};
 use crate::units::quantities::{Kind, PER_TURN, VOLUME};
 use std::f64::consts::TAU;
 
+/// Share of its nominal flow that a valve takes at full stroke at least: nobody buys one twice as large as its circuit.
+const HALF: f64 = 0.5;
 /// Default ratio of relief pressure to supply pressure.
 const RELIEF: f64 = 1.15;
 
@@ -89,6 +91,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     }
     let Some(mains) = mains else { return Ok(()) };
     check_margin(root, machine, mains)?;
+    check_drops(root, machine, mains)?;
     check_size(root, machine, mains)
 }
 
@@ -174,6 +177,40 @@ fn check_margin<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>
                 format!("small: it leaves {left:.1} bar at full displacement, and the compensator of valve `{}` takes {setting:.1} bar", valve.name),
                 "raise it, lower `control-range`, or expect this section to be slow at high pump flow".into(),
             );
+        }
+    }
+    Ok(())
+}
+
+/// Warns if what feeds an edge leaves a section half of its nominal flow or less: of all sections, the margin is named, of some, the nominal
+/// drops.
+fn check_drops<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>) -> Result<()> {
+    let Some(sensing) = &mains.load_sensing else { return Ok(()) };
+    let margin = sensing.margin.plain();
+    let over = |valve: &Valve<T>| match &valve.compensator {
+        Compensator::Before(setting) => setting.plain(),
+        _ => margin,
+    };
+    let small = |valve: &&Valve<T>| libm::sqrt(over(valve) / valve.edge_pressure_drop.plain()) <= HALF;
+    let valves = || machine.cylinders.iter().map(|cylinder| &cylinder.valve);
+    let told = |valve: &Valve<T>| {
+        let [over, nominal] = [over(valve), valve.edge_pressure_drop.plain()].map(|of| of / 1e5);
+        let share = 100.0 * libm::sqrt(over / nominal);
+        format!("over an edge there are {over:.1} bar, and the nominal flow of valve `{}` needs {nominal:.1} bar: at full stroke it takes {share:.0} % of it", valve.name)
+    };
+    let cure = "check the units of `ls-margin`, `compensator-setting` and the nominal drop: bar or MPa?";
+    let own = |valve: &&Valve<T>| matches!(valve.compensator, Compensator::Before(_));
+    if let Some(valve) = valves().next().filter(|_| valves().all(|valve| small(&valve) && !own(&valve))) {
+        let of_pump = pump_table(root, &mains.pump.name)?;
+        of_pump.required("ls-margin", "a pressure")?.warn(format!("small: {}", told(valve)), cure.into());
+        return Ok(());
+    }
+    let tables = root.named_tables("valve")?;
+    for valve in valves().filter(small) {
+        let Some((_, table)) = tables.iter().find(|(name, _)| *name == valve.name) else { continue };
+        let drop = ["nominal-edge-pressure-drop", "nominal-pressure-drop"].into_iter().find(|key| table.has(key));
+        if let Some(key) = drop.filter(|_| !table.is_doubted()) {
+            table.required(key, "a pressure")?.warn(format!("large: {}", told(valve)), cure.into());
         }
     }
     Ok(())

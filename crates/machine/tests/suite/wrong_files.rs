@@ -105,6 +105,31 @@ const WRONG: &[(&str, &str, &str, &str)] = &[
     ("mini", "environment.slope", "60 deg", "60 deg or more: no machine stands on such ground"),
     ("mini", "environment.slope", "-75 deg", "for example \"10 deg\""),
     ("mini", "environment.slope", "3 m", "angle"),
+    // Beside all others of its kind, which are alike: MPa for bar, rad/s for Hz, rpm for Hz.
+    ("hiab-xs031", "valve.tilt.nominal-edge-pressure-drop", "7 bar", "10.0 times as small as in valve.lift"),
+    ("mini", "valve.boom.transition-pressure", "10 bar", "10.0 times as large as in valve.arm"),
+    ("rottne-f9-ls", "valve.jib.natural-frequency", "10 rad/s", "6.28 times as small as in valve.lift"),
+    ("sany-sy19e", "valve.boom.natural-frequency", "95.5 Hz", "9.55 times as large as in valve.slew"),
+    ("rottne-f9-lab", "cylinder.extension.leakage-gap", "0.001 mm", "as small as in cylinder.lift"),
+    // Drops against what the margin and the compensators leave an edge.
+    ("rottne-f9-ls", "valve.jib.nominal-pressure-drop", "16 MPa", "over an edge there are 8.0 bar"),
+    ("rottne-f9-mobile", "valve.lift.compensator-setting", "1.5 bar", "at full stroke it takes 43 %"),
+    ("rottne-f9-ls", "pump.main.ls-margin", "2 bar", "small: it leaves"),
+    // Points and centres of gravity in mm that are m.
+    ("rottne-f9-lab", "link.extension.point.tip", "(1.136, -0.051) mm", "from the origin of its link's frame"),
+    ("mini", "link.boom.centre-of-gravity", "(1.025, 0.384) mm", "from the origin of its link's frame"),
+    // Lengths of gaps in m.
+    ("rottne-f9-lab", "cylinder.lift.gland-length", "0.9 m", "longer than the stroke"),
+    ("rottne-f9-lab", "cylinder.jib.piston-length", "10 m", "not shorter than the barrel"),
+    // Per mm for per m, per minute for per second.
+    ("mini", "cylinder.boom.end-stop.damping", "100 kN s/mm", "lets go of the piston"),
+    ("mini", "friction.boom.bristle-damping", "9528 N s/mm", "of the Stribeck rise"),
+    ("mini", "friction.boom.stribeck-velocity", "1 m/s", "friction still falls"),
+    ("rottne-f9-ls", "valve.jib.delay", "0.6 s", "the spool swings in 0.100 s"),
+    // Oil, relief valve and payload against the whole machine.
+    ("rottne-f9-lab", "fluid.bulk-modulus-max", "14.5 GPa", "with the other values of the oil"),
+    ("rottne-f9-pump", "mains.relief-pressure", "450 bar", "the supply is set to 140 bar"),
+    ("mini", "payload.mass", "0.3 kg", "at the tip of links of"),
 ];
 
 #[test]

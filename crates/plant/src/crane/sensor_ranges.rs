@@ -4,8 +4,11 @@ use crate::crane::limits::in_words;
 use crate::crane::Crane;
 use hydrocrane_machine::model::{Sensor, Unusual};
 
+/// Nobody gives away more than four bits of a sensor: kN were meant as MN, or cm as m.
+const WIDE: f64 = 20.0;
+
 impl<const N: usize> Crane<N> {
-    /// Sensors whose range leaves out a part of what they measure: joint coordinates and piston positions between their limits, pressures
+    /// Sensors whose range leaves out a part of what they measure, or is far wider: joint coordinates and piston positions between their limits, pressures
     /// up to that of the supply, and the force that a cylinder holds at rest in the middle of all joint ranges.
     pub(crate) fn short_ranges(&self) -> Vec<Unusual> {
         self.machine.sensors.iter().filter_map(|sensor| self.short_range(sensor)).collect()
@@ -33,6 +36,25 @@ impl<const N: usize> Crane<N> {
             _ => return None,
         };
         let rounding = 1e-6 * (most - least);
+        // What a cylinder holds in one pose says little of what it can press.
+        let largest = match signal {
+            "force" => machine.supply.rated * plant.cylinders[index].chambers.area_1,
+            _ => most - least,
+        };
+        if high - low > WIDE * largest.max(most - least) && largest > 0.0 {
+            return Some(Unusual {
+                key: sensor.key.clone(),
+                place: sensor.place.to_string(),
+                text: format!(
+                    "wide: the sensor reads {} to {}, but `{}` has {} in all",
+                    words(low),
+                    words(high),
+                    sensor.measures,
+                    words(largest)
+                ),
+                cure: "check its unit, and that of what it measures".to_string(),
+            });
+        }
         (least < low - rounding || most > high + rounding).then(|| Unusual {
             key: sensor.key.clone(),
             place: sensor.place.to_string(),

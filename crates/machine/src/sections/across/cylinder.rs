@@ -25,6 +25,8 @@ const WIDEST: f64 = 0.5;
 const ZONES: f64 = 5.0;
 /// Share of the stroke that no stops take.
 const HALF: f64 = 0.5;
+/// Time in which a stop lets go of a piston, its damping over its stiffness, s: no crane waits for longer.
+const SLOWEST: f64 = 1.0;
 /// Of steel, Pa.
 const STEEL: f64 = 2.1e11;
 /// Of the nominal flow, through seals or closed edges at the supply pressure.
@@ -88,10 +90,7 @@ fn length<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, siz
 }
 
 fn dead_volume<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
-    let fluid = &machine.fluid;
-    let [max, c1, c2, reference] =
-        [fluid.bulk_modulus_max, fluid.bulk_c1, fluid.bulk_c2, fluid.bulk_reference_pressure].map(T::plain);
-    let modulus = 0.5 * max * libm::log10(c1 * sizes.pressure / reference + c2);
+    let modulus = machine.fluid.modulus_at(sizes.pressure);
     let dead = of.dead_volume.map(T::plain);
     let key = if table.has("dead-volume") { "dead-volume" } else { "dead-length" };
     for (side, (dead, area)) in dead.into_iter().zip(sizes.areas).enumerate() {
@@ -165,6 +164,13 @@ fn stop<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()
     } else if stiffness > rod && sizes.rod > 0.0 {
         format!("stiff: the rod itself, of steel and as long as the stroke, has {} kN/mm", digits(1e-6 * rod))
     } else {
+        let slow = of.end_stop.damping.plain() / stiffness;
+        if slow > SLOWEST && stop.has("damping") {
+            stop.required("damping", "a damping")?.warn(
+                format!("large: damping over stiffness is {} s, in which the stop lets go of the piston", digits(slow)),
+                "check its unit: N s/m or N s/mm?".into(),
+            );
+        }
         return Ok(());
     };
     stop.required("stiffness", "a stiffness")?.warn(text, "check its unit: N/m or N/mm?".into());
@@ -182,6 +188,16 @@ fn leakage<T: Number>(table: &Reader, machine: &Machine<T>, of: &Cylinder<T>, si
         }
         Leakage::Conductance { external, .. } => ("external-leakage", external.plain()),
     };
+    if let Leakage::Gap { piston_length, gland_length, .. } = &of.leakage {
+        for (key, length) in [("piston-length", piston_length.plain()), ("gland-length", gland_length.plain())] {
+            if length > sizes.stroke && !of.motor && table.has(key) {
+                table.required(key, "a length")?.warn(
+                    format!("large: longer than the stroke of {} mm", digits(1e3 * sizes.stroke)),
+                    "check its unit: mm, cm or m?".into(),
+                );
+            }
+        }
+    }
     let (lost, nominal) = (conductance * sizes.pressure, sizes.nominal_flow);
     if lost > LEAKS * nominal {
         table.required(key, "a quantity")?.warn(

@@ -13,6 +13,8 @@ const SHARE: f64 = 0.5;
 const LEAST: f64 = 10.0;
 /// Share of the Coulomb friction that viscous friction has there at least: nobody measures a third of a percent beside it.
 const UNMEASURED: f64 = 1.0 / 300.0;
+/// Share of the break-away that bristles damp with at the speed of the Stribeck rise: those of drawn machines have up to 1.3.
+const DAMPED: f64 = 5.0;
 /// Deflection of the bristles at break-away, as a share of the stroke.
 const DEFLECTION: f64 = 0.1;
 
@@ -63,6 +65,29 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
                 digits(coulomb)
             ),
             "check its unit: N s/m or kN s/m? Write 0 if there is none".into(),
+        );
+    }
+    let stribeck = most(friction.stribeck_velocity);
+    if sizes.speed() > 0.0 && stribeck > sizes.speed() && breakaway > coulomb {
+        table.required("stribeck-velocity", "a velocity")?.warn(
+            format!(
+                "large: at the {} m/s of the fully open valve friction still falls from its break-away",
+                digits(sizes.speed())
+            ),
+            "check its unit: mm/s or m/s? Seals have some 2 to 20 mm/s".into(),
+        );
+    }
+    let yields = friction.bristle_damping_velocity.map_or(stribeck, |of| of.plain().min(stribeck));
+    let damped = friction.bristle_damping.plain() * yields;
+    if friction.model == FrictionModel::LuGre && damped > DAMPED * breakaway && table.has("bristle-damping") {
+        table.required("bristle-damping", "a damping")?.warn(
+            format!(
+                "large: {} N at the {} m/s of the Stribeck rise, beside the break-away of {} N",
+                digits(damped),
+                digits(yields),
+                digits(breakaway)
+            ),
+            "check its unit: N s/m or N s/mm?".into(),
         );
     }
     let deflection = breakaway / friction.bristle_stiffness.plain();

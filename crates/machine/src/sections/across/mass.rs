@@ -17,6 +17,8 @@ const SURE: f64 = 10.0;
 const GYRATION: [f64; 2] = [0.125, 0.75];
 /// Where matter reaches beyond the points by one span, its centre of gravity does so by half of that.
 const BEYOND: f64 = 0.5;
+/// Share of the span of a link within which no point lies apart from the origin: in mm taken as m, all of them would.
+const THOUSANDTH: f64 = 1.001e-3;
 /// A point may be this many times as far from its link's origin as all the rest of the machine is long.
 const FAR: f64 = 5.0;
 
@@ -26,6 +28,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     for (index, link) in machine.links.iter().enumerate() {
         let Some((_, table)) = tables.iter().find(|(name, _)| *name == link.name) else { continue };
         far_points(table, machine, &spans, index)?;
+        near_points(table, machine, &spans, index)?;
         // The base is a vehicle, and what slews carries a house or a column: of their sizes pins say nothing.
         let large = index == 0 || machine.joints[index - 1].axis.is_some();
         if spans[index] == 0.0 || large || table.is_doubted() {
@@ -91,6 +94,39 @@ fn far_points<T: Number>(table: &Reader, machine: &Machine<T>, spans: &[f64], in
                 ),
                 "check its unit: mm, cm or m?".into(),
             );
+        }
+    }
+    Ok(())
+}
+
+/// Warns of a point, or of the centre of gravity, that all but lies in the origin of its link's frame.
+fn near_points<T: Number>(table: &Reader, machine: &Machine<T>, spans: &[f64], index: usize) -> Result<()> {
+    let (link, span) = (&machine.links[index], spans[index]);
+    let near = |at: [f64; 3]| {
+        let away = libm::hypot(libm::hypot(at[0], at[1]), at[2]);
+        (0.0 < away && away <= THOUSANDTH * span).then_some(away)
+    };
+    let told = |away: f64| {
+        (
+            format!(
+                "{} mm from the origin of its link's frame, and the points of the link span {} m",
+                digits(1e3 * away),
+                digits(span)
+            ),
+            "check its unit: mm, cm or m? Write 0 for the origin itself".to_string(),
+        )
+    };
+    if let Some(names) = table.names("point")? {
+        for point in &link.points {
+            let [x, z] = point.position.map(T::plain);
+            if let Some((text, cure)) = near([x, point.aside.plain(), z]).map(told) {
+                names.required(&point.name, "a point")?.warn(text, cure);
+            }
+        }
+    }
+    if table.has("centre-of-gravity") && link.mass.plain() > 0.0 {
+        if let Some((text, cure)) = near(table.point::<f64>("centre-of-gravity")?).map(told) {
+            table.required("centre-of-gravity", "a point")?.warn(text, cure);
         }
     }
     Ok(())

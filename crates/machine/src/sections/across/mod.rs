@@ -5,7 +5,9 @@ mod beside;
 mod cylinder;
 mod friction;
 mod mass;
+mod twins;
 mod valve;
+mod whole;
 
 use crate::model::{Cylinder, JointKind, Machine};
 use crate::number::Number;
@@ -23,6 +25,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
         return Ok(());
     }
     beside::sections(root, machine)?;
+    whole::check(root, machine)?;
     let [cylinders, valves, frictions] = ["cylinder", "valve", "friction"].map(|key| root.named_tables(key));
     let [cylinders, valves, frictions] = [cylinders?, valves?, frictions?];
     let mut axes = Vec::new();
@@ -46,7 +49,7 @@ pub fn check<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
         valve::check(axis.valve, axis.of, &axis.sizes)?;
         friction::check(axis.friction, axis.of, &axis.sizes)?;
     }
-    Ok(())
+    twins::check(root)
 }
 
 /// A cylinder with its tables.

@@ -6,6 +6,7 @@ use crate::model::Cylinder;
 use crate::number::Number;
 use crate::reading::reader::Reader;
 use crate::sections::Result;
+use std::f64::consts::TAU;
 
 /// Speed of a piston beyond which no seal of hydraulic cylinders is made, m/s; usual ones bear 0.5 to 1.
 const FASTEST: f64 = 5.0;
@@ -15,6 +16,8 @@ const SLOWEST: f64 = 300.0;
 const HALF: f64 = 0.5;
 /// Time of the spool's own stroke, s.
 const SPOOL: f64 = 5.0;
+/// Periods of a spool that are no dead time of its own pilot stage.
+const PERIODS: f64 = 4.0;
 
 pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Result<()> {
     speed(table, of, sizes)?;
@@ -48,6 +51,13 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
                 "check the units of `velocity-limit` and `stroke`".into(),
             );
         }
+    }
+    let period = TAU / valve.natural_frequency.plain();
+    if valve.delay > PERIODS * period {
+        table.required("delay", "a time")?.warn(
+            format!("large: {} s, and the spool swings in {} s", digits(valve.delay), digits(period)),
+            "check the units of `delay` and `natural-frequency`: ms or s, Hz or rad/s?".into(),
+        );
     }
     let lost = valve.leakage.plain() * sizes.pressure;
     if lost > LEAKS * valve.nominal_flow.plain() {
