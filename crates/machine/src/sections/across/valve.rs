@@ -52,7 +52,7 @@ pub fn check<T: Number>(table: &Reader, of: &Cylinder<T>, sizes: &Sizes) -> Resu
             );
         }
     }
-    let period = TAU / valve.natural_frequency.plain();
+    let period = TAU / valve.spool.natural_frequency.plain();
     if valve.delay > PERIODS * period {
         table.required("delay", "a time")?.warn(
             format!("large: {} s, and the spool swings in {} s", digits(valve.delay), digits(period)),
