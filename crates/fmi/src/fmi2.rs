@@ -1,7 +1,7 @@
 //! The functions of FMI 2.0.
 
+use crate::common::{forget, keep, kept, write_state};
 use crate::component::{call, free, instantiate, Component, Interface, Logger, State, Status};
-use crate::fmi3::{forget, keep, kept, write_state};
 use crate::pointers::{answer, given, room, text};
 use std::ffi::{c_char, c_int, c_void, CString};
 use std::path::PathBuf;
@@ -30,19 +30,6 @@ pub struct EventInfo {
     values_changed: Boolean,
     next_defined: Boolean,
     next: f64,
-}
-
-/// Functions on an instance, whose bodies give a status or a problem.
-macro_rules! functions {
-    ($($name:ident($($argument:ident: $type:ty),* $(,)?) |$component:ident| $body:expr;)*) => {$(
-        /// # Safety
-        /// As the standard of FMI 2.0 states for this function.
-        #[no_mangle]
-        #[allow(clippy::too_many_arguments)]
-        pub unsafe extern "C" fn $name(instance: Instance, $($argument: $type),*) -> c_int {
-            call(instance, stringify!($name), |$component: &mut Component| $body)
-        }
-    )*};
 }
 
 /// Pairs of functions for types that no variable has.
@@ -139,39 +126,15 @@ pub unsafe extern "C" fn fmi2FreeInstance(instance: Instance) {
 }
 
 functions! {
-    fmi2SetDebugLogging(on: Boolean, _count: usize, _categories: *const Text) |component| {
-        component.chatty = on != 0;
-        Ok(Status::Ok)
-    };
     fmi2SetupExperiment(_tolerance_defined: Boolean, _tolerance: f64, start: f64, _stop_defined: Boolean, _stop: f64) |component| {
         component.set_up(start)
     };
     fmi2EnterInitializationMode() |component| component.enter_initialisation();
-    fmi2ExitInitializationMode() |component| component.exit_initialisation();
-    fmi2Terminate() |component| component.terminate();
-    fmi2Reset() |component| component.reset();
     fmi2GetReal(references: References, count: usize, values: *mut f64) |component| {
         component.get(given(references, count)?, room(values, count)?)
     };
     fmi2SetReal(references: References, count: usize, values: *const f64) |component| {
         component.set(given(references, count)?, given(values, count)?)
-    };
-    fmi2GetFMUstate(state: *mut *mut c_void) |component| {
-        keep(state, component.keep()?)
-    };
-    fmi2SetFMUstate(state: *mut c_void) |component| {
-        component.put_back(kept(state)?)
-    };
-    fmi2FreeFMUstate(state: *mut *mut c_void) |_component| forget(state);
-    fmi2SerializedFMUstateSize(state: *mut c_void, size: *mut usize) |_component| {
-        answer(size, kept(state)?.length()?);
-        Ok(Status::Ok)
-    };
-    fmi2SerializeFMUstate(state: *mut c_void, bytes: *mut u8, size: usize) |_component| {
-        write_state(&kept(state)?.bytes()?, room(bytes, size)?)
-    };
-    fmi2DeSerializeFMUstate(bytes: *const u8, size: usize, state: *mut *mut c_void) |_component| {
-        keep(state, State::of_bytes(given(bytes, size)?)?)
     };
     fmi2GetDirectionalDerivative(
         unknowns: References,
@@ -184,25 +147,12 @@ functions! {
         let (unknowns, knowns) = (given(unknowns, unknown_count)?, given(knowns, known_count)?);
         component.directional(unknowns, knowns, given(seed, known_count)?, room(sensitivity, unknown_count)?)
     };
-    fmi2EnterEventMode() |component| component.enter_events();
     fmi2NewDiscreteStates(info: *mut EventInfo) |component| {
         let values_changed = Boolean::from(component.update()?);
         let (again, terminate, nominals_changed, next_defined) = (0, 0, 0, 0);
         answer(info, EventInfo { again, terminate, nominals_changed, values_changed, next_defined, next: 0.0 });
         Ok(Status::Ok)
     };
-    fmi2EnterContinuousTimeMode() |component| component.enter_continuous();
-    fmi2CompletedIntegratorStep(_final: Boolean, event: *mut Boolean, terminate: *mut Boolean) |_component| {
-        answer(event, 0);
-        answer(terminate, 0);
-        Ok(Status::Ok)
-    };
-    fmi2SetTime(time: f64) |component| component.set_time(time);
-    fmi2SetContinuousStates(states: *const f64, count: usize) |component| component.set_states(given(states, count)?);
-    fmi2GetContinuousStates(states: *mut f64, count: usize) |component| component.states(room(states, count)?);
-    fmi2GetDerivatives(rates: *mut f64, count: usize) |component| component.rates(room(rates, count)?);
-    fmi2GetNominalsOfContinuousStates(nominals: *mut f64, count: usize) |component| component.nominals(room(nominals, count)?);
-    fmi2GetEventIndicators(_indicators: *mut f64, count: usize) |component| component.none_of_type(count, "event indicator");
     fmi2SetRealInputDerivatives(_references: References, count: usize, _orders: *const c_int, _values: *const f64) |component| {
         component.none_of_type(count, "input that is interpolated")
     };
@@ -228,6 +178,13 @@ functions! {
         answer(value, c"".as_ptr());
         Ok(Status::Ok)
     };
+}
+
+same_functions! {
+    fmi2SetDebugLogging fmi2ExitInitializationMode fmi2Terminate fmi2Reset fmi2GetFMUstate fmi2SetFMUstate
+    fmi2FreeFMUstate fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate fmi2EnterEventMode
+    fmi2EnterContinuousTimeMode fmi2CompletedIntegratorStep fmi2SetTime fmi2SetContinuousStates
+    fmi2GetContinuousStates fmi2GetDerivatives fmi2GetNominalsOfContinuousStates fmi2GetEventIndicators
 }
 
 other_types! {

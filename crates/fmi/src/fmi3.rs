@@ -1,6 +1,7 @@
 //! The functions of FMI 3.0.
 
-use crate::component::{call, free, instantiate, Component, Done, Interface, Logger, Problem, State, Status};
+use crate::common::{forget, keep, kept, write_state};
+use crate::component::{call, free, instantiate, Component, Done, Interface, Logger, State, Status};
 use crate::pointers::{answer, given, room, text};
 use std::ffi::{c_char, c_int, c_void};
 use std::path::Path;
@@ -10,19 +11,6 @@ type References = *const u32;
 type Boolean = u8;
 type Text = *const c_char;
 type LogMessage = Option<unsafe extern "C" fn(*mut c_void, c_int, Text, Text)>;
-
-/// Functions on an instance, whose bodies give a status or a problem.
-macro_rules! functions {
-    ($($name:ident($($argument:ident: $type:ty),* $(,)?) |$component:ident| $body:expr;)*) => {$(
-        /// # Safety
-        /// As the standard of FMI 3.0 states for this function.
-        #[no_mangle]
-        #[allow(clippy::too_many_arguments)]
-        pub unsafe extern "C" fn $name(instance: Instance, $($argument: $type),*) -> c_int {
-            call(instance, stringify!($name), |$component: &mut Component| $body)
-        }
-    )*};
-}
 
 /// Pairs of functions for types that no variable has.
 macro_rules! other_types {
@@ -130,21 +118,13 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: Instance) {
 }
 
 functions! {
-    fmi3SetDebugLogging(on: Boolean, _count: usize, _categories: *const Text) |component| {
-        component.chatty = on != 0;
-        Ok(Status::Ok)
-    };
     fmi3EnterInitializationMode(_tolerance_defined: Boolean, _tolerance: f64, start: f64, _stop_defined: Boolean, _stop: f64) |component| {
         component.set_up(start)?;
         component.enter_initialisation()
     };
-    fmi3ExitInitializationMode() |component| component.exit_initialisation();
-    fmi3EnterEventMode() |component| component.enter_events();
     fmi3EnterStepMode() |component| component.none_of_type(1, "clock, so that there is no event mode to step from");
     fmi3EnterConfigurationMode() |component| component.none_of_type(1, "structural parameter, so that there is nothing to configure");
     fmi3ExitConfigurationMode() |component| component.none_of_type(1, "structural parameter, so that there is nothing to configure");
-    fmi3Terminate() |component| component.terminate();
-    fmi3Reset() |component| component.reset();
     fmi3GetFloat64(references: References, count: usize, values: *mut f64, n: usize) |component| {
         component.get(given(references, count)?, room(values, n)?)
     };
@@ -168,23 +148,6 @@ functions! {
         _kinds: *mut c_int,
         _count: usize,
     ) |component| no_dependencies(component);
-    fmi3GetFMUState(state: *mut *mut c_void) |component| {
-        keep(state, component.keep()?)
-    };
-    fmi3SetFMUState(state: *mut c_void) |component| {
-        component.put_back(kept(state)?)
-    };
-    fmi3FreeFMUState(state: *mut *mut c_void) |_component| forget(state);
-    fmi3SerializedFMUStateSize(state: *mut c_void, size: *mut usize) |_component| {
-        answer(size, kept(state)?.length()?);
-        Ok(Status::Ok)
-    };
-    fmi3SerializeFMUState(state: *mut c_void, bytes: *mut u8, size: usize) |_component| {
-        write_state(&kept(state)?.bytes()?, room(bytes, size)?)
-    };
-    fmi3DeserializeFMUState(bytes: *const u8, size: usize, state: *mut *mut c_void) |_component| {
-        keep(state, State::of_bytes(given(bytes, size)?)?)
-    };
     fmi3GetDirectionalDerivative(
         unknowns: References,
         unknown_count: usize,
@@ -224,18 +187,6 @@ functions! {
         answer(next, 0.0);
         Ok(Status::Ok)
     };
-    fmi3EnterContinuousTimeMode() |component| component.enter_continuous();
-    fmi3CompletedIntegratorStep(_final: Boolean, event: *mut Boolean, terminate: *mut Boolean) |_component| {
-        answer(event, 0);
-        answer(terminate, 0);
-        Ok(Status::Ok)
-    };
-    fmi3SetTime(time: f64) |component| component.set_time(time);
-    fmi3SetContinuousStates(states: *const f64, count: usize) |component| component.set_states(given(states, count)?);
-    fmi3GetContinuousStates(states: *mut f64, count: usize) |component| component.states(room(states, count)?);
-    fmi3GetContinuousStateDerivatives(rates: *mut f64, count: usize) |component| component.rates(room(rates, count)?);
-    fmi3GetNominalsOfContinuousStates(nominals: *mut f64, count: usize) |component| component.nominals(room(nominals, count)?);
-    fmi3GetEventIndicators(_indicators: *mut f64, count: usize) |component| component.none_of_type(count, "event indicator");
     fmi3GetNumberOfEventIndicators(count: *mut usize) |_component| {
         answer(count, 0);
         Ok(Status::Ok)
@@ -264,6 +215,13 @@ functions! {
         done
     };
     fmi3ActivateModelPartition(_clock: u32, _time: f64) |component| component.none_of_type(1, "clock");
+}
+
+same_functions! {
+    fmi3SetDebugLogging fmi3ExitInitializationMode fmi3Terminate fmi3Reset fmi3GetFMUState fmi3SetFMUState
+    fmi3FreeFMUState fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState fmi3EnterEventMode
+    fmi3EnterContinuousTimeMode fmi3CompletedIntegratorStep fmi3SetTime fmi3SetContinuousStates
+    fmi3GetContinuousStates fmi3GetContinuousStateDerivatives fmi3GetNominalsOfContinuousStates fmi3GetEventIndicators
 }
 
 other_types! {
@@ -295,41 +253,4 @@ clocks! {
 
 fn no_dependencies(_component: &Component) -> Done {
     Err("dependencies are those of modelDescription.xml: nothing changes them".to_string().into())
-}
-
-/// Hands a state over; one that the tool had there is replaced.
-///
-/// # Safety
-/// `place` is null or points to null or to what this function wrote.
-pub unsafe fn keep(place: *mut *mut c_void, state: State) -> Done {
-    let Some(place) = place.as_mut() else { return Err("no place for the state (a null pointer)".to_string().into()) };
-    match place.cast::<State>().as_mut() {
-        Some(kept) => *kept = state,
-        None => *place = Box::into_raw(Box::new(state)).cast(),
-    }
-    Ok(Status::Ok)
-}
-
-/// # Safety
-/// `state` is null or what [`keep`] wrote.
-pub unsafe fn kept<'a>(state: *mut c_void) -> Result<&'a State, Problem> {
-    state.cast::<State>().as_ref().ok_or_else(|| "there is no state (a null pointer)".to_string().into())
-}
-
-/// # Safety
-/// `place` is null or points to null or to what [`keep`] wrote.
-pub unsafe fn forget(place: *mut *mut c_void) -> Done {
-    if let Some(place) = place.as_mut().filter(|place| !place.is_null()) {
-        drop(Box::from_raw(place.cast::<State>()));
-        *place = std::ptr::null_mut();
-    }
-    Ok(Status::Ok)
-}
-
-pub fn write_state(state: &[u8], bytes: &mut [u8]) -> Done {
-    match bytes.get_mut(..state.len()) {
-        Some(bytes) => bytes.copy_from_slice(state),
-        None => return Err(format!("{} bytes are too few for a state of {}", bytes.len(), state.len()).into()),
-    }
-    Ok(Status::Ok)
 }

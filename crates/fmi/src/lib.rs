@@ -4,6 +4,8 @@
 //! [`component::call`], which catches panics and turns problems into a status and a message for the tool's log.
 
 mod component;
+#[macro_use]
+mod common;
 mod fmi2;
 mod fmi3;
 mod pointers;
