@@ -7,7 +7,6 @@ from numpy import bool_, float64, int64
 from numpy.typing import NDArray
 
 from hydrocrane._core_types import (
-    BurstEntry,
     DriveRecord,
     FaultEntry,
     FmuVariableEntry,
@@ -18,11 +17,10 @@ from hydrocrane._core_types import (
     PayloadEntry,
     RunRecord,
     ScenarioEntry,
-    ScenarioTable,
+    ScenarioFile,
     SensitivityRecord,
     SolverEntry,
     StageTable,
-    SupplyEntry,
     TapeTable,
     WarningEntry,
 )
@@ -246,20 +244,14 @@ class Machine:
 class SensitivityExperiment:
     def __new__(
         cls,
+        machine: Machine,
         source: str,
         pairs: Pairs,
+        scenario: ScenarioEntry,
         keys: list[str],
         start: _Array,
         at_rest: bool,
-        t_end: float,
-        command_times: _Array,
-        commands: _Array,
-        linear: bool,
-        supply: SupplyEntry | None,
-        bursts: list[BurstEntry],
-        payload_changes: list[tuple[float, float]],
         record_times: _Array,
-        solver: SolverEntry,
         resolve_sensitivities: bool,
     ) -> SensitivityExperiment: ...
     def parameters(self) -> list[tuple[str, float, str]]: ...
@@ -354,7 +346,7 @@ class SteppedController:
 
 def controller_parameters(machine: Machine, name: str, monitor: bool, delay: float) -> tuple[bytes, int]: ...
 def load_machine(source: str, pairs: Pairs) -> Machine: ...
-def load_scenario(source: str, pairs: Pairs) -> ScenarioTable: ...
+def load_scenario(source: str, pairs: Pairs) -> ScenarioFile: ...
 def bundled_machines() -> list[str]: ...
 def bundled_scenarios() -> list[str]: ...
 def bundled_text(kind: str, name: str) -> str: ...

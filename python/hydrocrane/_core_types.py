@@ -48,19 +48,24 @@ class Samples(TypedDict):
     signals: list[str]
 
 
-class RunRecord(TypedDict):
-    """A run as the core recorded it; `stages` and `samples` have one entry per stage that began."""
+class FinishedRun(TypedDict):
+    """What every run has, with or without sensitivities."""
 
     t: Array
-    states: Array
     commands: Array
-    ledger: Array
     payloads: Array
     payload_changes: list[PayloadEntry]
     warnings: list[WarningEntry]
     outcome: OutcomeEntry
     method: str
     stats: dict[str, int]
+
+
+class RunRecord(FinishedRun):
+    """A run as the core recorded it; `stages` and `samples` have one entry per stage that began."""
+
+    states: Array
+    ledger: Array
     tip_error: float | None
     doubts: list[WarningEntry]
     stages: list[StageTable]
@@ -68,21 +73,13 @@ class RunRecord(TypedDict):
     events: list[tuple[float, str]]
 
 
-class SensitivityRecord(TypedDict):
+class SensitivityRecord(FinishedRun):
     """A run with its sensitivities, as the core recorded it."""
 
-    t: Array
     values: Array
     sensitivities: Array
-    commands: Array
-    payloads: Array
-    payload_changes: list[PayloadEntry]
     signals: list[SignalEntry]
     parameters: list[tuple[str, float, str]]
-    warnings: list[WarningEntry]
-    outcome: OutcomeEntry
-    method: str
-    stats: dict[str, int]
 
 
 class LoopController(Protocol):
@@ -123,6 +120,8 @@ class JoystickEntry(TypedDict):
     mode: str
     time: Array
     axes: list[tuple[str, Array]]
+    # Of a file.
+    log: str | None
     linear: bool
     dead_zone: float
     full_speed: float | None
@@ -147,32 +146,27 @@ CommandEntry: TypeAlias = tuple[str, Array, Array, bool]
 SupplyEntry: TypeAlias = tuple[Array, Array, bool]
 
 
-class ScenarioValues(TypedDict):
-    """What a scenario is handed over with, to the core and from a file."""
+class ScenarioEntry(TypedDict):
+    """A scenario without its names and its machine, to the core and from a file."""
 
     overrides: Pairs
     payload: float | None
     payload_changes: list[tuple[float, float]]
     duration: float
     record_interval: float
-    seed: int
-    places: list[str]
-    goals: list[GoalEntry]
-    bursts: list[BurstEntry]
-
-
-class ScenarioEntry(ScenarioValues):
-    """A scenario without its names and its machine."""
-
     joints: list[tuple[str, float]]
+    places: list[str]
     pressures: list[tuple[str, tuple[float, float]]] | None
     commands: list[CommandEntry]
     supply: SupplyEntry | None
     controller: ControllerEntry | None
     joystick: JoystickEntry | None
+    goals: list[GoalEntry]
     phases: list[PhaseEntry]
     sensor_faults: list[FaultEntry]
+    bursts: list[BurstEntry]
     solver: SolverEntry
+    seed: int
 
 
 # `from` is a keyword of Python, hence this form.
@@ -218,94 +212,8 @@ class DriveRecord(TypedDict):
     stages: list[DrivenStage]
 
 
-class CommandTable(TypedDict):
-    """Spool commands of a cylinder in a scenario file."""
-
-    time: list[float]
-    spool: list[float]
-    interpolation: str
-
-
-class SupplyTable(TypedDict):
-    """The measured supply pressure of a scenario file."""
-
-    time: list[float]
-    pressure: list[float]
-    interpolation: str
-
-
-class ControllerTable(TypedDict):
-    """The controller of a scenario file."""
-
-    name: str
-    period: float | None
-    delay: float
-    controller_model: Pairs
-    monitor: bool | None
-    sensors: str
-
-
-class JoystickTable(TypedDict):
-    """The sticks of a scenario file; `axes` in the order x, z or that of the cylinders."""
-
-    mode: str
-    time: list[float]
-    axes: list[list[float]]
-    log: str | None
-    interpolation: str
-    dead_zone: float
-    full_speed: float | None
-    ramp: float
-    precision: list[float]
-
-
-class FaultTable(TypedDict):
-    """A sensor that fails, in a scenario file."""
-
-    signal: str
-    kind: str
-    time: float
-    until: float | None
-    size: float
-
-
-class PhaseTable(TypedDict):
-    """A phase of a scenario file."""
-
-    time: float
-    overrides: Pairs
-    controller: ControllerTable | None
-    joystick: JoystickTable | None
-
-
-class SolverTable(TypedDict):
-    """The solver of a scenario file; missing settings are `None`."""
-
-    method: str | None
-    rtol: float | None
-    atol: float | None
-    max_step: float | None
-    step: float | None
-
-
-class ScenarioTable(ScenarioValues):
-    """A scenario file."""
-
-    name: str
-    title: str
-    machine: str
-    joints: dict[str, float]
-    pressures: str | dict[str, tuple[float, float]]
-    commands: dict[str, CommandTable]
-    supply: SupplyTable | None
-    controller: ControllerTable | None
-    cylinders: list[str]
-    joystick: JoystickTable | None
-    phases: list[PhaseTable]
-    recorded_by: str | None
-    warnings: list[WarningEntry]
-    sensor_faults: list[FaultTable]
-    solver: SolverTable
+# Name, title, machine and version of its recorder, warnings, and the rest of a scenario file.
+ScenarioFile: TypeAlias = tuple[tuple[str, str, str, str], list[WarningEntry], ScenarioEntry]
 
 
 class TapeTable(TypedDict):

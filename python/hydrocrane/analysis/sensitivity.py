@@ -176,23 +176,16 @@ class Experiment:
         at_rest = isinstance(plan.pressures, str) and start is None
         given = state[: len(machine.joint_names)] if at_rest else state
         overrides = {**machine.overrides, "payload.mass": self.payload}
-        command_times, spools, linear = plan.command_grid(machine)
         with translated():
             return _core.SensitivityExperiment(
+                machine.core,
                 machine.source,
                 list(overrides.items()),
+                scenario_entry(plan, machine.cylinder_names),
                 self.keys,
                 np.ascontiguousarray(given),
                 at_rest,
-                float(plan.duration),
-                command_times,
-                spools,
-                linear,
-                None if plan.supply is None else plan.supply.entry,
-                [burst.entry for burst in plan.bursts],
-                list(plan.payload_changes.items()),
                 times,
-                plan.solver.entry,
                 bool(resolve_sensitivities),
             )
 

@@ -480,11 +480,7 @@ def _commands(plan: Scenario, cylinders: tuple[str, ...] | None) -> list[Command
     commands = plan.commands
     if not isinstance(commands, Mapping):
         commands = split_table(commands, cylinders or ())
-    return [(name, *_series(command), command.interpolation == "linear") for name, command in commands.items()]
-
-
-def _series(command: Command) -> tuple[Array, Array]:
-    return command.time, command.spool
+    return [(name, c.time, c.spool, c.interpolation == "linear") for name, c in commands.items()]
 
 
 def _controller(own: ControlLoop, driver: AnyController | None, number: int) -> ControllerEntry:
@@ -513,6 +509,7 @@ def _joystick(stick: Joystick | None) -> JoystickEntry | None:
         "mode": stick.mode,
         "time": stick.time,
         "axes": list(stick.axes.items()),
+        "log": None,
         "linear": stick.interpolation == "linear",
         "dead_zone": float(stick.dead_zone),
         "full_speed": None if stick.full_speed is None else float(stick.full_speed),

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from os import PathLike
 from pathlib import Path
-from typing import cast
 
 from hydrocrane import _core
-from hydrocrane._core_types import ControllerTable, JoystickTable, PhaseTable
-from hydrocrane.control.joystick import TIP_AXES, Joystick, StickFields
+from hydrocrane._core_types import ControllerEntry, JoystickEntry
+from hydrocrane.control.joystick import Joystick, StickFields
 from hydrocrane.errors import translated
 from hydrocrane.machine.overrides import Overrides, plain_overrides
 from hydrocrane.machine.sensors import SensorFault
 from hydrocrane.result_warning import ResultWarning
-from hydrocrane.scenario.changes import SolverFields
 from hydrocrane.scenario.events import Burst, Goal
 from hydrocrane.scenario.phases import LoopFields, Phase
 from hydrocrane.scenario.scenario import Scenario
@@ -44,34 +43,44 @@ def load_scenario(source: str | PathLike[str], overrides: Overrides | None = Non
     5.0 rottne-f9-lab
     """
     with translated():
-        raw = _core.load_scenario(str(source), list(plain_overrides(overrides or {}).items()))
-    beside = Path(source).resolve().parent / raw["machine"]
+        names, warnings, raw = _core.load_scenario(str(source), list(plain_overrides(overrides or {}).items()))
+    name, title, machine, recorded_by = names
+    beside = Path(source).resolve().parent / machine
     is_bundled = str(source) in _core.bundled_scenarios()
-    machine = str(beside) if not is_bundled and beside.is_file() else raw["machine"]
-    solver = cast(SolverFields, {key: value for key, value in raw["solver"].items() if value is not None})
+    pressures = raw["pressures"]
     return Scenario(
-        machine=machine,
-        joints=dict(zip(raw["joints"], map(_Placed.at, raw["places"], raw["joints"].values()), strict=True)),
-        commands={name: Command(**command) for name, command in raw["commands"].items()},
-        supply=None if raw["supply"] is None else SupplyPressure(**raw["supply"]),
+        machine=str(beside) if not is_bundled and beside.is_file() else machine,
+        joints={joint: _Placed.at(place, q) for place, (joint, q) in zip(raw["places"], raw["joints"], strict=True)},
+        commands={of: Command(time, spool, _how(linear)) for of, time, spool, linear in raw["commands"]},
+        supply=None if raw["supply"] is None else SupplyPressure(*raw["supply"][:2], _how(raw["supply"][2])),
         duration=raw["duration"],
         record_interval=raw["record_interval"],
-        pressures=raw["pressures"],
+        pressures="equilibrium" if pressures is None else {of: (p1, p2) for of, (p1, p2) in pressures},
         payload=raw["payload"],
         payload_changes=dict(raw["payload_changes"]),
         overrides=dict(raw["overrides"]),
-        solver=Solver(**solver),
-        name=raw["name"],
-        title=raw["title"],
+        solver=Solver(**raw["solver"]),
+        name=name,
+        title=title,
         seed=raw["seed"],
         goals=tuple(Goal(time, x, z, speed, until) for time, (x, z), speed, until in raw["goals"]),
-        sensor_faults=tuple(SensorFault(**fault) for fault in raw["sensor_faults"]),
+        sensor_faults=tuple(
+            SensorFault(signal, kind, time, size, None if until == math.inf else until)
+            for signal, kind, time, until, size in raw["sensor_faults"]
+        ),
         bursts=tuple(Burst(*burst) for burst in raw["bursts"]),
-        phases=tuple(_phase(phase, raw["cylinders"]) for phase in raw["phases"]),
-        recorded_by=raw["recorded_by"] or "",
-        warnings=tuple(ResultWarning(*entry) for entry in raw["warnings"]),
-        **_loop(raw["controller"], raw["joystick"], raw["cylinders"]),
+        phases=tuple(
+            Phase(phase["time"], dict(phase["overrides"]), **_loop(phase["controller"], phase["joystick"]))
+            for phase in raw["phases"]
+        ),
+        recorded_by=recorded_by,
+        warnings=tuple(ResultWarning(*entry) for entry in warnings),
+        **_loop(raw["controller"], raw["joystick"]),
     )
+
+
+def _how(linear: bool) -> str:
+    return "linear" if linear else "hold"
 
 
 class _Placed(float):
@@ -86,12 +95,8 @@ class _Placed(float):
         return placed
 
 
-def _phase(raw: PhaseTable, cylinders: list[str]) -> Phase:
-    return Phase(raw["time"], dict(raw["overrides"]), **_loop(raw["controller"], raw["joystick"], cylinders))
-
-
-def _loop(raw: ControllerTable | None, stick: JoystickTable | None, cylinders: list[str]) -> LoopFields:
-    loop: LoopFields = {"joystick": _joystick(stick, cylinders)}
+def _loop(raw: ControllerEntry | None, stick: JoystickEntry | None) -> LoopFields:
+    loop: LoopFields = {"joystick": _joystick(stick)}
     if raw is not None:
         loop["controller"], loop["controller_model"] = raw["name"], dict(raw["controller_model"]) or None
         loop["period"], loop["delay"] = raw["period"], raw["delay"]
@@ -99,17 +104,16 @@ def _loop(raw: ControllerTable | None, stick: JoystickTable | None, cylinders: l
     return loop
 
 
-def _joystick(raw: JoystickTable | None, cylinders: list[str]) -> Joystick | None:
+def _joystick(raw: JoystickEntry | None) -> Joystick | None:
     if raw is None:
         return None
     about: StickFields = {
-        "interpolation": raw["interpolation"],
+        "interpolation": _how(raw["linear"]),
         "dead_zone": raw["dead_zone"],
         "full_speed": raw["full_speed"],
         "ramp": raw["ramp"],
     }
     if raw["log"] is not None:
         return Joystick.from_log(raw["log"], mode=raw["mode"], **about)
-    names = TIP_AXES[: len(raw["axes"])] if raw["mode"] == "tip" else cylinders
     about["precision"] = raw["precision"]
-    return Joystick(raw["time"], dict(zip(names, raw["axes"], strict=True)), raw["mode"], **about)
+    return Joystick(raw["time"], dict(raw["axes"]), raw["mode"], **about)

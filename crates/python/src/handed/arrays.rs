@@ -1,7 +1,7 @@
 //! Rows in, rows out.
 
 use numpy::ndarray::Dimension;
-use numpy::{Element, IntoPyArray, Ix1, Ix2, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray};
+use numpy::{Element, IntoPyArray, Ix1, Ix2, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::ops::Deref;
@@ -27,6 +27,16 @@ impl<'py, T: Element, D: Dimension> Deref for Readable<'py, T, D> {
 
     fn deref(&self) -> &Self::Target {
         &self.0
+    }
+}
+
+impl<'py, T: Element, D: Dimension> IntoPyObject<'py> for Readable<'py, T, D> {
+    type Target = PyArray<T, D>;
+    type Output = Bound<'py, Self::Target>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, _: Python<'py>) -> PyResult<Self::Output> {
+        Ok(Bound::clone(&self.0))
     }
 }
 
@@ -61,6 +71,11 @@ pub fn matrix<'py>(py: Python<'py>, data: Vec<f64>, columns: usize) -> PyResult<
 pub fn tensor<'py>(py: Python<'py>, data: Vec<f64>, (r, c): (usize, usize)) -> PyResult<Bound<'py, PyArray3<f64>>> {
     let count = data.len() / (r * c);
     data.into_pyarray(py).reshape([count, r, c])
+}
+
+/// Numbers for a field that Python hands over, too.
+pub fn line(py: Python<'_>, data: Vec<f64>) -> Row<'_> {
+    Readable(vector(py, data).readonly())
 }
 
 pub fn vector(py: Python<'_>, data: Vec<f64>) -> Bound<'_, PyArray1<f64>> {

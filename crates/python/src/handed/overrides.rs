@@ -49,9 +49,7 @@ fn to_python<'py>(py: Python<'py>, v: &OverrideValue) -> PyResult<Bound<'py, PyA
     })
 }
 
-pub fn pairs_of<'py>(
-    py: Python<'py>,
-    changes: &[(String, OverrideValue)],
-) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
-    changes.iter().map(|(key, value)| Ok((key.clone(), to_python(py, value)?))).collect()
+pub fn pairs_of<'py>(py: Python<'py>, changes: &[(String, OverrideValue)]) -> PyResult<Bound<'py, PyList>> {
+    let pairs: PyResult<Vec<_>> = changes.iter().map(|(key, value)| Ok((key, to_python(py, value)?))).collect();
+    PyList::new(py, pairs?)
 }

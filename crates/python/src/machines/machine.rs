@@ -152,7 +152,7 @@ impl Machine {
         &self.source
     }
     #[getter]
-    fn overrides<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    fn overrides<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         pairs_of(py, &self.overrides)
     }
     /// What the machine's file states with everything that it extends and includes, without overrides, as the text of one file.

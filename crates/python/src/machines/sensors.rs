@@ -42,6 +42,15 @@ pub fn sensor_faults(faults: &[FaultEntry]) -> PyResult<Vec<SensorFault>> {
     faults.iter().map(fault).collect()
 }
 
+pub fn fault_entry(fault: &SensorFault) -> FaultEntry {
+    let (kind, size) = match fault.kind {
+        FaultKind::Freeze => ("freeze", 0.0),
+        FaultKind::Jump(size) => ("jump", size),
+        FaultKind::DropOut => ("drop-out", 0.0),
+    };
+    (fault.signal.clone(), kind.into(), fault.from, fault.until.unwrap_or(f64::INFINITY), size)
+}
+
 /// What the sensors of a machine would have read: the signals, and one row of readings per row of `states`.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]

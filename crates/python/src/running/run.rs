@@ -7,7 +7,7 @@ use crate::handed::overrides::pairs_of;
 use crate::machines::machine::Machine;
 use crate::running::own_controller::PythonController;
 use crate::running::record::{record_of, stopper, MAX_STEPS};
-use crate::running::scenario::ScenarioEntry;
+use crate::running::scenario::{Head, ScenarioEntry};
 use hydrocrane_machine::scenario::{Recorded, Scenario, SensorQuality, Stage};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{
@@ -180,9 +180,6 @@ pub fn command_table<'py>(
     let columns = machine.model.machine().cylinders.len();
     Ok((vector(py, table.times), matrix(py, table.values, columns)?, table.linear))
 }
-
-/// Name, title, machine and version of its recorder.
-type Head = (String, String, String, String);
 
 /// The text of a file that states a scenario on `machine`.
 #[pyfunction]

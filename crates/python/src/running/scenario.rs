@@ -1,11 +1,11 @@
-//! A scenario as Python hands it over.
+//! A scenario as Python hands it over, and as it gets one that was read from a file.
 
-use crate::handed::arrays::Row;
-use crate::handed::overrides::{overrides, value};
-use crate::machines::sensors::{sensor_faults, sensor_mode, FaultEntry};
+use crate::handed::arrays::{line, Row};
+use crate::handed::overrides::{overrides, pairs_of, value};
+use crate::machines::sensors::{fault_entry, sensor_faults, sensor_mode, FaultEntry};
 use hydrocrane_machine::scenario::{
     stated, Burst, BurstEntry, ControllerChoice, Faults, Goal, Initial, Interpolation, Joystick, Load, Phase,
-    Pressures, Recorded, Scenario, Solver, SpoolCommand, StickMode, SupplyPressure,
+    Pressures, Recorded, Scenario, SensorQuality, Solver, SpoolCommand, StickMode, SupplyPressure,
 };
 use hydrocrane_machine::{suggestion, TIP_AXES};
 use pyo3::exceptions::PyValueError;
@@ -57,7 +57,7 @@ pub fn scenario_choices(key: &str) -> &'static [&'static str] {
 }
 
 /// How a run is integrated.
-#[derive(FromPyObject)]
+#[derive(FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
 pub struct SolverEntry {
     method: String,
@@ -69,7 +69,7 @@ pub struct SolverEntry {
 }
 
 /// A controller by name, or by the number of one of somebody's own.
-#[derive(FromPyObject)]
+#[derive(FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
 pub struct ControllerEntry<'py> {
     name: String,
@@ -83,13 +83,15 @@ pub struct ControllerEntry<'py> {
     monitor: Option<bool>,
 }
 
-#[derive(FromPyObject)]
+#[derive(FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
 pub struct JoystickEntry<'py> {
     mode: String,
     time: Row<'py>,
     /// Deflections by axis; those left out stay centred.
     axes: Vec<(String, Row<'py>)>,
+    /// Of a file: the log that has them.
+    log: Option<String>,
     linear: bool,
     dead_zone: f64,
     full_speed: Option<f64>,
@@ -98,7 +100,7 @@ pub struct JoystickEntry<'py> {
     precision: Row<'py>,
 }
 
-#[derive(FromPyObject)]
+#[derive(FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
 pub struct PhaseEntry<'py> {
     time: f64,
@@ -107,11 +109,13 @@ pub struct PhaseEntry<'py> {
     joystick: Option<JoystickEntry<'py>>,
 }
 
+/// Name, title, machine and version of its recorder.
+pub type Head = (String, String, String, String);
 /// Time, place, and speed and end where they are stated.
 pub type GoalEntry = (f64, [f64; 2], Option<f64>, Option<f64>);
 
 /// Everything of a scenario but its names and its machine.
-#[derive(FromPyObject)]
+#[derive(FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
 pub struct ScenarioEntry<'py> {
     overrides: Bound<'py, PyList>,
@@ -138,7 +142,56 @@ pub struct ScenarioEntry<'py> {
     seed: u64,
 }
 
-impl ScenarioEntry<'_> {
+impl<'py> ScenarioEntry<'py> {
+    /// Of a scenario that was read from a file.
+    pub fn of(py: Python<'py>, s: &Scenario) -> PyResult<Self> {
+        let numbers = |values: &[f64]| line(py, values.to_vec());
+        let linear = |how: Interpolation| how == Interpolation::Linear;
+        let stick = |stick: &Joystick| JoystickEntry::of(py, stick, &s.cylinders);
+        let choice = |choice: &ControllerChoice| ControllerEntry::of(py, choice);
+        let phase = |phase: &Phase| {
+            Ok(PhaseEntry {
+                time: phase.time,
+                overrides: pairs_of(py, &phase.overrides)?,
+                controller: phase.controller.as_ref().map(choice).transpose()?,
+                joystick: phase.joystick.as_ref().map(stick),
+            })
+        };
+        Ok(ScenarioEntry {
+            overrides: pairs_of(py, &s.overrides)?,
+            payload: s.load.payload,
+            payload_changes: s.load.changes.clone(),
+            duration: s.duration,
+            record_interval: s.record_interval,
+            joints: s.initial.joints.clone(),
+            places: s.initial.places.clone(),
+            pressures: match &s.initial.pressures {
+                Pressures::Equilibrium => None,
+                Pressures::Explicit(pairs) => Some(pairs.clone()),
+            },
+            commands: s
+                .commands
+                .iter()
+                .map(|c| (c.cylinder.clone(), numbers(&c.time), numbers(&c.spool), linear(c.interpolation)))
+                .collect(),
+            supply: s.supply.as_ref().map(|of| (numbers(&of.time), numbers(&of.pressure), linear(of.interpolation))),
+            controller: s.controller.as_ref().map(choice).transpose()?,
+            joystick: s.joystick.as_ref().map(stick),
+            goals: s.goals.iter().map(|goal| (goal.time, goal.place, goal.speed, goal.until)).collect(),
+            phases: s.phases.iter().map(phase).collect::<PyResult<_>>()?,
+            sensor_faults: s.faults.sensors.iter().map(fault_entry).collect(),
+            bursts: s.faults.bursts.iter().map(Burst::entry).collect(),
+            solver: SolverEntry {
+                method: s.solver.method.clone(),
+                rtol: s.solver.rtol,
+                atol: s.solver.atol,
+                max_step: s.solver.max_step,
+                step: s.solver.step,
+            },
+            seed: s.seed,
+        })
+    }
+
     /// The scenario for a machine with these cylinders.
     pub fn scenario(&self, cylinders: &[&str]) -> PyResult<Scenario> {
         let pressures = self.pressures.clone().map_or(Pressures::Equilibrium, Pressures::Explicit);
@@ -158,7 +211,10 @@ impl ScenarioEntry<'_> {
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
             goals: self.goals.iter().map(|&(time, place, speed, until)| Goal { time, place, speed, until }).collect(),
             phases: self.phases.iter().map(|phase| phase.phase(cylinders)).collect::<PyResult<_>>()?,
-            faults: Faults { sensors: sensor_faults(&self.sensor_faults)?, bursts: bursts(&self.bursts)? },
+            faults: Faults {
+                sensors: sensor_faults(&self.sensor_faults)?,
+                bursts: self.bursts.iter().map(Burst::of).collect::<Result<_, _>>().map_err(PyValueError::new_err)?,
+            },
             solver: self.solver.solver(),
             seed: self.seed,
             recorded: Recorded::default(),
@@ -168,7 +224,14 @@ impl ScenarioEntry<'_> {
 
     /// The measured pressure of the supply.
     pub fn supply(&self) -> PyResult<Option<SupplyPressure>> {
-        supply_pressure(self.supply.as_ref())
+        let read = |(time, pressure, linear): &(Row, Row, bool)| {
+            Ok(SupplyPressure {
+                time: time.as_slice()?.to_vec(),
+                pressure: pressure.as_slice()?.to_vec(),
+                interpolation: interpolation(*linear),
+            })
+        };
+        self.supply.as_ref().map(read).transpose()
     }
 
     /// Every lever that one of the joysticks has: names of cylinders, where no machine tells them.
@@ -206,7 +269,20 @@ impl SolverEntry {
     }
 }
 
-impl ControllerEntry<'_> {
+impl<'py> ControllerEntry<'py> {
+    fn of(py: Python<'py>, c: &ControllerChoice) -> PyResult<Self> {
+        Ok(ControllerEntry {
+            name: c.name.clone(),
+            own: c.own,
+            period: c.period,
+            delay: c.delay,
+            sensors: if c.sensors == SensorQuality::Ideal { "ideal" } else { "data-sheet" }.into(),
+            controller_model: pairs_of(py, &c.model)?,
+            other_model: None,
+            monitor: c.monitor,
+        })
+    }
+
     fn choice(&self) -> PyResult<ControllerChoice> {
         let other = |(source, pairs): &(String, Bound<PyList>)| Ok::<_, PyErr>((source.clone(), overrides(pairs)?));
         Ok(ControllerChoice {
@@ -222,7 +298,25 @@ impl ControllerEntry<'_> {
     }
 }
 
-impl JoystickEntry<'_> {
+impl<'py> JoystickEntry<'py> {
+    fn of(py: Python<'py>, stick: &Joystick, cylinders: &[String]) -> Self {
+        let names: Vec<String> = match stick.mode {
+            StickMode::Tip => TIP_AXES.map(str::to_string).to_vec(),
+            _ => cylinders.to_vec(),
+        };
+        JoystickEntry {
+            mode: stick.mode.name().into(),
+            time: line(py, stick.time.clone()),
+            axes: names.into_iter().zip(stick.axes.iter().map(|axis| line(py, axis.clone()))).collect(),
+            log: stick.log.clone(),
+            linear: stick.interpolation == Interpolation::Linear,
+            dead_zone: stick.dead_zone,
+            full_speed: stick.full_speed,
+            ramp: stick.ramp,
+            precision: line(py, stick.precision.clone()),
+        }
+    }
+
     fn joystick(&self, cylinders: &[&str]) -> PyResult<Joystick> {
         let (mode, names) = match self.mode.as_str() {
             "tip" if self.axes.iter().any(|(axis, _)| axis == TIP_AXES[2]) => (StickMode::Tip, &TIP_AXES[..]),
@@ -263,23 +357,6 @@ impl PhaseEntry<'_> {
             joystick: self.joystick.as_ref().map(|stick| stick.joystick(cylinders)).transpose()?,
         })
     }
-}
-
-/// The hoses that burst.
-pub fn bursts(entries: &[BurstEntry]) -> PyResult<Vec<Burst>> {
-    entries.iter().map(|entry| Burst::of(entry).map_err(PyValueError::new_err)).collect()
-}
-
-/// A pressure of the supply from times, pressures, and whether to join them.
-pub fn supply_pressure(given: Option<&(Row, Row, bool)>) -> PyResult<Option<SupplyPressure>> {
-    let read = |(time, pressure, linear): &(Row, Row, bool)| {
-        Ok(SupplyPressure {
-            time: time.as_slice()?.to_vec(),
-            pressure: pressure.as_slice()?.to_vec(),
-            interpolation: interpolation(*linear),
-        })
-    };
-    given.map(read).transpose()
 }
 
 fn interpolation(linear: bool) -> Interpolation {

@@ -1,14 +1,15 @@
 //! Runs with their derivatives by keys of the machine file.
 
 use crate::handed::answers::{outcome_of, warnings_of};
-use crate::handed::arrays::{matrix, rows, tensor, vector, Row, Rows};
+use crate::handed::arrays::{matrix, tensor, vector, Row};
 use crate::handed::errors::{cannot_build, file_error};
 use crate::handed::overrides::overrides;
+use crate::machines::machine::Machine;
 use crate::running::record::{payload_entry, statistics_of, PayloadEntry, MAX_STEPS};
-use crate::running::scenario::{self, supply_pressure, SolverEntry};
-use hydrocrane_machine::scenario::BurstEntry;
+use crate::running::scenario::ScenarioEntry;
+use hydrocrane_sim::assembly::commands;
 use hydrocrane_sim::sensitivity::{self, Experiment, Parameter, Sensitivities, SensitivityError, Start};
-use hydrocrane_sim::{Commands, PayloadChange};
+use hydrocrane_sim::PayloadChange;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -38,49 +39,39 @@ fn entries(parameters: Vec<Parameter>) -> Vec<ParameterEntry> {
 
 #[pymethods]
 impl SensitivityExperiment {
-    /// `start` is a pose where `at_rest`, else a state.
+    /// A scenario with spool commands on `machine`, which `source` and the pairs make; `start` is a pose where `at_rest`, else a state.
     #[new]
     #[allow(clippy::too_many_arguments)]
     fn new(
+        machine: &Machine,
         source: &str,
         pairs: &Bound<'_, PyList>,
+        scenario: ScenarioEntry<'_>,
         keys: Vec<String>,
         start: Row<'_>,
         at_rest: bool,
-        t_end: f64,
-        command_times: Row<'_>,
-        commands: Rows<'_>,
-        linear: bool,
-        supply: Option<(Row<'_>, Row<'_>, bool)>,
-        bursts: Vec<BurstEntry>,
-        payload_changes: Vec<(f64, f64)>,
         record_times: Row<'_>,
-        solver: SolverEntry,
         resolve_sensitivities: bool,
     ) -> PyResult<Self> {
-        let cylinders = commands.as_array().ncols();
+        let cylinders = machine.model.machine().cylinders.iter().map(|cylinder| cylinder.name.as_str());
+        let plan = scenario.scenario(&cylinders.collect::<Vec<_>>())?;
         let start = start.as_slice()?.to_vec();
-        let commands = Commands {
-            times: command_times.as_slice()?.to_vec(),
-            values: rows(&commands, cylinders, "commands")?.to_vec(),
-            linear,
-        };
         let inner = Experiment {
             source: source.to_string(),
             overrides: overrides(pairs)?,
             keys,
             start: if at_rest { Start::Rest(start) } else { Start::State(start) },
-            end: t_end,
-            commands,
-            supply: supply_pressure(supply.as_ref())?.map(Arc::new),
-            bursts: scenario::bursts(&bursts)?,
-            payload_changes: payload_changes.into_iter().map(|(time, mass)| PayloadChange { time, mass }).collect(),
+            end: plan.duration,
+            commands: commands(&plan.commands, machine.model.as_ref()).map_err(PyValueError::new_err)?,
+            supply: plan.supply.map(Arc::new),
+            bursts: plan.faults.bursts,
+            payload_changes: plan.load.changes.iter().map(|&(time, mass)| PayloadChange { time, mass }).collect(),
             record: record_times.as_slice()?.to_vec(),
-            solver: solver.solver(),
+            solver: plan.solver,
             max_steps: MAX_STEPS,
             resolve_sensitivities,
         };
-        Ok(SensitivityExperiment { inner, cylinders })
+        Ok(SensitivityExperiment { inner, cylinders: plan.cylinders.len() })
     }
 
     /// Key, value and unit of each parameter, as the machine has them.
