@@ -59,7 +59,7 @@ const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Bytes that a controller of so many joints needs in a program's memory, on any machine.
 pub const fn memory(joints: usize) -> usize {
-    9280 + 14816 * joints
+    9296 + (14976 + 48 * joints) * joints
 }
 
 fn word(block: &[u8], i: usize) -> Option<u64> {

@@ -136,7 +136,7 @@ mod tests {
     fn overrides_are_written_with_their_units_and_all_their_digits() {
         let (number, text) = (OverrideValue::Number, |text: &str| OverrideValue::Text(text.into()));
         let changes = [
-            ("supply.pressure".to_string(), number(1e7 / 3.0)),
+            ("supply.pressure".to_string(), number(1e8 / 7.0)),
             ("payload.mass".to_string(), text("0.07 t")),
             ("friction.lift.coulomb".to_string(), OverrideValue::List(vec![number(100.1), text("300 N")])),
         ];

@@ -193,7 +193,7 @@ fn check_drops<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>)
     };
     let small = |valve: &&Valve<T>| libm::sqrt(over(valve) / valve.edge_pressure_drop.plain()) <= HALF;
     let valves = || machine.cylinders.iter().map(|cylinder| &cylinder.valve);
-    let told = |valve: &Valve<T>| {
+    let words = |valve: &Valve<T>| {
         let [over, nominal] = [over(valve), valve.edge_pressure_drop.plain()].map(|of| of / 1e5);
         let share = 100.0 * libm::sqrt(over / nominal);
         format!("over an edge there are {over:.1} bar, and the nominal flow of valve `{}` needs {nominal:.1} bar: at full stroke it takes {share:.0} % of it", valve.name)
@@ -202,7 +202,7 @@ fn check_drops<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>)
     let own = |valve: &&Valve<T>| matches!(valve.compensator, Compensator::Before(_));
     if let Some(valve) = valves().next().filter(|_| valves().all(|valve| small(&valve) && !own(&valve))) {
         let of_pump = pump_table(root, &mains.pump.name)?;
-        of_pump.required("ls-margin", "a pressure")?.warn(format!("small: {}", told(valve)), cure.into());
+        of_pump.required("ls-margin", "a pressure")?.warn(format!("small: {}", words(valve)), cure.into());
         return Ok(());
     }
     let tables = root.named_tables("valve")?;
@@ -210,7 +210,7 @@ fn check_drops<T: Number>(root: &Reader, machine: &Machine<T>, mains: &Mains<T>)
         let Some((_, table)) = tables.iter().find(|(name, _)| *name == valve.name) else { continue };
         let drop = ["nominal-edge-pressure-drop", "nominal-pressure-drop"].into_iter().find(|key| table.has(key));
         if let Some(key) = drop.filter(|_| !table.is_doubted()) {
-            table.required(key, "a pressure")?.warn(format!("large: {}", told(valve)), cure.into());
+            table.required(key, "a pressure")?.warn(format!("large: {}", words(valve)), cure.into());
         }
     }
     Ok(())

@@ -116,8 +116,8 @@ impl LiveSimulator {
 
     /// Events since the last call: times and texts.
     fn events(&self, py: Python<'_>) -> PyResult<Vec<(f64, String)>> {
-        let told = |playback: &mut Playback| playback.live.events();
-        Ok(self.playback.ask(py, told)?.into_iter().map(|event| (event.time, event.text)).collect())
+        let events = |playback: &mut Playback| playback.live.events();
+        Ok(self.playback.ask(py, events)?.into_iter().map(|event| (event.time, event.text)).collect())
     }
 
     /// Loads picked up and released so far.

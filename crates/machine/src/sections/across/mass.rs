@@ -106,7 +106,7 @@ fn near_points<T: Number>(table: &Reader, machine: &Machine<T>, spans: &[f64], i
         let away = libm::hypot(libm::hypot(at[0], at[1]), at[2]);
         (0.0 < away && away <= THOUSANDTH * span).then_some(away)
     };
-    let told = |away: f64| {
+    let words = |away: f64| {
         (
             format!(
                 "{} mm from the origin of its link's frame, and the points of the link span {} m",
@@ -119,13 +119,13 @@ fn near_points<T: Number>(table: &Reader, machine: &Machine<T>, spans: &[f64], i
     if let Some(names) = table.names("point")? {
         for point in &link.points {
             let [x, z] = point.position.map(T::plain);
-            if let Some((text, cure)) = near([x, point.aside.plain(), z]).map(told) {
+            if let Some((text, cure)) = near([x, point.aside.plain(), z]).map(words) {
                 names.required(&point.name, "a point")?.warn(text, cure);
             }
         }
     }
     if table.has("centre-of-gravity") && link.mass.plain() > 0.0 {
-        if let Some((text, cure)) = near(table.point::<f64>("centre-of-gravity")?).map(told) {
+        if let Some((text, cure)) = near(table.point::<f64>("centre-of-gravity")?).map(words) {
             table.required("centre-of-gravity", "a point")?.warn(text, cure);
         }
     }
