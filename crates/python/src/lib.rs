@@ -33,10 +33,10 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(machines::files::name_fault, m)?)?;
     m.add_function(wrap_pyfunction!(machines::files::text_fault, m)?)?;
     m.add_function(wrap_pyfunction!(machines::files::path_fault, m)?)?;
-    m.add_function(wrap_pyfunction!(running::scenario::stated_fields, m)?)?;
-    m.add_function(wrap_pyfunction!(running::scenario::contradiction, m)?)?;
-    m.add_function(wrap_pyfunction!(running::scenario::judged_quantity, m)?)?;
-    m.add_function(wrap_pyfunction!(running::scenario::scenario_choices, m)?)?;
+    m.add_function(wrap_pyfunction!(machines::scenario::stated_fields, m)?)?;
+    m.add_function(wrap_pyfunction!(machines::scenario::contradiction, m)?)?;
+    m.add_function(wrap_pyfunction!(machines::scenario::judged_quantity, m)?)?;
+    m.add_function(wrap_pyfunction!(machines::scenario::scenario_choices, m)?)?;
     m.add("PoseFault", m.py().get_type::<handed::errors::PoseFault>())?;
     m.add("METHODS", METHODS.to_vec())?;
     m.add("PROMISES", [promises::TIP, promises::PRESSURE, promises::BRIEF])?;

@@ -46,7 +46,7 @@ def machine_report(machine: Machine, figures: Figures) -> list[Text | Table]:
     """What `check` says about a machine: size, limits and their reasons, loads, speeds, friction, provenance."""
     head = Text.assemble((machine.name, "bold"), f": {machine.title}")
     about = described(machine.core)
-    slope = math.degrees(about.number("slope"))
+    slope = math.degrees(about.record("environment").number("slope"))
     size = Text(
         f"{len(machine.joint_names)} degrees of freedom, {len(machine.cylinder_names)} cylinders,"
         f" {len(machine.state_names)} states, supply {machine.supply_pressure * 1e-5:.0f} bar"

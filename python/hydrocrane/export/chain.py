@@ -141,7 +141,7 @@ def open_chain(machine: Machine, payload: float | None) -> Chain:
     links = tuple(_link(record, machine.errata["inertia-about"]) for record in about.records("links"))
     return Chain(
         name=machine.name,
-        gravity=_gravity(about.number("gravity"), about.number("slope")),
+        gravity=_gravity(*(about.record("environment").number(key) for key in ("gravity", "slope"))),
         links=links,
         joints=tuple(_joint(machine, about, i) for i in range(len(machine.joint_names))),
         cylinders=tuple(_cylinder(record) for record in about.records("cylinders")),

@@ -4,7 +4,7 @@ use crate::handed::answers::{warnings_of, WarningEntry};
 use crate::handed::errors::{assembly_error, file_error};
 use crate::handed::overrides::overrides;
 use crate::machines::machine::Machine;
-use crate::running::scenario::{Head, ScenarioEntry};
+use crate::machines::scenario::{Head, ScenarioEntry};
 use hydrocrane_machine::FileKind;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

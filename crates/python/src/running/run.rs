@@ -5,9 +5,9 @@ use crate::handed::arrays::{matrix, vector, Row};
 use crate::handed::errors::assembly_error;
 use crate::handed::overrides::pairs_of;
 use crate::machines::machine::Machine;
+use crate::machines::scenario::{Head, ScenarioEntry};
 use crate::running::own_controller::PythonController;
 use crate::running::record::{record_of, stopper, MAX_STEPS};
-use crate::running::scenario::{Head, ScenarioEntry};
 use hydrocrane_machine::scenario::{Recorded, Scenario, SensorQuality, Stage};
 use hydrocrane_machine::OverrideValue;
 use hydrocrane_sim::assembly::{

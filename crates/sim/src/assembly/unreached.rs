@@ -60,9 +60,11 @@ pub fn unreached(scenario: &Scenario, machine: &Machine) -> Vec<Warning> {
 /// Warning on a load that is nothing beside the links: of `payload`, which is also checked in the machine file, or of its changes.
 fn light(scenario: &Scenario, machine: &Machine) -> Option<Warning> {
     let moving: f64 = machine.links.iter().skip(1).map(|link| link.mass).sum();
-    let changes = scenario.load.changes.iter().map(|(_, mass)| ("payload-changes", *mass));
-    let mut loads = scenario.load.payload.into_iter().map(|mass| ("payload", mass)).chain(changes);
-    let (key, mass) = loads.find(|(_, mass)| 0.0 < *mass && *mass <= THOUSANDTH * moving)?;
+    let is_light = |mass: &f64| 0.0 < *mass && *mass <= THOUSANDTH * moving;
+    let change = || scenario.load.changes.iter().map(|(_, mass)| *mass).find(is_light);
+    let stated = scenario.load.payload.filter(is_light);
+    let key = if stated.is_some() { "payload" } else { "payload-changes" };
+    let mass = stated.or_else(change)?;
     Some(Warning {
         time: 0.0,
         kind: "implausible-value",
