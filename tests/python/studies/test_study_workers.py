@@ -52,7 +52,7 @@ def test_long_studies_go_on_in_what_is_faster(slowed, monkeypatch):
         return apart(self, task)
 
     def in_thread(*given):
-        time.sleep(0.3 * (slowed == "threads"))
+        time.sleep(0.3 if slowed == "threads" else 0.03)
         return threads(*given)
 
     monkeypatch.setattr(processes.Apart, "run", in_process)
