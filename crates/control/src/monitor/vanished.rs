@@ -39,11 +39,6 @@ pub(crate) enum Verdict {
 }
 
 impl CylinderModel {
-    /// Force of the oil at the pressures `p` (Pa), N.
-    fn oil_force(&self, p: [f64; 2]) -> f64 {
-        self.chambers.area_1 * p[0] - self.chambers.area_2 * p[1]
-    }
-
     /// Friction in both directions, N: it turns round with the motion.
     pub(crate) fn friction_both_ways(&self) -> f64 {
         let most = |sense: f64| SPEEDS.iter().fold(0.0f64, |f, v| f.max(self.steady_friction(sense * v).abs()));
@@ -74,7 +69,7 @@ impl<const N: usize> Vanished<N> {
         trust: &Trust,
     ) -> Option<Self> {
         let (cylinder, unknown) = (&model.cylinders[c], model.cylinders[c].without_oil(trust));
-        let had = cylinder.oil_force(before);
+        let had = cylinder.chambers.force(before[0], before[1]);
         let needed = |force: f64| force * had.signum() > unknown;
         let rests = |payload: f64| model.cylinder_force(q, &[0.0; N], payload)[c];
         (needed(had) && needed(rests(0.0)) && needed(rests(model.payload))).then(|| Vanished {

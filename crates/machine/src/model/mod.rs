@@ -53,6 +53,13 @@ pub struct Machine<T = f64> {
     pub warnings: Vec<Unusual>,
 }
 
+impl<T: Number> Machine<T> {
+    /// Mass of all links but the base, kg.
+    pub fn moving_mass(&self) -> f64 {
+        self.links.iter().skip(1).map(|link| link.mass.plain()).sum()
+    }
+}
+
 /// Where the machine stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Environment<T = f64> {

@@ -59,7 +59,7 @@ pub fn unreached(scenario: &Scenario, machine: &Machine) -> Vec<Warning> {
 
 /// Warning on a load that is nothing beside the links: of `payload`, which is also checked in the machine file, or of its changes.
 fn light(scenario: &Scenario, machine: &Machine) -> Option<Warning> {
-    let moving: f64 = machine.links.iter().skip(1).map(|link| link.mass).sum();
+    let moving = machine.moving_mass();
     let is_light = |mass: &f64| 0.0 < *mass && *mass <= THOUSANDTH * moving;
     let change = || scenario.load.changes.iter().map(|(_, mass)| *mass).find(is_light);
     let stated = scenario.load.payload.filter(is_light);

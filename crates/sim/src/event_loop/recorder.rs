@@ -70,7 +70,7 @@ impl<'a> Recorder<'a> {
             self.run.accepted = stepper.accepted;
             self.run.rejected = stepper.rejected;
             self.run.effort = stepper.effort();
-            self.run.tip_error = watch.tip_error();
+            self.run.tip_error = watch.tip_error;
         }
         self.run.outcome = outcome;
         self.run

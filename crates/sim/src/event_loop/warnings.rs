@@ -92,8 +92,8 @@ pub(crate) struct Watch {
     empty: Vec<f64>,
     /// Mean estimated errors of fixed steps, by state.
     estimates: Vec<(usize, f64)>,
-    /// See [`Self::tip_error`].
-    tip_error: Option<f64>,
+    /// The largest distance that [`Self::carried`] found, m, or a bound of it; `None` if a step had no estimate.
+    pub tip_error: Option<f64>,
     /// How long the pressures of the cylinders have been off by more than is promised, s, in pairs.
     astray: Vec<f64>,
     found: Vec<Found>,
@@ -294,11 +294,6 @@ impl Watch {
             found.farthest = value;
         }
         farther
-    }
-
-    /// The largest distance that [`Self::carried`] found, m, or a bound of it; `None` if a step had no estimate.
-    pub fn tip_error(&self) -> Option<f64> {
-        self.tip_error
     }
 
     /// All findings until the end of the run, in order of time.

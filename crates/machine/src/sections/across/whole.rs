@@ -54,8 +54,7 @@ fn relief<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
 
 fn payload<T: Number>(root: &Reader, machine: &Machine<T>) -> Result<()> {
     let Some(table) = root.table("payload")?.filter(|table| !table.is_doubted()) else { return Ok(()) };
-    let moving: f64 = machine.links.iter().skip(1).map(|link| link.mass.plain()).sum();
-    let mass = machine.payload.mass.plain();
+    let (mass, moving) = (machine.payload.mass.plain(), machine.moving_mass());
     if 0.0 < mass && mass <= THOUSANDTH * moving {
         table.required("mass", "a mass")?.warn(
             format!("small: {} kg at the tip of links of {} kg", digits(mass), digits(moving)),
